@@ -1,0 +1,25 @@
+"""lienumba: constrained rigid multibody systems on Lie groups, thousands of runs at a time."""
+
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError as ScenarioError
+
+if TYPE_CHECKING:
+    from lienumba.scenario.runner import run as run
+    from lienumba.scenario.system import System as System
+
+__version__ = "0.1.0"
+__all__ = ["ScenarioError", "System", "__version__", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the heavy half of the package when it is first asked for."""
+    if name == "run":
+        from lienumba.scenario.runner import run
+
+        return run
+    if name == "System":
+        from lienumba.scenario.system import System
+
+        return System
+    raise AttributeError(f"module 'lienumba' has no attribute {name!r}")

@@ -1,0 +1,121 @@
+"""A sweep in a few numbers: how the runs ended, where they ended, and how well the constraints held."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+QUANTILES = (0.05, 0.5, 0.95)
+FINAL = ("position", "velocity", "angular_velocity", "energy")
+LABELS_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The runs that ended in one way: how many, the first labels, and the simulated times (s) that these reached."""
+
+    status: str
+    count: int
+    labels: tuple[int, ...]
+    end_times: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Quantiles:
+    """5, 50 and 95 % quantiles of one number at the final time, over the good runs; body is "" for the system's."""
+
+    quantity: str
+    body: str
+    axis: str
+    units: str
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """`good` is the number of runs that succeeded; maxima are over these, None where the dataset does not hold them.
+
+    The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
+    """
+
+    title: str
+    runs: int
+    good: int
+    final_time: float
+    outcomes: tuple[Outcome, ...]
+    final: tuple[Quantiles, ...]
+    max_position_violation: float | None
+    max_velocity_violation: float | None
+    max_energy_drift: float | None
+    max_relative_energy_drift: float | None
+
+
+def summarise(ds: xr.Dataset) -> Summary:
+    """Summarise a dataset that `lienumba run` made, or a selection of its runs."""
+    good = ds.isel(run=(ds["status"].values == 0).nonzero()[0])
+    return Summary(
+        title=str(ds.attrs.get("title", "")),
+        runs=ds.sizes["run"],
+        good=good.sizes["run"],
+        final_time=float(ds["time"].values[-1]),
+        outcomes=_outcomes(ds),
+        final=tuple(row for name in FINAL if name in ds and good.sizes["run"] for row in _final(good[name])),
+        max_position_violation=_maximum(good, "max_position_violation"),
+        max_velocity_violation=_maximum(good, "max_velocity_violation"),
+        max_energy_drift=_maximum(good, "max_energy_drift"),
+        max_relative_energy_drift=_relative_drift(good),
+    )
+
+
+def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
+    """One entry for each status that occurs, success first, then the most frequent failures."""
+    status = ds["status"]
+    names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
+    outcomes = []
+    for code in {int(code) for code in status.values}:
+        runs = (status.values == code).nonzero()[0]
+        shown = runs[:LABELS_SHOWN]
+        labels = tuple(int(label) for label in ds["run"].values[shown])
+        end_times = tuple(float(time) for time in ds["end_time"].values[shown]) if "end_time" in ds else ()
+        outcomes.append((code != 0, -len(runs), code, Outcome(names[code], len(runs), labels, end_times)))
+    return tuple(outcome for *_, outcome in sorted(outcomes, key=lambda entry: entry[:3]))
+
+
+def _final(variable: xr.DataArray) -> list[Quantiles]:
+    import numpy as np
+
+    last = variable.isel(time=-1)
+    values = np.quantile(last.values, QUANTILES, axis=0)  # (3, body, axis), or (3,) for the whole system
+    bodies = [str(name) for name in last["body"].values] if "body" in last.dims else [""]
+    axes = [str(name) for name in last["axis"].values] if "axis" in last.dims else [""]
+    rows = values.reshape(len(QUANTILES), -1).T
+    places = [(body, axis) for body in bodies for axis in axes]
+    units = str(variable.attrs.get("units", ""))
+    return [
+        Quantiles(str(variable.name), body, axis, units, *(float(value) for value in row))
+        for (body, axis), row in zip(places, rows, strict=True)
+    ]
+
+
+def _maximum(good: xr.Dataset, name: str) -> float | None:
+    if name not in good or not good.sizes["run"]:
+        return None
+    return float(good[name].values.max())
+
+
+def _relative_drift(good: xr.Dataset) -> float | None:
+    if "energy_residual" not in good or "kinetic_energy" not in good or not good.sizes["run"]:
+        return None
+    residual: np.ndarray = abs(good["energy_residual"].values).max(axis=1)
+    kinetic: np.ndarray = good["kinetic_energy"].values.max(axis=1)
+    drifts = [
+        r / k if k > 0.0 else math.nan if r > 0.0 else 0.0 for r, k in zip(residual, kinetic, strict=True)
+    ]
+    return float(max(drifts))

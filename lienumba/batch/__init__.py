@@ -1,0 +1,1 @@
+"""Runs in lanes, lanes in blocks, blocks in chunks, chunks on threads."""

@@ -1,0 +1,25 @@
+"""How a run may end."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Status:
+    """`name`: one word for the dataset's flag_meanings; `sentence`: what it means, for people."""
+
+    code: int
+    name: str
+    sentence: str
+
+
+SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
+
+STATUSES = (
+    Status(SUCCESS, "success", "finished"),
+    Status(NON_FINITE, "non_finite", "the state became infinite or undefined; try a smaller step"),
+    Status(NOT_CONVERGED, "projection_not_converged", "the projection did not reach its tolerance; try a smaller step"),
+    Status(SINGULAR, "singular_constraints", "the constraints became dependent on each other"),
+    Status(ROTATION, "rotation_too_large", "a body turned by nearly a full turn within one stage; try a smaller step"),
+    Status(NOT_ASSEMBLED, "not_assembled", "no initial state that fulfils the joints was found for the sampled values"),
+    Status(INVALID, "invalid_sample", "a sampled mass or inertia is not positive, or a sampled rotation is zero"),
+)

@@ -1,0 +1,164 @@
+"""The command line: run, validate, info, schema, doctor.
+
+Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted.
+Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lienumba import console
+
+app = typer.Typer(
+    name="lienumba",
+    help="Monte-Carlo simulation of rigid multibody systems: a TOML scenario in, one netCDF file out.",
+    epilog="Start with: lienumba run scenarios/heavy_top.toml",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ScenarioArgument = Annotated[
+    Path, typer.Argument(metavar="SCENARIO", help="The scenario, a TOML file.", show_default=False)
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="PATH=VALUE",
+        help="Change one value, such as integrator.step=1e-4 or bodies.top.mass=12; may be repeated.",
+        show_default=False,
+    ),
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")
+]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from lienumba import __version__
+
+        typer.echo(f"lienumba {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="The dataset to write (default: SCENARIO's stem with .nc)."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("-j", "--workers", metavar="N", min=1, help="Threads (default: one per core)."),
+    ] = None,
+    seed: SeedOption = None,
+    settings: SetOption = None,
+    runs: Annotated[
+        str | None,
+        typer.Option(
+            "--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Simulate every run of a scenario and write one dataset."""
+    with console.exit_codes():
+        from lienumba.scenario.arguments import check_labels, parse_assignments, parse_labels
+        from lienumba.scenario.resolve import resolve
+        from lienumba.store.files import check_target
+
+        target = output if output is not None else Path(scenario.stem + ".nc")
+        labels = None if runs is None else parse_labels(runs)
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        if labels is not None:
+            check_labels(labels, resolved.data.sweep.runs)
+        check_target(target, overwrite)
+        if not quiet:
+            console.print_warnings(resolved.warnings)
+
+        from lienumba.scenario import runner
+
+        with console.progress(quiet) as report:
+            dataset = runner.run(
+                resolved, output=target, workers=workers, runs=labels, overwrite=overwrite, progress=report
+            )
+        failed = int((dataset["status"] != 0).sum())
+        if not quiet:
+            from lienumba.analysis.summary import summarise
+
+            console.print_summary(summarise(dataset), target)
+        if failed:
+            raise typer.Exit(console.SOME_FAILED)
+
+
+@app.command()
+def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedOption = None) -> None:
+    """Check a scenario and its initial state without running it."""
+    with console.exit_codes():
+        from lienumba.scenario.arguments import parse_assignments
+        from lienumba.scenario.resolve import resolve
+
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        console.print_warnings(resolved.warnings)
+
+        from lienumba.scenario import runner
+
+        runner.check_initial(resolved)
+        typer.echo(f"{scenario} is valid: {resolved.headline()}")
+
+
+@app.command()
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
+) -> None:
+    """Say what a dataset or a scenario holds."""
+    with console.exit_codes():
+        from lienumba.info import describe
+
+        typer.echo(describe(file))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of scenarios, for editors and other tools."""
+    with console.exit_codes():
+        import json
+
+        from lienumba.scenario.schema import ScenarioData
+
+        typer.echo(json.dumps(ScenarioData.model_json_schema(), indent=2, ensure_ascii=False))
+
+
+@app.command()
+def doctor() -> None:
+    """Show versions, CPU and cache, and run a short self-test."""
+    with console.exit_codes():
+        from lienumba.doctor import environment, self_test
+
+        typer.echo(environment())
+        passed, sentence = self_test()
+        typer.echo(sentence)
+        if not passed:
+            raise typer.Exit(console.SOME_FAILED)
+
+
+def main() -> None:
+    """The entry point of the command `lienumba`."""
+    app()

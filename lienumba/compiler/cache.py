@@ -1,0 +1,89 @@
+"""The cache on disk: one folder per state of the package, the libraries and the interpreter.
+
+Numba's own cache does not notice an edit in another module, so the folder's name carries a hash of every source file
+of the package and of the versions below it. Inside, object code is found by the hash of the complete LLVM text and
+CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
+"""
+
+import functools
+import hashlib
+import os
+import pickle
+import platform
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def root() -> Path:
+    """LIENUMBA_CACHE_DIR, or the user's cache folder."""
+    if named := os.environ.get("LIENUMBA_CACHE_DIR"):
+        return Path(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "lienumba" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "lienumba"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lienumba"
+
+
+@functools.cache
+def folder() -> Path:
+    """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        digest.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes() + b"\0")
+    for name in ("numba", "llvmlite", "numpy"):
+        digest.update(f"{name} {version(name)}\0".encode())
+    digest.update(f"{sys.version} {platform.machine()}".encode())
+    path = root() / digest.hexdigest()[:20]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="lienumba-cache-"))
+
+
+def remember(key: str, make: Callable[[], bytes]) -> bytes:
+    """The bytes made from `key`, from disk if they are there whole."""
+    path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()}.o"
+    try:
+        stored = path.read_bytes()
+        if hashlib.sha256(stored[32:]).digest() == stored[:32]:
+            return stored[32:]
+    except OSError:
+        pass
+    made = make()
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(hashlib.sha256(made).digest() + made)
+        os.replace(file.name, path)
+    except OSError:
+        pass  # a full or read-only disk costs the next start its cache, nothing else
+    return made
+
+
+def numba_cached(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """`njit(signature, cache=True)` with Numba's files in this state's folder, whatever the user's own setting is."""
+
+    def compile_now(function: Callable[..., Any]) -> Any:
+        from numba import njit
+        from numba.core import config
+
+        users = config.CACHE_DIR
+        config.CACHE_DIR = str(folder() / "numba")
+        try:
+            return njit(signature, cache=True, **options)(function)
+        except (EOFError, OSError, ValueError, ImportError, AttributeError, pickle.UnpicklingError):
+            shutil.rmtree(config.CACHE_DIR, ignore_errors=True)  # a torn file of a killed process
+            return njit(signature, **options)(function)
+        finally:
+            config.CACHE_DIR = users
+
+    return compile_now

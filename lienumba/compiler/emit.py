@@ -1,0 +1,256 @@
+"""A graph becomes LLVM text: one vector of W doubles per value, straight-line functions of bounded length.
+
+Every kernel has the signature  void (state, parameters, clock, extra, out, work)  of pointers to rows of W doubles.
+What depends on parameters alone is moved to a second function, `prepare`, which stores it behind the parameters.
+LLVM slows down on one huge block, so a long graph is cut into functions of at most SEGMENT operations; values that
+cross a cut travel through `work`. No instruction carries a fast-math flag.
+"""
+
+import struct
+from dataclasses import dataclass, field
+from typing import Any
+
+from lienumba.compiler.symbols import Symbol, live, needs, operation_counts
+
+W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
+SEGMENT = 800
+ARRAYS = ("state", "parameters", "clock", "extra")
+VECTOR = f"<{W} x double>"
+MASK = f"<{W} x i1>"
+BITS = f"<{W} x i64>"
+SIGNATURE = ", ".join(f"ptr noalias readonly %{name}" for name in ARRAYS) + ", ptr noalias %out, ptr noalias %work"
+ARGUMENTS = ", ".join(f"ptr %{name}" for name in (*ARRAYS, "out", "work"))
+BINARY = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
+COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
+DECLARATIONS = f"""
+declare {VECTOR} @llvm.fma.v{W}f64({VECTOR}, {VECTOR}, {VECTOR})
+declare {VECTOR} @llvm.sqrt.v{W}f64({VECTOR})
+"""
+
+
+@dataclass
+class Kernel:
+    """One compiled function. `first_hoisted`: the row behind the parameters where its invariants begin."""
+
+    name: str
+    outputs: tuple[Any, ...]
+    first_hoisted: int
+    order: list[Symbol] = field(init=False)
+    hoisted: dict[int, int] = field(init=False)
+    work_rows: int = field(init=False, default=0)
+
+    def __post_init__(self) -> None:
+        self.order = live(self.outputs)
+        used: dict[int, int] = {}
+        for user in (*self.order, None):
+            if user is not None and user.invariant:
+                continue
+            for a in self.outputs if user is None else needs(user):
+                if isinstance(a, Symbol) and a.invariant and a.op != "input":
+                    used.setdefault(a.id, self.first_hoisted + len(used))
+        self.hoisted = used
+
+    @property
+    def extra_rows(self) -> list[int]:
+        """The rows of the extra input that are used."""
+        return sorted(n.args[1] for n in self.order if n.op == "input" and n.args[0] == "extra")
+
+    @property
+    def calls(self) -> "list[Kernel]":
+        """The kernels that this one calls, each once."""
+        return list({id(n.args[0]): n.args[0] for n in self.order if n.op == "call"}.values())
+
+    def counts(self) -> dict[str, int]:
+        """Operations of one evaluation, those of called kernels included; invariants are not counted."""
+        total = operation_counts([n for n in self.order if not n.invariant])
+        for node in self.order:
+            if node.op == "call":
+                for kind, n in node.args[0].counts().items():
+                    total[kind] += n
+        return total
+
+    def text(self) -> str:
+        """The LLVM text of this kernel, of its `prepare`, and of every kernel that it calls."""
+        functions = [function for kernel in (*self.calls, self) for function in kernel._functions()]
+        return DECLARATIONS + "\n".join(functions)
+
+    def _functions(self) -> tuple[str, str]:
+        main = [n for n in self.order if not n.invariant and n.op != "input"]
+        writer = _Writer(self, rows=max((k.work_rows for k in self.calls), default=0))
+        body = writer.function(self.name, main, [("out", row, x) for row, x in enumerate(self.outputs)])
+        invariant = [n for n in self.order if n.invariant and n.op != "input"]
+        kept = [("parameters", self.hoisted[n.id], n) for n in invariant if n.id in self.hoisted]
+        preparer = _Writer(self, preparing=True)
+        prepare = preparer.function(f"{self.name}_prepare", invariant, kept)
+        self.work_rows = max(writer.rows, preparer.rows)
+        return body, prepare
+
+
+def _hex(x: float) -> str:
+    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+
+
+def _cut(order: list[Symbol]) -> list[list[Symbol]]:
+    """Segments of at most SEGMENT nodes; a call stands in a segment of its own."""
+    segments: list[list[Symbol]] = [[]]
+    for node in order:
+        if node.op == "call":
+            segments += [[node], []]
+        elif node.op != "result":
+            if len(segments[-1]) >= SEGMENT:
+                segments.append([])
+            segments[-1].append(node)
+    return segments
+
+
+class _Writer:
+    """Writes one function as a row of segments. `rows`: of work that are taken already, by the kernels it calls."""
+
+    def __init__(self, kernel: Kernel, rows: int = 0, preparing: bool = False) -> None:
+        self.kernel, self.preparing, self.rows = kernel, preparing, rows
+        self.lines: list[str] = []
+        self.loaded: dict[tuple[str, int], str] = {}
+        self.here: set[int] = set()
+        self.slots: dict[int, int] = {}  # work rows of the values that cross a cut
+        self.free: list[int] = []
+        self.arguments: int | None = None  # first of the work rows that hold the arguments of every call
+
+    def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
+        """`stores`: (array, row, value) of everything the function leaves behind."""
+        segments = _cut(order)
+        last_use = {a.id: i for i, s in enumerate(segments) for n in s for a in needs(n) if isinstance(a, Symbol)}
+        computed = {node.id: i for i, segment in enumerate(segments) for node in segment}
+        stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes at once when it has been computed
+        late: list[list[tuple[str, int, Any]]] = [[] for _ in segments]  # the rest, at the end of a segment
+        due = [(0, len(segments) - 1, *store) for store in stores]  # no earlier, no later than these segments
+        earliest = 0
+        for i, segment in enumerate(segments):
+            if segment and segment[0].op == "call":
+                due += [(earliest, i - 1, "work", row, x) for row, x in self._arguments(segment[0])]
+                earliest = i
+        for earliest, i, array, row, x in due:
+            if isinstance(x, Symbol) and computed.get(x.id, -1) >= earliest:
+                stored.setdefault(x.id, []).append((array, row))
+            else:
+                late[i].append((array, row, x))
+                if isinstance(x, Symbol):
+                    last_use[x.id] = max(i, last_use.get(x.id, 0))
+        signature = SIGNATURE.replace("readonly %parameters", "%parameters") if self.preparing else SIGNATURE
+        text, calls = [], []
+        for i, segment in enumerate(segments):
+            if segment and segment[0].op == "call":
+                calls += self._call(segment[0], i)
+                continue
+            self.lines, self.loaded, self.here = [], {}, set()
+            for node in segment:
+                self._compute(node)
+                for array, row in stored.get(node.id, ()):
+                    self._store(array, row, f"%v{node.id}")
+                if last_use.get(node.id, i) > i:
+                    self._store("work", self._slot(node), f"%v{node.id}")
+            for array, row, x in late[i]:
+                self._store(array, row, self._value(x))
+            body = "\n".join(self.lines)
+            text.append(f"define internal void @{name}.{i}({signature}) noinline nounwind {{\n{body}\nret void\n}}\n")
+            calls.append(f"call void @{name}.{i}({ARGUMENTS})")
+            for id_ in [id_ for id_ in self.slots if last_use.get(id_, -1) <= i]:
+                self.free.append(self.slots.pop(id_))
+        text.append(f"define void @{name}({ARGUMENTS}) noinline nounwind {{\n" + "\n".join(calls) + "\nret void\n}\n")
+        return "\n".join(text)
+
+    # ------------------------------------------------------------ rows of memory
+    def _slot(self, node: Symbol) -> int:
+        if not self.free:
+            self.free.append(self.rows)
+            self.rows += 1
+        self.slots[node.id] = self.free.pop()
+        return self.slots[node.id]
+
+    def _pointer(self, array: str, row: int) -> str:
+        name = f"%p{len(self.lines)}"
+        self.lines.append(f"{name} = getelementptr double, ptr %{array}, i64 {W * row}")
+        return name
+
+    def _store(self, array: str, row: int, value: str) -> None:
+        pointer = self._pointer(array, row)
+        self.lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
+
+    def _load(self, array: str, row: int) -> str:
+        key = (array, row)
+        if key not in self.loaded:
+            pointer = self._pointer(array, row)
+            self.loaded[key] = f"%l{len(self.lines)}"
+            self.lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
+        return self.loaded[key]
+
+    # ------------------------------------------------------------ values
+    def _value(self, x: Any) -> str:
+        if not isinstance(x, Symbol):
+            return f"<{', '.join([f'double {_hex(float(x))}'] * W)}>"
+        if x.id in self.here:
+            return f"%v{x.id}"
+        if x.op == "input":
+            return self._load(*x.args)
+        if x.invariant and not self.preparing:
+            return self._load("parameters", self.kernel.hoisted[x.id])
+        return self._load("work", self.slots[x.id])
+
+    def _compute(self, node: Symbol) -> None:
+        a = [self._value(x) for x in node.args]
+        if node.op in BINARY:
+            right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
+        elif node.op in ("fma", "fms", "fnma"):
+            if node.op != "fma":
+                which = 2 if node.op == "fms" else 0
+                self.lines.append(f"%n{node.id} = fneg {VECTOR} {a[which]}")
+                a[which] = f"%n{node.id}"
+            right = f"call {VECTOR} @llvm.fma.v{W}f64({', '.join(f'{VECTOR} {v}' for v in a)})"
+        elif node.op == "neg":
+            right = f"fneg {VECTOR} {a[0]}"
+        elif node.op == "sqrt":
+            right = f"call {VECTOR} @llvm.sqrt.v{W}f64({VECTOR} {a[0]})"
+        elif node.op == "where":
+            right = f"select {MASK} {self._condition(node)}, {VECTOR} {a[1]}, {VECTOR} {a[2]}"
+        elif node.op in COMPARE:  # masks live as 0 or 1 beside ordinary values, so that they may cross a cut
+            one, zero = self._value(1.0), self._value(0.0)
+            self.lines.append(f"%m{node.id} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
+            right = f"select {MASK} %m{node.id}, {VECTOR} {one}, {VECTOR} {zero}"
+        elif node.op == "power_of_two":
+            bias, shift = self._value(6755399441055744.0 + 1023.0), ", ".join(["i64 52"] * W)
+            self.lines.append(f"%f{node.id} = fadd {VECTOR} {a[0]}, {bias}")
+            self.lines.append(f"%b{node.id} = bitcast {VECTOR} %f{node.id} to {BITS}")
+            self.lines.append(f"%s{node.id} = shl {BITS} %b{node.id}, <{shift}>")
+            right = f"bitcast {BITS} %s{node.id} to {VECTOR}"
+        else:
+            raise ValueError(f"no instruction for the operation {node.op!r}")
+        self.lines.append(f"%v{node.id} = {right}")
+        self.here.add(node.id)
+
+    def _condition(self, node: Symbol) -> str:
+        condition = node.args[0]
+        if condition.id in self.here and condition.op in COMPARE:
+            return f"%m{condition.id}"
+        name = f"%c{node.id}"
+        self.lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
+        return name
+
+    # ------------------------------------------------------------ calls
+    def _arguments(self, call: Symbol) -> list[tuple[int, Any]]:
+        """The work rows that a call's arguments go to; every call uses the same."""
+        if self.arguments is None:
+            self.arguments = self.rows
+            self.rows += call.args[0].extra_rows[-1] + 1
+        return [(self.arguments + row, x) for row, x in call.args[1]]
+
+    def _call(self, call: Symbol, number: int) -> list[str]:
+        """Call another kernel: arguments and results stand in work, behind what it needs itself."""
+        kernel, results = call.args[0], self.rows
+        self.rows += len(kernel.outputs)
+        for node in self.kernel.order:
+            if node.op == "result" and node.args[0] is call:
+                self.slots[node.id] = results + node.args[1]
+        return [
+            f"%a{number} = getelementptr double, ptr %work, i64 {W * self.arguments}",
+            f"%r{number} = getelementptr double, ptr %work, i64 {W * results}",
+            f"call void @{kernel.name}(ptr %state, ptr %parameters, ptr %clock, ptr %a{number}, ptr %r{number}, ptr %work)",
+        ]

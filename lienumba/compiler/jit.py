@@ -1,0 +1,65 @@
+"""Kernels and named operations under `@njit`, on floats and on lanes.
+
+Numba finds `register` through the package's entry point, so a user's own jitted code may call `so3.exp` and the like.
+"""
+
+import math
+from typing import Any
+
+from lienumba import operations, vector_math
+
+
+def register() -> None:
+    """Tell Numba of every kernel, those to come included."""
+    from numba.core import types
+    from numba.extending import overload, register_jitable
+
+    from lienumba.compiler import lanes
+
+    if operations.ON_NEW_KERNEL:
+        return
+
+    def scalar(x: Any) -> bool:
+        return isinstance(x, types.Number)
+
+    def unary(operation: Any, of_floats: Any, of_lanes: Any) -> None:
+        @overload(operation, strict=False)
+        def choose(x: Any) -> Any:
+            if x == lanes.lanes:
+                return lambda x: of_lanes(x)
+            if scalar(x):
+                return lambda x: of_floats(x)
+
+    unary(operations.sqrt, math.sqrt, lanes.sqrt)
+    unary(operations.sin, math.sin, vector_math.sin)
+    unary(operations.cos, math.cos, vector_math.cos)
+    unary(operations.exp, math.exp, vector_math.exp)
+
+    @overload(operations.power_of_two, strict=False)
+    def power_of_two(n: Any) -> Any:
+        if n == lanes.lanes:
+            return lambda n: lanes.power_of_two(n)
+        if scalar(n):
+            return lambda n: math.ldexp(1.0, int(n))
+
+    @overload(operations.atan2, strict=False)
+    def atan2(y: Any, x: Any) -> Any:
+        if lanes.lanes in (x, y):
+            return lambda y, x: vector_math.atan2(y, x)
+        if scalar(x) and scalar(y):
+            return lambda y, x: math.atan2(y, x)
+
+    @overload(operations.where, strict=False)
+    def where(condition: Any, x: Any, y: Any) -> Any:
+        if condition == lanes.mask:
+            return lambda condition, x, y: lanes.choose(condition, x, y)
+        if isinstance(condition, types.Boolean):
+            return lambda condition, x, y: x if condition else y
+
+    @overload(operations.at_most, strict=False)
+    def at_most(x: Any, bound: Any) -> Any:
+        return lambda x, bound: x
+
+    for function in (operations.minimum, operations.maximum, operations.absolute, *operations.KERNELS):
+        register_jitable(function)
+    operations.ON_NEW_KERNEL.append(register_jitable)

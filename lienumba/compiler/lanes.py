@@ -1,0 +1,227 @@
+"""Lanes: a Numba type whose values are LLVM vectors of W doubles, one lane per run; and masks of W bits.
+
+Under `@njit`, lanes know `+ - * /`, negation, comparisons, `where`, `sqrt`, `fma`, and through the kernels of
+`lienumba.vector_math` sin, cos, exp and atan2. Nothing is ever contracted or reassociated.
+"""
+
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, models, register_model
+
+from lienumba.compiler.emit import W
+
+VECTOR = ir.VectorType(ir.DoubleType(), W)
+BITS = ir.VectorType(ir.IntType(1), W)
+INT32, INT64 = ir.IntType(32), ir.IntType(64)
+
+
+class Lanes(types.Type):
+    def __init__(self) -> None:
+        super().__init__(f"float64x{W}")
+
+
+class Mask(types.Type):
+    def __init__(self) -> None:
+        super().__init__(f"boolean{W}")
+
+
+lanes, mask = Lanes(), Mask()
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: Any) -> None:
+        super().__init__(dmm, fe_type, VECTOR)
+
+
+@register_model(Mask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: Any) -> None:
+        super().__init__(dmm, fe_type, BITS)
+
+
+def broadcast(builder: Any, scalar: Any) -> Any:
+    """A scalar in every lane."""
+    vector = ir.VectorType(scalar.type, W)
+    undefined = ir.Constant(vector, ir.Undefined)
+    first = builder.insert_element(undefined, scalar, ir.Constant(INT32, 0))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(INT32, W), [0] * W))
+
+
+def as_vectors(context: Any, builder: Any, given: Any, args: Any) -> list[Any]:
+    """Each argument as a vector of doubles; plain numbers are broadcast."""
+    return [
+        value if kind == lanes else broadcast(builder, context.cast(builder, value, kind, types.float64))
+        for value, kind in zip(args, given, strict=True)
+    ]
+
+
+def are_numbers(args: Any, count: int) -> bool:
+    """Whether these are `count` lanes or plain numbers, at least one of them lanes."""
+    return len(args) == count and lanes in args and all(a == lanes or isinstance(a, types.Number) for a in args)
+
+
+def _binary(op: Any, result: Any, emit: Any) -> None:
+    @infer_global(op)
+    class _Typing(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            if are_numbers(args, 2):
+                return signature(result, *(a if a == lanes else types.float64 for a in args))
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return emit(builder, *as_vectors(context, builder, sig.args, args))
+
+    for pair in ((lanes, lanes), (lanes, types.float64), (types.float64, lanes)):
+        lower_builtin(op, *pair)(lower)
+
+
+for _names, _emit in (
+    (("add", "iadd"), lambda b, x, y: b.fadd(x, y)),
+    (("sub", "isub"), lambda b, x, y: b.fsub(x, y)),
+    (("mul", "imul"), lambda b, x, y: b.fmul(x, y)),
+    (("truediv", "itruediv"), lambda b, x, y: b.fdiv(x, y)),
+):
+    for _name in _names:
+        _binary(getattr(operator, _name), lanes, _emit)
+_binary(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
+_binary(operator.le, mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
+_binary(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_binary(operator.ge, mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
+_binary(operator.eq, mask, lambda b, x, y: b.fcmp_ordered("==", x, y))
+_binary(operator.ne, mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
+
+
+def _of_masks(op: Any, emit: Any) -> None:
+    @infer_global(op)
+    class _Typing(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            if args == (mask, mask):
+                return signature(mask, mask, mask)
+
+    lower_builtin(op, mask, mask)(lambda context, builder, sig, args: emit(builder, *args))
+
+
+_of_masks(operator.and_, lambda b, x, y: b.and_(x, y))
+_of_masks(operator.or_, lambda b, x, y: b.or_(x, y))
+
+
+@infer_global(operator.neg)
+class _Negation(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        if args == (lanes,):
+            return signature(lanes, lanes)
+
+
+@lower_builtin(operator.neg, lanes)
+def _lower_negation(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.fneg(args[0])
+
+
+def _llvm(builder: Any, name: str, *args: Any) -> Any:
+    kind = ir.FunctionType(VECTOR, [VECTOR] * len(args))
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{W}f64")
+    return builder.call(function, args)
+
+
+@intrinsic
+def splat(typing: Any, x: Any) -> Any:
+    """A float in every lane."""
+    return lanes(types.float64), lambda context, builder, sig, args: broadcast(builder, args[0])
+
+
+@intrinsic
+def sqrt(typing: Any, x: Any) -> Any:
+    if x == lanes:
+        return lanes(lanes), lambda context, builder, sig, args: _llvm(builder, "sqrt", *args)
+
+
+@intrinsic
+def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    """a b + c, rounded once."""
+    if are_numbers((a, b, c), 3):
+        given = [x if x == lanes else types.float64 for x in (a, b, c)]
+
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return _llvm(builder, "fma", *as_vectors(context, builder, sig.args, args))
+
+        return lanes(*given), codegen
+
+
+@intrinsic
+def choose(typing: Any, condition: Any, x: Any, y: Any) -> Any:
+    """x in the lanes where the mask holds, else y."""
+    if condition == mask and all(a == lanes or isinstance(a, types.Number) for a in (x, y)):
+        given = [a if a == lanes else types.float64 for a in (x, y)]
+
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.select(args[0], *as_vectors(context, builder, sig.args[1:], args[1:]))
+
+        return lanes(mask, *given), codegen
+
+
+@intrinsic
+def any_lane(typing: Any, condition: Any) -> Any:
+    """Whether the mask holds in some lane."""
+    if condition == mask:
+
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.icmp_unsigned("!=", builder.bitcast(args[0], ir.IntType(W)), ir.Constant(ir.IntType(W), 0))
+
+        return types.boolean(mask), codegen
+
+
+@intrinsic
+def power_of_two(typing: Any, n: Any) -> Any:
+    """2**n for an integral n in [-1022, 1023]."""
+    if n == lanes:
+        integers = ir.VectorType(INT64, W)
+
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            biased = builder.fadd(args[0], ir.Constant(VECTOR, [6755399441055744.0 + 1023.0] * W))
+            shifted = builder.shl(builder.bitcast(biased, integers), ir.Constant(integers, [52] * W))
+            return builder.bitcast(shifted, VECTOR)
+
+        return lanes(lanes), codegen
+
+
+def _row(builder: Any, base: Any, row: Any) -> Any:
+    address = builder.add(base, builder.mul(row, ir.Constant(INT64, 8 * W)))
+    return builder.inttoptr(address, VECTOR.as_pointer())
+
+
+@intrinsic
+def load(typing: Any, base: Any, row: Any) -> Any:
+    """The W doubles of a row of the flat array at address `base`."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        value = builder.load(_row(builder, *args), typ=VECTOR)
+        value.align = 8
+        return value
+
+    return lanes(types.int64, types.int64), codegen
+
+
+@intrinsic
+def store(typing: Any, base: Any, row: Any, value: Any) -> Any:
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        builder.store(args[2], _row(builder, *args[:2])).align = 8
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, lanes), codegen
+
+
+@intrinsic
+def call(typing: Any, address: Any, state: Any, parameters: Any, clock: Any, extra: Any, out: Any, work: Any) -> Any:
+    """Call the kernel at `address` (see `lienumba.compiler.emit`) with six addresses."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kind = ir.FunctionType(ir.VoidType(), [INT64] * 6)
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 7), codegen

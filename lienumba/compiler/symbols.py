@@ -1,0 +1,218 @@
+"""Symbols: numbers that record what is computed with them.
+
+Exact zeros and ones fold away, repeated expressions are shared, and a product that meets a sum is fused at once
+into an explicit multiply-add. Each rule looks at one operation alone, never at how often its result is used: so
+what is stored cannot change what is computed, and the recorded graph fixes every bit of the result.
+"""
+
+from typing import Any
+
+COMPARISONS = ("<", "<=", "==")
+FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
+
+
+class Graph:
+    """The operations of one kernel, in the order in which they were recorded."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Symbol] = []
+        self._memo: dict[tuple[Any, ...], Symbol] = {}
+
+    def input(self, array: str, row: int) -> "Symbol":
+        return self.node("input", array, row)
+
+    def inputs(self, array: str, rows: int, first: int = 0) -> tuple["Symbol", ...]:
+        return tuple(self.input(array, first + row) for row in range(rows))
+
+    def node(self, op: str, *args: Any) -> "Symbol":
+        key = (op, *[a.id if isinstance(a, Symbol) else (a,) for a in args])
+        symbol = self._memo.get(key)
+        if symbol is None:
+            symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
+            self.nodes.append(symbol)
+        return symbol
+
+    def call(self, kernel: Any, arguments: tuple[Any, ...], results: int) -> tuple["Symbol", ...]:
+        """The results of a kernel that is compiled by itself. Of the arguments, its extra input, it takes what it uses."""
+        used = tuple((row, arguments[row]) for row in kernel.extra_rows)
+        call = Symbol(self, len(self.nodes), "call", (kernel, used))
+        self.nodes.append(call)
+        return tuple(self.node("result", call, i) for i in range(results))
+
+
+class Symbol:
+    """One value of a graph. `invariant`: depends on parameters alone. `upper`: a promised bound (see at_most)."""
+
+    __slots__ = ("args", "graph", "id", "invariant", "op", "upper")
+    __array_ufunc__ = None  # array + symbol asks the symbol
+
+    def __init__(self, graph: Graph, id_: int, op: str, args: tuple[Any, ...]) -> None:
+        self.graph, self.id, self.op, self.args = graph, id_, op, args
+        self.upper = float("inf")
+        if op == "input":
+            self.invariant = args[0] == "parameters"
+        elif op in ("call", "result"):
+            self.invariant = False
+        else:
+            self.invariant = all(a.invariant for a in args if isinstance(a, Symbol))
+
+    # ------------------------------------------------------------ arithmetic
+    def __add__(self, other: Any) -> Any:
+        if not isinstance(other, Symbol):
+            if not isinstance(other, float | int):
+                return NotImplemented
+            return self if other == 0 else self._sum(float(other))
+        if other.op == "neg":
+            return self - other.args[0]
+        if self.op == "neg":
+            return other - self.args[0]
+        return self._sum(other)
+
+    def _sum(self, other: Any) -> "Symbol":
+        node = self.graph.node
+        if isinstance(other, Symbol):
+            if other.op == "*":
+                return node("fma", *other.args, self)
+            if self.op == "*":
+                return node("fma", *self.args, other)
+            return node("+", *((self, other) if self.id <= other.id else (other, self)))
+        return node("fma", *self.args, other) if self.op == "*" else node("+", self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        node = self.graph.node
+        if not isinstance(other, Symbol):
+            return self + -other if isinstance(other, float | int) else NotImplemented
+        if other.op == "neg":
+            return self + other.args[0]
+        if self is other:
+            return 0.0
+        if self.op == "neg":
+            return -(self.args[0] + other)
+        if other.op == "*":
+            return node("fnma", *other.args, self)
+        return node("fms", *self.args, other) if self.op == "*" else node("-", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        if other == 0:
+            return -self
+        if self.op == "neg":
+            return self.args[0] + other
+        node = self.graph.node
+        return node("fnma", *self.args, float(other)) if self.op == "*" else node("-", float(other), self)
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Symbol):
+            if not isinstance(other, float | int):
+                return NotImplemented
+            if other == 0:
+                return 0.0
+            if other == 1:
+                return self
+            if other == -1:
+                return -self
+            if self.op == "neg":
+                return self.args[0] * -other
+            return self.graph.node("*", self, float(other))
+        if self.op == "neg":
+            return -(self.args[0] * other)
+        if other.op == "neg":
+            return -(self * other.args[0])
+        return self.graph.node("*", *((self, other) if self.id <= other.id else (other, self)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if not isinstance(other, Symbol):
+            if not isinstance(other, float | int):
+                return NotImplemented
+            return self if other == 1 else -self if other == -1 else self.graph.node("/", self, float(other))
+        if self.op == "neg":
+            return -(self.args[0] / other)
+        if other.op == "neg":
+            return -(self / other.args[0])
+        return self.graph.node("/", self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        if other == 0:
+            return 0.0
+        if self.op == "neg":
+            return -(other / self.args[0])
+        return self.graph.node("/", float(other), self)
+
+    def __neg__(self) -> "Symbol":
+        if self.op == "neg":
+            return self.args[0]
+        if self.op == "-":
+            return self.graph.node("-", self.args[1], self.args[0])
+        return self.graph.node("neg", self)
+
+    # ------------------------------------------------------------ comparisons and choice
+    def __lt__(self, other: Any) -> Any:
+        if not isinstance(other, Symbol) and self.upper < other:
+            return True
+        return self.graph.node("<", self, other)
+
+    def __le__(self, other: Any) -> Any:
+        if not isinstance(other, Symbol) and self.upper <= other:
+            return True
+        return self.graph.node("<=", self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.graph.node("<", other, self)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.graph.node("<=", other, self)
+
+    def __eq__(self, other: Any) -> Any:
+        return self.graph.node("==", self, other)
+
+    def __hash__(self) -> int:
+        return self.id
+
+    def __bool__(self) -> bool:
+        raise TypeError("a kernel may not branch on a number: use where(condition, x, y)")
+
+    def where(self, condition: Any, x: Any, y: Any) -> Any:
+        return x if x is y else self.graph.node("where", condition, x, y)
+
+    def at_most(self, bound: float) -> "Symbol":
+        self.upper = min(self.upper, bound)
+        return self
+
+    # ------------------------------------------------------------ functions
+    def sqrt(self) -> "Symbol":
+        return self.graph.node("sqrt", self)
+
+    def power_of_two(self) -> "Symbol":
+        return self.graph.node("power_of_two", self)
+
+
+def needs(node: Symbol) -> tuple[Any, ...]:
+    """What a node is computed from: symbols, numbers, and the names and rows of inputs."""
+    return tuple(x for _, x in node.args[1]) if node.op == "call" else node.args
+
+
+def live(outputs: tuple[Any, ...]) -> list[Symbol]:
+    """The nodes that the outputs need, in the order in which they were recorded."""
+    found: dict[int, Symbol] = {}
+    stack = [x for x in outputs if isinstance(x, Symbol)]
+    while stack:
+        node = stack.pop()
+        if node.id not in found:
+            found[node.id] = node
+            stack += [x for x in needs(node) if isinstance(x, Symbol)]
+    return [found[id_] for id_ in sorted(found)]
+
+
+def operation_counts(order: list[Symbol]) -> dict[str, int]:
+    """How many of each kind; `flops` counts a fused multiply-add as two."""
+    counts = {"add": 0, "multiply": 0, "fma": 0, "divide": 0, "sqrt": 0, "select": 0}
+    kinds = {"+": "add", "-": "add", "*": "multiply", "/": "divide", "sqrt": "sqrt", "power_of_two": "select"}
+    kinds |= dict.fromkeys(FUSED, "fma") | dict.fromkeys((*COMPARISONS, "where"), "select")
+    for node in order:
+        if node.op in kinds:
+            counts[kinds[node.op]] += 1
+    arithmetic = counts["add"] + counts["multiply"] + 2 * counts["fma"] + counts["divide"] + counts["sqrt"]
+    return counts | {"operations": sum(counts.values()), "flops": arithmetic}

@@ -1,0 +1,221 @@
+"""What a person sees while lienumba works: errors, warnings, progress and the summary."""
+
+import itertools
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TextIO
+
+import typer
+
+from lienumba.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from lienumba.analysis.summary import Summary
+
+SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
+MOST_BODIES = 3  # whose final state the summary shows
+SILENCE = 60.0  # s after which a line appears even if nothing has been reported
+
+
+class Event(Protocol):
+    """What the runner reports: the stage ("compile", "run", "write"), and runs done and failed."""
+
+    stage: str
+    done: int
+    total: int
+    failed: int
+
+
+STAGES = {
+    "compile": "compiling the mechanism (kept for the next time)",
+    "run": "simulating",
+    "write": "writing the dataset",
+}
+
+
+@contextmanager
+def exit_codes() -> Iterator[None]:
+    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are."""
+    try:
+        yield
+    except ScenarioError as error:
+        for line in str(error).splitlines():
+            typer.echo(f"error: {line}", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        from lienumba.store.files import WriteError
+
+        if not isinstance(error, WriteError):
+            raise
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
+    except KeyboardInterrupt:
+        typer.echo("interrupted: no dataset was written", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def print_warnings(warnings: list[str]) -> None:
+    for warning in warnings:
+        typer.echo(f"warning: {warning}", err=True)
+
+
+@contextmanager
+def progress(quiet: bool) -> Iterator[Callable[[Any], None] | None]:
+    """A function that shows the runner's events: a bar on a terminal, else lines; None when quiet."""
+    if quiet:
+        yield None
+    elif sys.stderr.isatty():
+        yield from _bar()
+    else:
+        lines = ProgressLines(sys.stderr)
+        with lines:
+            yield lines
+
+
+def _bar() -> Iterator[Callable[[Event], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("runs, {task.fields[failed]} failed,"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("checking", total=None, failed=0)
+
+        def show(event: Event) -> None:
+            text = STAGES.get(event.stage, event.stage)
+            total = event.total if event.stage == "run" else None
+            bar.update(task, description=text, completed=event.done, total=total, failed=event.failed)
+
+        yield show
+
+
+class ProgressLines:
+    """Progress as lines of text: at each new stage, every LINE_INTERVAL, and after SILENCE."""
+
+    def __init__(self, stream: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
+        self.stream, self.clock = stream, clock
+        self.event: Event | None = None
+        self.stage = ""
+        self.started = self.printed = clock()
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+        self._watch = threading.Thread(target=self._break_silence, daemon=True)
+
+    def __enter__(self) -> "ProgressLines":
+        self._watch.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._watch.join()
+
+    def __call__(self, event: Event) -> None:
+        with self._lock:
+            now = self.clock()
+            self.event = event
+            if event.stage != self.stage:
+                self.stage, self.started = event.stage, now
+                self._print(STAGES.get(event.stage, event.stage))
+            elif event.done == event.total or now - self.printed >= LINE_INTERVAL:
+                self._print(self._state(event, now))
+
+    def _break_silence(self) -> None:
+        while not self._over.wait(1.0):
+            with self._lock:
+                if self.event is not None and self.clock() - self.printed >= SILENCE:
+                    self._print(self._state(self.event, self.clock()))
+
+    def _state(self, event: Event, now: float) -> str:
+        text = (
+            f"{STAGES.get(event.stage, event.stage)}: {event.done}/{event.total} runs, {event.failed} failed"
+        )
+        elapsed = now - self.started
+        if event.stage == "run" and event.done and elapsed > 0:
+            rate = event.done / elapsed
+            left = duration((event.total - event.done) / rate)
+            text += f", {rate:,.{0 if rate >= 10 else 2}f} runs/s, {left} left"
+        return text
+
+    def _print(self, text: str) -> None:
+        self.printed = self.clock()
+        print(text, file=self.stream, flush=True)
+
+
+def duration(seconds: float) -> str:
+    """A time for people: 8 s, 3 min 20 s, 2 h 5 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def print_summary(summary: "Summary", target: Path) -> None:
+    """How the runs ended, where, and how well the constraints held."""
+    from rich.console import Console
+
+    output = Console(width=None if sys.stdout.isatty() else 110, highlight=False, soft_wrap=True)
+    failed = summary.runs - summary.good
+    title = f"{summary.title}: " if summary.title else ""
+    output.print(f"{title}{summary.good:,} of {summary.runs:,} runs good, {failed:,} failed", markup=False)
+    for line in _failures(summary):
+        output.print(f"  {line}", markup=False)
+    if summary.final:
+        output.print(_final_state(summary))
+    violations = (
+        ("position violation", summary.max_position_violation, " m"),
+        ("velocity violation", summary.max_velocity_violation, " m/s"),
+        ("relative energy drift", summary.max_relative_energy_drift, ""),
+    )
+    largest = ", ".join(f"{name} {value:.1e}{unit}" for name, value, unit in violations if value is not None)
+    if largest:
+        output.print(f"largest {largest}", markup=False)
+    output.print(f"written to {target}", markup=False)
+
+
+def _failures(summary: "Summary") -> Iterator[str]:
+    from lienumba.batch.statuses import STATUSES
+
+    sentences = {status.name: status.sentence for status in STATUSES}
+    for outcome in summary.outcomes:
+        if outcome.status != STATUSES[0].name:
+            more = ", ..." if outcome.count > len(outcome.labels) else ""
+            runs = ", ".join(
+                f"{label} (at {end:g} s)"
+                for label, end in itertools.zip_longest(outcome.labels, outcome.end_times, fillvalue=0.0)
+            )
+            yield f"{outcome.count:,} {outcome.status}: {sentences[outcome.status]}; runs {runs}{more}"
+
+
+def _final_state(summary: "Summary") -> "Table":
+    """Quantiles over the good runs at the last stored time; of many bodies only the last."""
+    from rich import box
+    from rich.table import Table
+
+    bodies = list(dict.fromkeys(row.body for row in summary.final if row.body))
+    shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
+    which = f", the last of {len(bodies)} bodies" if len(shown) < len(bodies) else ""
+    table = Table(title=f"at t = {summary.final_time:g} s{which}", box=box.SIMPLE_HEAD, title_justify="left")
+    for heading in ("quantity", "body", "axis"):
+        table.add_column(heading)
+    for heading in ("5 %", "median", "95 %") if summary.good > 1 else ("value",):
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
+    for row in summary.final:
+        if not row.body or row.body in shown:
+            values = (row.low, row.median, row.high) if summary.good > 1 else (row.median,)
+            table.add_row(row.quantity, row.body, row.axis, *(f"{value:.6g}" for value in values), row.units)
+    return table

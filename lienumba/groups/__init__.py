@@ -1,0 +1,1 @@
+"""Lie groups of rigid bodies as plain functions of numbers."""

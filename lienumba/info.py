@@ -1,0 +1,122 @@
+"""What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from lienumba.scenario.resolve import Scenario
+
+NETCDF_STARTS = (b"\x89HDF\r\n\x1a\n", b"CDF")
+ROWS = {"spherical": 3, "distance": 1}  # constraint equations of each type of joint
+FIRST_LABELS = 8  # of failed runs
+
+
+def describe(file: Path) -> str:
+    """Lines about a dataset or a scenario, told apart by the first bytes of the file."""
+    if file.is_file():
+        with file.open("rb") as stream:
+            if stream.read(8).startswith(NETCDF_STARTS):
+                return _describe_file(file)
+    from lienumba.scenario.resolve import resolve
+
+    return describe_scenario(resolve(file))
+
+
+def _describe_file(file: Path) -> str:
+    import xarray as xr
+
+    try:
+        dataset = xr.open_dataset(file, engine="netcdf4")
+    except OSError as error:
+        raise ScenarioError(f"{file} cannot be opened as netCDF ({error}); is it complete?") from None
+    with dataset:
+        if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
+            raise ScenarioError(
+                f"{file} is a netCDF file but not of lienumba; give one that lienumba run wrote"
+            )
+        return describe_dataset(dataset)
+
+
+def describe_dataset(dataset: "xr.Dataset") -> str:
+    """What a dataset holds, how its runs ended, and where it comes from."""
+    attributes, sizes = dataset.attrs, dataset.sizes
+    runs, times = dataset["run"].values, dataset["time"].values
+    inputs = [str(name) for name, item in dataset.coords.items() if item.attrs.get("role") == "input"]
+    stored = [str(name) for name, item in dataset.data_vars.items() if "time" in item.dims]
+    rows: dict[str, str] = {
+        "title": str(attributes.get("title", "")),
+        "source": str(attributes.get("source", "")),
+        "runs": f"{len(runs)} (labels {runs[0]} to {runs[-1]})",
+        "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s",
+        "bodies": _names(dataset, "body"),
+        "joints": _names(dataset, "joint"),
+        "variables": ", ".join(stored),
+        "inputs": ", ".join(inputs) or "none",
+        "status": _statuses(dataset),
+        "memory": f"{dataset.nbytes / 1e6:.1f} MB in {sizes['run']} runs",
+        "scenario": f"sha256 {attributes['scenario_sha256']}, seed {attributes.get('seed')}",
+        "versions": ", ".join(
+            f"{key.removesuffix('_version')} {value}"
+            for key, value in attributes.items()
+            if key.endswith("_version")
+        ),
+        "cpu": str(attributes.get("cpu", "")),
+        "history": str(attributes.get("history", "")),
+    }
+    return _table(rows)
+
+
+def _names(dataset: "xr.Dataset", dimension: str) -> str:
+    if dimension not in dataset.coords:
+        return "none"
+    names = [str(name) for name in dataset[dimension].values]
+    return ", ".join(names) if len(names) <= 12 else f"{len(names)}: {', '.join(names[:10])}, ..."
+
+
+def _statuses(dataset: "xr.Dataset") -> str:
+    from lienumba.batch.statuses import STATUSES
+
+    codes = dataset["status"].values
+    parts = []
+    for status in STATUSES:
+        labels = [str(label) for label in dataset["run"].values[codes == status.code]]
+        if labels:
+            more = ", ..." if len(labels) > FIRST_LABELS else ""
+            which = "" if status.code == 0 else f" (runs {', '.join(labels[:FIRST_LABELS])}{more})"
+            parts.append(f"{len(labels)} {status.name}{which}")
+    return ", ".join(parts)
+
+
+def describe_scenario(scenario: "Scenario") -> str:
+    """The size of a scenario's system, and the operations of its kernels."""
+    from lienumba.scenario import runner
+
+    model = scenario.data.model
+    equations = sum(ROWS[joint.type] for joint in model.joints)
+    freedom = 6 * len(model.bodies) - equations
+    rows = {
+        "title": scenario.data.title,
+        "size": scenario.headline(),
+        "bodies": ", ".join(body.name for body in model.bodies),
+        "joints": ", ".join(f"{joint.name} ({joint.type})" for joint in model.joints) or "none",
+        "equations": f"{equations} constraints, {freedom} degrees of freedom if they are independent",
+        "sha256": scenario.sha256(),
+    }
+    return _table(rows) + "\n" + _operations(runner.operation_counts(scenario))
+
+
+def _operations(counts: dict[str, dict[str, Any]]) -> str:
+    """Operations per run and call of each kernel."""
+    lines = ["operations per run and call:"]
+    for kernel, operations in counts.items():
+        items = ", ".join(f"{number} {name}" for name, number in operations.items() if number)
+        lines.append(f"  {kernel}: {sum(operations.values())} ({items})")
+    return "\n".join(lines)
+
+
+def _table(rows: dict[str, str]) -> str:
+    return "\n".join(f"{name + ':':<12}{text}" for name, text in rows.items() if text)

@@ -1,0 +1,1 @@
+"""Tableaus, the Munthe-Kaas step, and the one driver."""

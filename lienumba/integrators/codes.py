@@ -1,0 +1,6 @@
+"""What a kernel says of a run it could not advance; 0 is good."""
+
+NON_FINITE = 1.0
+NOT_CONVERGED = 2.0
+SINGULAR = 3.0
+ROTATION = 4.0

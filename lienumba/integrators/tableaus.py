@@ -1,0 +1,35 @@
+"""Explicit Runge-Kutta methods as data."""
+
+from dataclasses import dataclass
+from fractions import Fraction as F
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """A (strictly lower rows), b, c of an explicit method, and its order."""
+
+    name: str
+    order: int
+    A: tuple[tuple[F, ...], ...]
+    b: tuple[F, ...]
+
+    @property
+    def c(self) -> tuple[F, ...]:
+        return tuple(sum(row, F(0)) for row in self.A)
+
+
+def _tableau(name: str, order: int, A: list[list[str]], b: str) -> Tableau:
+    return Tableau(name, order, tuple(tuple(F(x) for x in row) for row in A), tuple(F(x) for x in b.split()))
+
+
+TABLEAUS = {
+    tableau.name: tableau
+    for tableau in (
+        _tableau("euler", 1, [[]], "1"),
+        _tableau("midpoint", 2, [[], ["1/2"]], "0 1"),
+        _tableau("heun", 2, [[], ["1"]], "1/2 1/2"),
+        _tableau("kutta3", 3, [[], ["1/2"], ["-1", "2"]], "1/6 2/3 1/6"),
+        _tableau("rk4", 4, [[], ["1/2"], ["0", "1/2"], ["0", "0", "1"]], "1/6 1/3 1/3 1/6"),
+        _tableau("rk38", 4, [[], ["1/3"], ["-1/3", "1"], ["1", "-1", "1"]], "1/8 3/8 3/8 1/8"),
+    )
+}

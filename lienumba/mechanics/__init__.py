@@ -1,0 +1,1 @@
+"""Rigid bodies and ideal joints: every law is one plain function of numbers."""

@@ -1,0 +1,111 @@
+"""The named operations of kernels: what a number can do beside `+ - * /`.
+
+A kernel is a plain function of numbers. The same source runs on floats, on NumPy arrays (one value per run), on
+the compiler's jets and symbols, and on floats or lanes under `@njit`. On floats the operations are those of
+`math`, with IEEE results (NaN, not an exception, outside the domain). Arrays, symbols and lanes share the
+polynomials of `lienumba.vector_math`, so that a result never depends on a CPU's mathematics library.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+KERNELS: list[Callable[..., Any]] = []
+ON_NEW_KERNEL: list[Callable[[Callable[..., Any]], None]] = []
+
+
+def kernel(function: F) -> F:
+    """Mark a plain function as a kernel, so that Numba may call it from jitted code."""
+    KERNELS.append(function)
+    for tell in ON_NEW_KERNEL:
+        tell(function)
+    return function
+
+
+def _is_float(x: Any) -> bool:
+    return isinstance(x, float | int)
+
+
+def sqrt(x: Any) -> Any:
+    if _is_float(x):
+        return math.sqrt(x) if x >= 0.0 else math.nan
+    return x.sqrt() if hasattr(x, "sqrt") else x**0.5
+
+
+def sin(x: Any) -> Any:
+    if _is_float(x):
+        return math.sin(x) if math.isfinite(x) else math.nan
+    from lienumba import vector_math
+
+    return x.sin() if hasattr(x, "sin") else vector_math.sin(x)
+
+
+def cos(x: Any) -> Any:
+    if _is_float(x):
+        return math.cos(x) if math.isfinite(x) else math.nan
+    from lienumba import vector_math
+
+    return x.cos() if hasattr(x, "cos") else vector_math.cos(x)
+
+
+def exp(x: Any) -> Any:
+    if _is_float(x):
+        return math.exp(x) if x < 709.782712893384 else x * math.inf
+    from lienumba import vector_math
+
+    return x.exp() if hasattr(x, "exp") else vector_math.exp(x)
+
+
+def atan2(y: Any, x: Any) -> Any:
+    if _is_float(x) and _is_float(y):
+        return math.atan2(y, x)
+    for number in (y, x):
+        if hasattr(number, "atan2"):
+            return number.atan2(y, x)
+    from lienumba import vector_math
+
+    return vector_math.atan2(y, x)
+
+
+def power_of_two(n: Any) -> Any:
+    """2**n for an integral n in [-1022, 1023], exactly."""
+    if _is_float(n):
+        return math.ldexp(1.0, int(n))
+    if hasattr(n, "power_of_two"):
+        return n.power_of_two()
+    import numpy as np
+
+    return np.ldexp(1.0, np.nan_to_num(n).astype(np.int64))
+
+
+def where(condition: Any, x: Any, y: Any) -> Any:
+    """x where the condition holds, else y; both are evaluated, neither may raise."""
+    if isinstance(condition, bool):
+        return x if condition else y
+    for number in (condition, x, y):
+        if hasattr(number, "where"):
+            return number.where(condition, x, y)
+    import numpy as np
+
+    return np.where(condition, x, y)
+
+
+def minimum(x: Any, y: Any) -> Any:
+    """The smaller of two numbers; y where either is NaN."""
+    return where(x < y, x, y)
+
+
+def maximum(x: Any, y: Any) -> Any:
+    """The larger of two numbers; y where either is NaN."""
+    return where(x > y, x, y)
+
+
+def absolute(x: Any) -> Any:
+    return where(x < 0.0, -x, x)
+
+
+def at_most(x: Any, bound: float) -> Any:
+    """x itself, which the caller promises to be <= bound: the compiler drops the branches this rules out."""
+    return x.at_most(bound) if hasattr(x, "at_most") else x

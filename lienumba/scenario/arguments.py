@@ -1,0 +1,45 @@
+"""What the command line gives as text: run labels (`3,17` or `0:500`) and settings (`path=value`)."""
+
+import re
+from collections.abc import Sequence
+
+from lienumba.errors import ScenarioError
+
+
+def parse_labels(text: str) -> list[int]:
+    """The labels of `--runs`, ascending and each once; a range leaves its end out, -1 is the nominal run."""
+    labels: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(-1|\d+)(?::(\d+))?\s*", part)
+        if match is None:
+            raise ScenarioError(
+                f'--runs {text}: "{part}" is not a run; give labels such as 3,17 or a range such as 0:500'
+            )
+        start, end = int(match.group(1)), match.group(2)
+        if end is not None and int(end) <= start:
+            raise ScenarioError(f'--runs {text}: the range "{part}" is empty; put its end above its start')
+        labels.update(range(start, start + 1 if end is None else int(end)))
+    return sorted(labels)
+
+
+def check_labels(labels: Sequence[int], runs: int) -> None:
+    """Every label must be a run of the sweep, or -1, the nominal run."""
+    if not labels:
+        raise ScenarioError("runs = []: names no run; give labels such as 3,17, or leave it out for all runs")
+    wrong = [label for label in labels if not -1 <= label < runs]
+    if wrong:
+        raise ScenarioError(
+            f"run {wrong[0]} does not exist: the sweep has sweep.runs = {runs}; "
+            f"give labels from 0 to {runs - 1} (-1: the nominal run), or raise sweep.runs"
+        )
+
+
+def parse_assignments(settings: Sequence[str]) -> dict[str, str]:
+    """The `--set path=value` options by path; of several for one path the last counts."""
+    parsed: dict[str, str] = {}
+    for setting in settings:
+        path, equals, value = setting.partition("=")
+        if not equals or not path.strip():
+            raise ScenarioError(f"--set {setting}: is not PATH=VALUE; write it such as integrator.step=1e-4")
+        parsed[path.strip()] = value.strip()
+    return parsed

@@ -1,0 +1,150 @@
+"""Where a scenario comes from: a TOML file, a dict or a System; and what `--set` changes in it."""
+
+import copy
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario import paths
+from lienumba.scenario.messages import nearest, show
+
+MODEL_KEYS = ("gravity", "bodies", "joints")
+
+
+def load(source: Any) -> dict[str, Any]:
+    """The scenario's keys and values, not yet checked; `source` is a path, a dict or a System."""
+    if isinstance(source, str | Path):
+        return _read(Path(source))
+    if hasattr(source, "to_dict"):
+        source = source.to_dict()
+    if isinstance(source, Mapping):
+        plain = _plain(source)
+        assert isinstance(plain, dict)
+        return plain
+    raise ScenarioError(
+        f"the scenario is a {type(source).__name__}: must be the path of a TOML file, a dict or a System"
+    )
+
+
+def _plain(value: Any) -> Any:
+    """A copy in the types that TOML has: NumPy's arrays become lists, its numbers plain, tuples lists."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items() if item is not None}
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return copy.copy(value)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    if path.is_dir():
+        raise ScenarioError(f"{path} is a folder; give the path of a TOML file in it")
+    if not path.exists():
+        raise ScenarioError(f"{path} does not exist; {_similar_file(path)}")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{path} is not a text file in UTF-8; give the path of a TOML file") from None
+    except OSError as error:
+        raise ScenarioError(f"{path} cannot be read: {error.strerror}; check its permissions") from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(_syntax(path, text, str(error))) from None
+
+
+def _similar_file(path: Path) -> str:
+    folder = path.parent
+    if not folder.is_dir():
+        return f"nor does the folder {folder}; check the path"
+    close = nearest(path.name, [item.name for item in folder.glob("*.toml")])
+    return f"the nearest file there is {folder / close}" if close else "check the path"
+
+
+def _syntax(path: Path, text: str, message: str) -> str:
+    """A TOML syntax error: line, column, the line itself, and the usual cause."""
+    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
+    lines = text.splitlines() or [""]
+    if match is None or match.group(2) is None:
+        number, column = len(lines), len(lines[-1]) + 1
+    else:
+        number, column = int(match.group(2)), int(match.group(3))
+    reason = match.group(1) if match else message
+    line = lines[number - 1].strip() if number <= len(lines) else ""
+    where = f"{path}, line {number}, column {column}"
+    return f"{where}: not valid TOML: {reason}, in `{line[:80]}`; {_usual_cause(line)}"
+
+
+def _usual_cause(line: str) -> str:
+    value = line.partition("=")[2].strip()
+    if re.search(r"(^|[\s\[,=])[-+]?\.\d", value) or re.search(r"\d\.(\D|$)", value):
+        return "a decimal point needs a digit on both sides: 0.5, 15.0"
+    if re.match(r"(True|False|None|none|null)\b", value):
+        return "write true or false in lower case; leave a key out to omit it"
+    if re.match(r"[\d.]+\s*(kg|m|s|rad|deg|Nm|N)\b", value):
+        return "write the number alone, without its unit"
+    if re.match(r"[A-Za-z]", value):
+        return "a text needs quotes"
+    if re.match(r"[\w.]*\[\d+\]|[\w.]+\[", line) and "=" in line:
+        return "a path with an index needs quotes"
+    if "=" not in line and not line.startswith("["):
+        return "a line is `key = value` or `[section]`"
+    return "check brackets, quotes and commas"
+
+
+def parse_value(text: str) -> Any:
+    """The value of `--set path=text`: TOML, or a bare word as a string."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+        if list(parsed) == ["value"]:
+            return parsed["value"]
+    except tomllib.TOMLDecodeError:
+        if re.fullmatch(r"[A-Za-z_][\w-]*", text.strip()):
+            return text.strip()
+    raise ValueError("is not TOML; give a number, a list in [] or a text in quotes (a bare word needs none)")
+
+
+def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
+    """Set values by path, in place; texts are read as TOML. Returns a sentence for each that cannot be."""
+    problems: list[str] = []
+    for path, value in overrides.items():
+        try:
+            setting = parse_value(value) if isinstance(value, str) else _plain(value)
+            tokens = paths.parse(path)
+            if tokens[0] in MODEL_KEYS:
+                tokens = ["model", *tokens]
+            _refuse_varied(data, tokens)
+            paths.put(data, tokens, setting)
+        except paths.PathError as error:
+            problems.append(f"--set {path}={_text(value)}: the path {path} {error}")
+        except ValueError as error:
+            problems.append(f"--set {path}={_text(value)}: the value {_text(value)} {error}")
+    return problems
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else show(value)
+
+
+def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+    """A number that the sweep varies has no single value to set."""
+    if tokens[0] != "model":
+        return
+    sweep = data.get("sweep")
+    varied = sweep.get("vary") if isinstance(sweep, dict) else None
+    for path in varied if isinstance(varied, dict) else ():
+        try:
+            other = paths.parse(path)
+        except paths.PathError:
+            continue
+        other = other[1:] if other[0] == "model" else other
+        shared = min(len(other), len(tokens) - 1)
+        if other[:shared] == tokens[1 : shared + 1]:
+            raise paths.PathError(
+                f'is varied by sweep.vary."{path}", so it cannot be set; '
+                f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary"
+            )

@@ -1,0 +1,128 @@
+"""The resolved scenario: checked, every default filled in, ready to be built, stored and hashed."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario import paths, timegrid, toml
+from lienumba.scenario.checks import check
+from lienumba.scenario.loading import apply_overrides, load
+from lienumba.scenario.messages import sentences
+from lienumba.scenario.schema import ScenarioData
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario without a fault that can be seen before its mechanism is assembled."""
+
+    data: ScenarioData
+    warnings: list[str] = field(default_factory=list)
+    file: Path | None = None
+
+    @property
+    def steps(self) -> int:
+        """The number of integration steps of each run."""
+        return _count(self.data.integrator.end_time, self.data.integrator.step)
+
+    @cached_property
+    def times(self) -> list[float]:
+        """The stored times in s, exact decimals."""
+        output = self.data.output
+        if output.times is not None:
+            return list(output.times)
+        assert output.every is not None, "filled in by resolve"
+        return timegrid.stored_times(self.data.integrator.end_time, output.every)
+
+    @cached_property
+    def output_steps(self) -> list[int]:
+        """The step after which each of `times` is stored; step 0 is the start."""
+        return [_count(time, self.data.integrator.step) for time in self.times]
+
+    def headline(self) -> str:
+        """The size of the scenario in one line."""
+        data = self.data
+        parts = [
+            _plural(len(data.model.bodies), "body", "bodies"),
+            _plural(len(data.model.joints), "joint", "joints"),
+            f"{_plural(self.steps, 'step', 'steps')} of {data.integrator.method}",
+            _plural(len(self.times), "stored time", "stored times"),
+            _plural(data.sweep.runs, "run", "runs"),
+        ]
+        if data.sweep.vary:
+            parts.append(_plural(len(data.sweep.vary), "varied number", "varied numbers"))
+        return ", ".join(parts)
+
+    def nominal(self) -> dict[str, float]:
+        """The nominal value of every varied path."""
+        model = self.data.model.model_dump()
+        return {path: paths.get(model, paths.parse(path)) for path in self.data.sweep.vary}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scenario's keys and values with every default written out."""
+        return self.data.model_dump(exclude_none=True)
+
+    def to_toml(self) -> str:
+        """The scenario as TOML with every default written out."""
+        return toml.dumps(self.to_dict())
+
+    def sha256(self) -> str:
+        """The hash of what determines a run: neither title nor output nor the number of runs."""
+        content = self.to_dict()
+        del content["title"], content["output"], content["sweep"]["runs"]
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plural(number: int, one: str, many: str) -> str:
+    return f"{number:,} {one if number == 1 else many}"
+
+
+def _count(duration: float, step: float) -> int:
+    number = timegrid.count(duration, step)
+    assert number is not None, "checked by resolve"
+    return number
+
+
+def resolve(
+    source: Any,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    runs_count: int | None = None,
+    seed: int | None = None,
+) -> Scenario:
+    """Load a scenario (path, dict, System, Scenario), change it, check it; errors list all problems."""
+    changes = dict(overrides or {})
+    if runs_count is not None:
+        changes["sweep.runs"] = runs_count
+    if seed is not None:
+        changes["sweep.seed"] = seed
+    file = Path(source) if isinstance(source, str | Path) else getattr(source, "file", None)
+    raw = load(source)
+    problems = apply_overrides(raw, changes)
+    data = None
+    try:
+        data = ScenarioData.model_validate(raw)
+    except ValidationError as error:
+        problems += sentences(error, raw)
+    report = check(raw)
+    problems += report.problems
+    if problems or data is None:
+        raise ScenarioError("\n".join(problems))
+    return Scenario(_filled(data), report.warnings, file)
+
+
+def _filled(data: ScenarioData) -> ScenarioData:
+    """Write out the defaults that depend on other keys, and the varied paths in their canonical form."""
+    integrator, output, sweep = data.integrator, data.output, data.sweep
+    if output.every is None and output.times is None:
+        every = timegrid.default_interval(integrator.end_time, integrator.step)
+        output = output.model_copy(update={"every": every})
+    vary = {paths.canonical(path): distribution for path, distribution in sweep.vary.items()}
+    return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})

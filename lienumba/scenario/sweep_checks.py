@@ -1,0 +1,127 @@
+"""Every path of `sweep.vary` must lead to a number of the model that its distribution suits."""
+
+from math import erfc, sqrt
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from lienumba.scenario import paths
+from lienumba.scenario.messages import show
+from lienumba.scenario.schema import SECTIONS
+from lienumba.sweep.distributions import Distribution, Normal, Uniform
+
+if TYPE_CHECKING:
+    from lienumba.scenario.checks import Report
+
+POSITIVE = ("mass", "length")  # numbers of a body or joint that must be above 0 in every run
+RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
+
+
+def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") -> None:
+    """Check the varied paths against the model as written, gravity's default included."""
+    vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
+    if not isinstance(vary, dict):
+        return
+    if vary and "runs" not in sweep:
+        report.problems.append("sweep.runs is missing; give a whole number of runs, at least 1")
+    if isinstance(runs, int) and runs > 1 and not vary:
+        report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
+    seen: dict[str, str] = {}
+    for path, entry in vary.items():
+        if _is_nested(entry):
+            continue  # a path without its quotes, which `messages` explains
+        try:
+            nominal = _nominal(path, model)
+            name = paths.canonical(path)
+            if name in seen:
+                raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
+            seen[name] = path
+        except paths.PathError as error:
+            report.problems.append(f'sweep.vary."{path}": the path {path} {error}')
+            continue
+        try:
+            distribution = TypeAdapter(Distribution).validate_python(entry)
+        except ValidationError:
+            continue
+        _check_range(name, nominal, distribution, runs if isinstance(runs, int) else 1, report)
+
+
+def _is_nested(entry: Any) -> bool:
+    return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
+
+
+def _nominal(path: str, model: dict[str, Any]) -> float:
+    """The number that a path leads to; PathError if there is none that may vary."""
+    tokens = paths.parse(path)
+    tokens = tokens[1:] if tokens[0] == "model" else tokens
+    if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
+        raise paths.PathError("is not part of the model; vary a number of the model, such as bodies.top.mass")
+    try:
+        value = paths.get(model, tokens)
+    except paths.PathError:
+        if _is_omitted(tokens, model):
+            raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
+        raise paths.PathError(f"does not exist; {paths.nearest_path(path, model)}") from None
+    if isinstance(value, list) and any(isinstance(item, float | int) for item in value):
+        raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
+    if isinstance(value, bool) or not isinstance(value, float | int):
+        raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
+    _refuse_parts_of_matrices(tokens, model)
+    return float(value)
+
+
+def _is_omitted(tokens: list[paths.Token], model: dict[str, Any]) -> bool:
+    """Whether a path lies in an optional key of an existing body or joint."""
+    section = SECTIONS.get(("model", str(tokens[0]))) if tokens else None
+    if section is None or len(tokens) < 3 or tokens[2] not in section.model_fields:
+        return False
+    try:
+        return tokens[2] not in paths.get(model, tokens[:2])
+    except paths.PathError:
+        return False
+
+
+def _refuse_parts_of_matrices(tokens: list[paths.Token], model: dict[str, Any]) -> None:
+    """An element of a matrix cannot vary alone where the matrix must stay symmetric or orthogonal."""
+    if tokens[0] != "bodies" or len(tokens) != 5:
+        return
+    if tokens[2] == "rotation" and isinstance(tokens[3], int):
+        raise paths.PathError(
+            "is an element of a rotation matrix, which must stay orthogonal; "
+            "give the rotation as quaternion, {axis, angle} or {euler, angles} and vary that"
+        )
+    if tokens[2] == "inertia" and tokens[3] != tokens[4]:
+        raise paths.PathError(
+            "is an element of a 3x3 inertia, which must stay symmetric; "
+            "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them"
+        )
+
+
+def _check_range(path: str, nominal: float, given: Normal | Uniform, runs: int, report: "Report") -> None:
+    """Distributions relative to 0, and those that draw masses or lengths which no body can have."""
+    at = f'sweep.vary."{path}"'
+    if given.relative and nominal == 0.0:
+        report.problems.append(
+            f"{at}.relative = true: must be false for a nominal value of 0, of which every multiple is 0; "
+            "leave it out and give absolute numbers"
+        )
+        return
+    if path.rpartition(".")[2] not in POSITIVE or nominal <= 0.0:
+        return
+    factor = nominal if given.relative else 1.0
+    if isinstance(given, Uniform):
+        if given.low * factor <= 0.0:
+            report.problems.append(
+                f"{at}.low = {given.low!r}: allows values of 0 or below, which no body has; give low above 0"
+            )
+        return
+    mean = nominal if given.mean is None else given.mean * factor
+    if mean <= 0.0:
+        report.problems.append(f"{at}.mean = {given.mean!r}: must be above 0; give the mean of {path}")
+    elif given.std > 0.0:
+        expected = 0.5 * erfc(mean / (given.std * factor) / sqrt(2.0)) * runs
+        if expected > RARE:
+            report.warnings.append(
+                f"{at}: of {runs} runs about {expected:.2g} will draw a value of 0 or below and fail; "
+                "give a smaller std, or a uniform distribution"
+            )

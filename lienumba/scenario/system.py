@@ -1,0 +1,108 @@
+"""A scenario written in Python instead of TOML: the same keys, the same checks, the same file."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from lienumba.scenario import toml
+from lienumba.scenario.loading import load
+
+Numbers = Sequence[Any] | Any  # lists, tuples or arrays
+
+
+class System:
+    """Collects the keys of a scenario; `lienumba.run(system)` checks and runs it.
+
+    >>> top = System("Heavy top")
+    >>> top.body("top", mass=15, inertia=[0.234375, 0.46875, 0.234375], position=[0, 1, 0])
+    >>> top.joint("pivot", "spherical", ["ground", "top"], points=[[0, 0, 0], [0, -1, 0]])
+    >>> top.integrator(step=1e-3, end_time=2.0)
+    """
+
+    def __init__(self, title: str = "") -> None:
+        self._data: dict[str, Any] = {"title": title, "model": {"bodies": [], "joints": []}}
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """The scenario of a TOML file, to be changed further."""
+        system = cls()
+        system._data = load(path)
+        return system
+
+    @property
+    def gravity(self) -> Any:
+        """The acceleration of gravity in m/s^2, global frame."""
+        return self._data["model"].get("gravity", [0.0, 0.0, -9.81])
+
+    @gravity.setter
+    def gravity(self, value: Numbers) -> None:
+        self._data["model"]["gravity"] = value
+
+    def body(
+        self,
+        name: str,
+        *,
+        mass: float,
+        inertia: Numbers,
+        position: Numbers | None = None,
+        rotation: Numbers | dict[str, Any] | None = None,
+        velocity: Numbers | None = None,
+        angular_velocity: Numbers | None = None,
+    ) -> Self:
+        """Add a body; what is omitted of its initial state is solved for from the joints."""
+        state = {
+            "position": position,
+            "rotation": rotation,
+            "velocity": velocity,
+            "angular_velocity": angular_velocity,
+        }
+        given = {key: value for key, value in state.items() if value is not None}
+        self._list("bodies").append({"name": name, "mass": mass, "inertia": inertia, **given})
+        return self
+
+    def joint(
+        self, name: str, type: str, bodies: Sequence[str], *, points: Numbers, length: float | None = None
+    ) -> Self:
+        """Add a joint between two bodies, or a body and "ground"; each point in its own body's frame."""
+        given = {} if length is None else {"length": length}
+        self._list("joints").append({"name": name, "type": type, "bodies": bodies, "points": points, **given})
+        return self
+
+    def integrator(self, *, step: float, end_time: float, method: str = "rk4") -> Self:
+        """Choose the method, the time step and the simulated time in s."""
+        self._data["integrator"] = {"method": method, "step": step, "end_time": end_time}
+        return self
+
+    def projection(self, **keys: Any) -> Self:
+        """Set keys of the section [projection]: position, velocity, tolerance, max_iterations."""
+        return self._update("projection", keys)
+
+    def output(self, **keys: Any) -> Self:
+        """Set keys of the section [output]: every or times, variables."""
+        return self._update("output", keys)
+
+    def sweep(self, *, runs: int, **keys: Any) -> Self:
+        """Set the number of runs and other keys of the section [sweep]: seed, sampler."""
+        return self._update("sweep", {"runs": runs, **keys})
+
+    def vary(self, path: str, *, distribution: str, **keys: Any) -> Self:
+        """Vary a number of the model from run to run, such as "bodies.top.mass"."""
+        vary = self._data.setdefault("sweep", {}).setdefault("vary", {})
+        vary[path] = {"distribution": distribution, **keys}
+        return self
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys and values, as a TOML file would give them."""
+        return load(self._data)
+
+    def to_toml(self) -> str:
+        """The scenario as a TOML file."""
+        return toml.dumps(self.to_dict())
+
+    def _list(self, key: str) -> list[dict[str, Any]]:
+        items: list[dict[str, Any]] = self._data["model"].setdefault(key, [])
+        return items
+
+    def _update(self, section: str, keys: dict[str, Any]) -> Self:
+        self._data.setdefault(section, {}).update(keys)
+        return self

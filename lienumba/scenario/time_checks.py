@@ -1,0 +1,84 @@
+"""Step, simulated time and stored times must lie on one grid."""
+
+from collections import Counter
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from lienumba.scenario import timegrid
+from lienumba.scenario.schema import Integrator, Output
+
+if TYPE_CHECKING:
+    from lienumba.scenario.checks import Report
+
+
+def check_times(integrator: Integrator, output: Output | None, report: "Report") -> None:
+    """Check the step against the run and the stored times against both; output None is passed over."""
+    step, end = integrator.step, integrator.end_time
+    if step > end:
+        report.problems.append(
+            f"integrator.step = {step!r}: is longer than the run, integrator.end_time = {end!r}; "
+            "give a shorter step"
+        )
+        return
+    steps = timegrid.count(end, step)
+    if steps is None:
+        durations = [end] if output is None or output.every is None else [end, output.every]
+        report.problems.append(
+            f"integrator.end_time = {end!r}: is not a whole number of steps of integrator.step = {step!r}; "
+            f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, "
+            f"the nearest end_time {timegrid.nearest_multiple(end, step):.12g}"
+        )
+    if output is None:
+        return
+    if output.every is not None and output.times is not None:
+        report.problems.append("output.every and output.times are both given; leave one of them out")
+    if output.every is not None:
+        _check_every(integrator, output.every, steps is not None, report)
+    if output.times is not None:
+        _check_listed(integrator, output.times, report)
+    for name, number in Counter(output.variables).items():
+        if number > 1:
+            report.problems.append(f'output.variables: names "{name}" {number} times; name it once')
+
+
+def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:
+    step, end = integrator.step, integrator.end_time
+    if every > end * (1 + timegrid.TOLERANCE):
+        report.problems.append(
+            f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; "
+            "give a shorter interval"
+        )
+    elif timegrid.count(every, step) is None:
+        report.problems.append(
+            f"output.every = {every!r}: is not a whole number of steps of integrator.step = {step!r}; "
+            f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, "
+            f"the nearest interval {timegrid.nearest_multiple(every, step):.12g}"
+        )
+    elif end_fits and timegrid.count(end, every) is None:
+        last = timegrid.stored_times(end, every)[-1]
+        report.warnings.append(
+            f"output.every = {every!r}: does not divide integrator.end_time = {end!r}; "
+            f"the last stored time is {last!r}"
+        )
+
+
+def _check_listed(integrator: Integrator, times: list[float], report: "Report") -> None:
+    step, end = integrator.step, integrator.end_time
+    for index, time in enumerate(times):
+        if not 0.0 <= time <= end * (1 + timegrid.TOLERANCE):
+            report.problems.append(
+                f"output.times[{index}] = {time!r}: lies outside the run; give a time from 0 to "
+                f"integrator.end_time = {end!r}"
+            )
+        elif time and timegrid.count(time, step) is None:
+            report.problems.append(
+                f"output.times[{index}] = {time!r}: is not a whole number of steps of "
+                f"integrator.step = {step!r}; the nearest time that fits is "
+                f"{timegrid.nearest_multiple(time, step):.12g}"
+            )
+    for index, (before, after) in enumerate(pairwise(times)):
+        if after <= before:
+            report.problems.append(
+                f"output.times[{index + 1}] = {after!r}: does not come after {before!r}; "
+                "give the times in ascending order"
+            )

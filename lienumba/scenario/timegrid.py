@@ -1,0 +1,55 @@
+"""Steps and output times on one exact grid: times are decimals k * every, not sums of rounded steps."""
+
+from decimal import Decimal
+from fractions import Fraction
+from math import gcd, lcm
+
+TOLERANCE = 1e-9  # relative: how far a ratio may lie from a whole number
+MOST_INTERVALS = 200  # of the default output interval
+
+
+def exact(value: float) -> Fraction:
+    """A number as its shortest decimal says it: 0.1 is 1/10."""
+    return Fraction(Decimal(repr(float(value))))
+
+
+def count(duration: float, step: float) -> int | None:
+    """How many steps make up a duration; None if that is no whole number."""
+    ratio = exact(duration) / exact(step)
+    whole = round(ratio)
+    return whole if abs(ratio - whole) <= TOLERANCE * whole else None
+
+
+def stored_times(end: float, every: float) -> list[float]:
+    """The times 0, every, 2 every, ... up to the end, each the double nearest to its exact decimal."""
+    base = exact(every)
+    whole = count(end, every)
+    number = int(exact(end) / base) if whole is None else whole
+    return [index * base.numerator / base.denominator for index in range(number + 1)]
+
+
+def default_interval(end: float, step: float) -> float:
+    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones."""
+    steps = count(end, step)
+    assert steps is not None, "checked before"
+    intervals = next(number for number in range(MOST_INTERVALS, 0, -1) if steps % number == 0)
+    return float(exact(step) * (steps // intervals))
+
+
+def nearest_divisor(durations: list[float], step: float) -> float:
+    """A step that divides every duration: the nearest one of few digits, or else the nearest one."""
+    exacts = [exact(duration) for duration in durations]
+    denominator = lcm(*(value.denominator for value in exacts))
+    common = Fraction(gcd(*(int(value * denominator) for value in exacts)), denominator)
+    nearest = max(1, round(common / exact(step)))
+    candidates = [
+        common / k for k in range(max(1, nearest // 2, nearest - 1000), nearest + min(nearest, 1000) + 1)
+    ]
+    short = [value for value in candidates if exact(float(f"{float(value):.4g}")) == value]
+    return float(min(short or [common / nearest], key=lambda value: abs(value - exact(step))))
+
+
+def nearest_multiple(duration: float, step: float) -> float:
+    """The duration nearest to the given one that the step divides."""
+    base = exact(step)
+    return float(base * max(1, round(exact(duration) / base)))

@@ -1,0 +1,49 @@
+"""A scenario's keys and values as TOML text that reads well: lists and leaf tables on one line."""
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+
+def dumps(data: Mapping[str, Any]) -> str:
+    """TOML text of nested dicts, lists, texts, numbers and booleans; `tomllib` reads the same values back."""
+    return "\n".join(_section(data, [])).strip("\n") + "\n"
+
+
+def _section(table: Mapping[str, Any], names: list[str]) -> list[str]:
+    """The lines of one table: its own values first, then the tables in it."""
+    lines, inner = [], []
+    for key, value in table.items():
+        here = [*names, _key(key)]
+        if _is_section(value, len(here)):
+            inner += ["", f"[{'.'.join(here)}]", *_section(value, here)]
+        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            for item in value:
+                inner += ["", f"[[{'.'.join(here)}]]"]
+                inner += [f"{_key(name)} = {value_text(part)}" for name, part in item.items()]
+        else:
+            lines.append(f"{_key(key)} = {value_text(value)}")
+    return lines + inner
+
+
+def _is_section(value: Any, depth: int) -> bool:
+    return isinstance(value, dict) and (depth == 1 or any(isinstance(item, dict) for item in value.values()))
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
+
+
+def value_text(value: Any) -> str:
+    """One value on one line."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, dict):
+        items = ", ".join(f"{_key(key)} = {value_text(item)}" for key, item in value.items())
+        return f"{{ {items} }}" if items else "{}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
+    return repr(value)

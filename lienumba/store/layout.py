@@ -1,0 +1,165 @@
+"""The layout of the dataset: names, dimensions, units and encodings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+STATE = ("run", "time", "body", "axis")
+JOINT = ("run", "time", "joint", "axis")
+SERIES = ("run", "time")
+RUN = ("run",)
+CHUNK_BYTES = (
+    1 << 17
+)  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the dataset; `dtype` is how the file holds it."""
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    frame: str | None = None
+    dtype: str = "float64"
+
+
+VARIABLES: dict[str, Variable] = {
+    "position": Variable(STATE, "m", "position of the mass centre", "global"),
+    "rotation": Variable((*STATE, "body_axis"), "1", "rotation matrix", "body to global"),
+    "velocity": Variable(STATE, "m s-1", "velocity of the mass centre", "global"),
+    "angular_velocity": Variable(STATE, "rad s-1", "angular velocity", "body"),
+    "joint_force": Variable(JOINT, "N", "force of the joint on its second body, at its point", "global"),
+    "joint_torque": Variable(
+        JOINT, "N m", "torque of the joint on its second body, about its point", "global"
+    ),
+    "multiplier": Variable(("run", "time", "constraint"), "N", "Lagrange multiplier of the constraint"),
+    "energy": Variable(SERIES, "J", "total energy"),
+    "kinetic_energy": Variable(SERIES, "J", "kinetic energy"),
+    "potential_energy": Variable(SERIES, "J", "potential energy"),
+    "work": Variable(SERIES, "J", "work done on the system since the start"),
+    "energy_residual": Variable(SERIES, "J", "total energy minus work minus initial energy"),
+    "position_violation": Variable(SERIES, "m", "largest component of the position constraints"),
+    "velocity_violation": Variable(SERIES, "m s-1", "largest component of the velocity constraints"),
+    "position_iterations": Variable(SERIES, "1", "iterations of the position projection", dtype="int32"),
+    "velocity_iterations": Variable(SERIES, "1", "iterations of the velocity projection", dtype="int32"),
+    "status": Variable(RUN, "1", "how the run ended", dtype="int8"),
+    "end_time": Variable(RUN, "s", "simulated time that the run reached"),
+    "steps": Variable(RUN, "1", "accepted steps", dtype="int64"),
+    "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
+    "max_position_violation": Variable(RUN, "m", "largest position violation of the run"),
+    "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation of the run"),
+    "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual of the run"),
+}
+# Counts are NaN after a failure, as everything is; the file holds them as integers, and NaN as this.
+NO_COUNT = -1
+COUNTS = ("position_iterations", "velocity_iterations")
+
+COORDINATES = {
+    "run": ("1", "label of the run (-1: the nominal run)"),
+    "time": ("s", "elapsed simulation time"),
+    "body": ("1", "name of the body"),
+    "joint": ("1", "name of the joint"),
+    "constraint": ("1", "name of the joint and number of its constraint equation"),
+    "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
+    "body_axis": ("1", "axis of the body frame"),
+}
+
+
+def dataset(
+    *,
+    variables: Mapping[str, np.ndarray],
+    times: Sequence[float],
+    runs: Sequence[int],
+    bodies: Sequence[str],
+    joints: Sequence[str],
+    constraints: Sequence[str],
+    inputs: Mapping[str, np.ndarray],
+    input_units: Mapping[str, str],
+    attributes: Mapping[str, str | int | float],
+) -> xr.Dataset:
+    """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path.
+
+    Dimensions without entries (a system without joints) are left out together with their variables.
+    """
+    import numpy as np
+    import xarray as xr
+
+    labels: dict[str, np.ndarray] = {
+        "run": np.asarray(runs, dtype=np.int64),
+        "time": np.asarray(times, dtype=np.float64),
+        "body": np.asarray(bodies, dtype=str),
+        "joint": np.asarray(joints, dtype=str),
+        "constraint": np.asarray(constraints, dtype=str),
+        "axis": np.array(["x", "y", "z"], dtype=str),
+        "body_axis": np.array(["x", "y", "z"], dtype=str),
+    }
+    data = {
+        name: _variable(name, array)
+        for name, array in variables.items()
+        if all(len(labels[dim]) for dim in VARIABLES[name].dims)
+    }
+    used = {"run", "time", *(dim for variable in data.values() for dim in variable.dims)}
+    coordinates: dict[str, Any] = {
+        name: xr.Variable(name, values, _texts(*COORDINATES[name]), {"_FillValue": None})
+        for name, values in labels.items()
+        if name in used
+    }
+    for path, samples in inputs.items():
+        texts = _texts(input_units[path], f"sampled input {path}") | {"role": "input"}
+        values = np.asarray(samples, dtype=np.float64)
+        coordinates[path] = xr.Variable("run", values, texts, {"_FillValue": None})
+    return xr.Dataset(data, coordinates, dict(attributes))
+
+
+def _variable(name: str, array: np.ndarray) -> xr.Variable:
+    import numpy as np
+    import xarray as xr
+
+    spec = VARIABLES[name]
+    attributes: dict[str, Any] = _texts(spec.units, spec.long_name)
+    if spec.frame is not None:
+        attributes["frame"] = spec.frame
+    if name == "status":
+        attributes |= _flags()
+    if name in COUNTS:
+        array = np.where(array < 0, np.nan, array)
+    array = np.asarray(array, dtype=np.float64 if name in COUNTS else spec.dtype)
+    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape))
+
+
+def _encoding(spec: Variable, name: str, shape: tuple[int, ...]) -> dict[str, Any]:
+    import numpy as np
+
+    fill_value = NO_COUNT if name in COUNTS else np.nan if spec.dtype == "float64" else None
+    run_bytes = int(np.prod(shape[1:])) * np.dtype(spec.dtype).itemsize
+    runs_per_chunk = min(max(CHUNK_BYTES // run_bytes, 1), shape[0])
+    return {
+        "dtype": spec.dtype,
+        "_FillValue": fill_value,
+        "zlib": True,
+        "complevel": 1,
+        "shuffle": True,
+        "chunksizes": (runs_per_chunk, *shape[1:]),
+    }
+
+
+def _texts(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _flags() -> dict[str, Any]:
+    import numpy as np
+
+    from lienumba.batch.statuses import STATUSES
+
+    return {
+        "flag_values": np.array([status.code for status in STATUSES], dtype=np.int8),
+        "flag_meanings": " ".join(status.name for status in STATUSES),
+    }

@@ -1,0 +1,40 @@
+"""What a dataset says of its origin: enough to make it again."""
+
+from __future__ import annotations
+
+import platform
+import tomllib
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
+PAPER = (
+    "Z. Terze, A. Mueller, D. Zlatar, Lie-group integration method for constrained multibody systems in state space,"
+    " Multibody System Dynamics 34 (2015)"
+)
+
+
+def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int]:
+    """Global attributes; `scenario_toml` is the resolved scenario, `sha256` the hash of what determines a run."""
+    import llvmlite.binding
+    import numba
+
+    from lienumba import __version__
+
+    config: Any = numba.config
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return {
+        "Conventions": "CF-1.11",
+        "title": str(tomllib.loads(scenario_toml).get("title", "")),
+        "history": f"{now} {command}",
+        "source": f"lienumba {__version__}",
+        "references": PAPER,
+        "scenario": scenario_toml,
+        "scenario_sha256": sha256,
+        "seed": seed if seed < 2**63 else str(seed),  # netCDF has no larger integer
+        "lienumba_version": __version__,
+        "python_version": platform.python_version(),
+        **{f"{name.lower()}_version": version(name) for name in PACKAGES},
+        "cpu": config.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
+    }

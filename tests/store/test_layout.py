@@ -1,0 +1,162 @@
+"""The layout of the dataset, and that plain xarray gives back what was put in."""
+
+import time
+import warnings
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from store_example import INPUTS, TIMES, example
+
+from lienumba.batch.statuses import STATUSES
+from lienumba.store.files import write
+from lienumba.store.layout import VARIABLES
+
+
+@pytest.fixture
+def written(tmp_path):
+    original = example(bodies=("top", "tip"), joints=("pivot", "elbow"))
+    path = tmp_path / "out.nc"
+    write(original, path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # whatever xarray wants to warn of, the user would see
+        with xr.open_dataset(path) as opened:
+            yield original, opened.load(), path
+
+
+def test_round_trip_through_plain_open_dataset(written):
+    original, opened, _ = written
+    xr.testing.assert_identical(opened, original)
+    for name in original.variables:
+        assert opened[name].dtype == original[name].dtype, name
+        assert opened[name].dims == original[name].dims, name
+
+
+def test_dims_and_labels(written):
+    _, opened, _ = written
+    assert opened.rotation.dims == ("run", "time", "body", "axis", "body_axis")
+    assert opened.joint_force.dims == ("run", "time", "joint", "axis")
+    assert opened.multiplier.dims == ("run", "time", "constraint")
+    assert opened.status.dims == ("run",)
+    assert opened.run.dtype == np.int64
+    assert list(opened.body.values) == ["top", "tip"]
+    assert list(opened.constraint.values[:4]) == ["pivot[0]", "pivot[1]", "pivot[2]", "elbow[0]"]
+    assert list(opened.axis.values) == list(opened.body_axis.values) == ["x", "y", "z"]
+    assert opened.status.dtype == np.int8
+    assert all(
+        opened[name].dtype == np.float64 for name, spec in VARIABLES.items() if spec.dtype == "float64"
+    )
+
+
+def test_times_are_found_by_their_decimals(written):
+    original, opened, _ = written
+    assert opened.time.dtype == np.float64
+    chosen = opened.position.sel(time=0.57, run=2, body="tip", axis="z")
+    assert float(chosen) == original.position.values[2, TIMES.index(0.57), 1, 2]
+
+
+def test_paths_with_brackets_are_coordinates_of_the_run(written):
+    original, opened, path = written
+    for name in INPUTS:
+        assert name in opened.coords
+        assert opened[name].dims == ("run",)
+        assert opened[name].attrs["role"] == "input"
+        np.testing.assert_array_equal(opened[name], original[name])
+    assert opened["bodies.top.angular_velocity[1]"].attrs["units"] == "rad s-1"
+    with netCDF4.Dataset(path) as raw:  # the names in the file are the paths themselves
+        assert set(INPUTS) <= set(raw.variables)
+
+
+def test_every_variable_describes_itself(written):
+    _, opened, _ = written
+    for name, variable in opened.variables.items():
+        assert variable.attrs["units"], name
+        assert variable.attrs["long_name"], name
+    for name in ("position", "velocity", "joint_force", "joint_torque"):
+        assert opened[name].attrs["frame"] == "global"
+    assert opened.angular_velocity.attrs["frame"] == "body"
+    assert opened.rotation.attrs["frame"] == "body to global"
+    assert opened.time.attrs["units"] == opened.end_time.attrs["units"] == "s"
+
+
+def test_coordinates_have_no_fill_value(written):
+    _, opened, path = written
+    with netCDF4.Dataset(path) as raw:
+        for name in opened.coords:
+            assert "_FillValue" not in raw[name].ncattrs(), name
+
+
+def test_status_flags_follow_cf(written):
+    _, opened, path = written
+    with netCDF4.Dataset(path) as raw:
+        values, meanings = raw["status"].flag_values, raw["status"].flag_meanings.split()
+        assert values.dtype == raw["status"].dtype == np.int8
+    assert list(values) == [status.code for status in STATUSES]
+    assert meanings == [status.name for status in STATUSES]
+    assert meanings[0] == "success"
+    assert list(opened.status.attrs["flag_values"]) == list(values)
+
+
+def test_a_failed_run_is_nan_in_counts_too(tmp_path):
+    counts = np.array([[1, 2, 0], [1, -1, -1]])
+    original = example(runs=2, times=[0.0, 0.1, 0.2], position_iterations=counts)
+    write(original, tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as opened:
+        expected = [[1.0, 2.0, 0.0], [1.0, np.nan, np.nan]]
+        np.testing.assert_array_equal(original.position_iterations, expected)
+        np.testing.assert_array_equal(opened.position_iterations, expected)
+    with netCDF4.Dataset(tmp_path / "out.nc") as raw:
+        assert raw["position_iterations"].dtype == np.int32
+
+
+def test_numbers_keep_every_bit(tmp_path):
+    position = np.full((1, 1, 1, 3), np.nan)
+    position[0, 0, 0, :2] = [-0.0, np.nextafter(0.1, 1)]
+    write(example(runs=1, times=[0.0], position=position), tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as opened:
+        assert opened.position.values[0, 0, 0, :2].tobytes() == position[0, 0, 0, :2].tobytes()
+        assert np.isnan(opened.position.values[0, 0, 0, 2])
+
+
+def test_compressed_in_chunks_of_whole_runs(written):
+    _, _, path = written
+    large = example(runs=300)
+    write(large, path)
+    with netCDF4.Dataset(path) as raw:
+        for name in VARIABLES:
+            filters, chunks = raw[name].filters(), raw[name].chunking()
+            assert filters["zlib"] and filters["shuffle"] and filters["complevel"] == 1, name
+            assert list(chunks[1:]) == list(raw[name].shape[1:]), name
+            assert chunks[0] == 300 or np.prod(chunks) * raw[name].dtype.itemsize > 2**16, name
+
+
+def test_a_body_without_joints_has_no_joint_variables(tmp_path):
+    free = example(joints=())
+    assert not {"joint_force", "joint_torque", "multiplier", "joint", "constraint"} & set(free.variables)
+    write(free, tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as opened:
+        xr.testing.assert_identical(opened, free)
+
+
+def test_a_part_of_the_dataset_can_be_written_again(written, tmp_path):
+    original, opened, _ = written
+    for dataset in (original, opened):
+        dataset.isel(run=[1, 2], time=slice(0, 5)).to_netcdf(tmp_path / "part.nc", engine="netcdf4")
+        with xr.open_dataset(tmp_path / "part.nc") as part:
+            np.testing.assert_array_equal(part.position, original.position[1:3, :5])
+
+
+def test_wrong_shapes_are_refused():
+    with pytest.raises(ValueError, match="time"):
+        example(energy=np.zeros((4, 7)))
+
+
+def test_a_thousand_runs_are_written_in_about_a_second(tmp_path):
+    large = example(runs=1000, times=[k / 100 for k in range(201)])
+    durations = []
+    for _ in range(2):
+        start = time.perf_counter()
+        write(large, tmp_path / "out.nc")
+        durations.append(time.perf_counter() - start)
+    assert min(durations) < 3.0  # 0.8 s on an idle core; random numbers, the hardest to compress
