@@ -195,10 +195,18 @@ def _no_form(loc: Sequence[str | int], path: str, value: Any, remedy: str) -> st
         name = value["distribution"]
         return f'{path}.distribution = "{name}": is not known; {suggestion(name, known)}'
     if isinstance(value, dict) and any(isinstance(item, dict) for item in value.values()):
-        return f'{path}: a varied path needs quotes; write "{path.removeprefix("sweep.vary.")}.…" = {{ ... }}'
+        return f'{path}: a varied path needs quotes; write "{_dotted(str(loc[2]), value)}" = {{ ... }}'
     if isinstance(value, dict):
         return f'{path}.distribution is missing; give "normal" or "uniform"'
     return f'{path} = {show(value)}: must be a table; give {{ distribution = "normal", std = ... }}'
+
+
+def _dotted(key: str, value: dict[str, Any]) -> str:
+    """The path that was written without quotes, which TOML reads as tables in tables."""
+    for name, item in value.items():
+        if isinstance(item, dict):
+            return _dotted(f"{key}.{name}", item)
+    return key
 
 
 def _remedy(loc: Sequence[str | int]) -> str:

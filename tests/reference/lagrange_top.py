@@ -101,7 +101,8 @@ def _cross_term(a: list[list[Any]], b: list[list[Any]], n: int) -> list[Any]:
 
 
 def _evaluate(c: list[list[Any]], t: Any) -> list[Any]:
-    return [mpmath.polyval(coefficients[::-1], t) for coefficients in c]
+    powers = [t**n for n in range(ORDER + 1)]
+    return [mpmath.fdot(coefficients, powers) for coefficients in c]
 
 
 def _state(t: Any, y: list[Any], top: Top, across: Any) -> State:

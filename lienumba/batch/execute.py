@@ -1,0 +1,131 @@
+"""A batch of runs on a pool of threads: runs fill lanes, lanes fill blocks, a few blocks are a chunk.
+
+The kernels release the interpreter, so plain threads share the cores. How runs are dealt out changes nothing in any
+run's result.
+"""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lienumba.compiler.emit import W
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.machine import Machine, aligned, prepare
+
+CHUNK_BYTES = 32 * 2**20  # of records in one chunk
+CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
+POLL = 0.1  # s between two looks at the progress
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Everything the runs need.
+
+    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k) at the start; codes (runs,):
+    0 for the runs to be integrated; h: step (s); outputs: the steps that are stored, from 0 to `steps` at most.
+    """
+
+    machine: Machine
+    parameters: list[Any]
+    states: np.ndarray
+    codes: np.ndarray
+    h: float
+    steps: int
+    outputs: np.ndarray
+    tolerance: float
+    iterations: int
+
+    @property
+    def runs(self) -> int:
+        return len(self.states)
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Finished runs: records (runs, outputs, rows), codes (runs,), and the last good step of each (runs,)."""
+
+    runs: slice
+    records: np.ndarray
+    codes: np.ndarray
+    steps: np.ndarray
+
+
+def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) -> Iterator[Chunk]:
+    """Yield the chunks as they finish. `report(runs done, runs failed)` is called a few times per second.
+
+    An interrupt stops all workers at their next output and is raised again.
+    """
+    stop = np.zeros(1, np.int64)
+    slices = list(_slices(batch, workers))
+    counters = [np.zeros(1, np.int64) for _ in slices]
+    failed = 0
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = iter(range(len(slices)))
+        active: set[Future[Chunk]] = set()
+
+        def submit() -> None:
+            for i in waiting:
+                active.add(pool.submit(_integrate, batch, slices[i], counters[i], stop))
+                return
+
+        try:
+            for _ in range(workers + 1):  # one more than can run: what is in flight bounds the memory
+                submit()
+            while active:
+                done, _ = wait(active, timeout=POLL, return_when=FIRST_COMPLETED)
+                for future in done:
+                    active.discard(future)
+                    chunk = future.result()
+                    failed += int(np.count_nonzero(chunk.codes))
+                    yield chunk
+                    submit()
+                blocks = sum(int(c[0]) for c in counters) / len(batch.outputs)
+                report(min(blocks * W, batch.runs), failed)
+        except BaseException:
+            stop[0] = 1
+            raise
+
+
+def _slices(batch: Batch, workers: int) -> Iterator[slice]:
+    """The runs of each chunk: whole blocks, enough chunks for all workers, none too large for the memory."""
+    blocks = -(-batch.runs // W)
+    record = 8 * W * len(batch.outputs) * (ELEMENT * batch.machine.bodies + batch.machine.seen + 2)
+    per_chunk = max(1, min(CHUNK_BYTES // record, blocks // (CHUNKS_PER_WORKER * workers)))
+    for first in range(0, batch.runs, per_chunk * W):
+        yield slice(first, min(first + per_chunk * W, batch.runs))
+
+
+def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:
+    """(runs, rows) as (blocks, rows, W); the lanes behind the last run repeat it."""
+    padded = values[np.minimum(np.arange(blocks * W), len(values) - 1)]
+    out = aligned(blocks, values.shape[1], W)
+    out[:] = padded.reshape(blocks, W, -1).transpose(0, 2, 1)
+    return out
+
+
+def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
+    from lienumba.integrators.driver import drive
+
+    machine, count = batch.machine, runs.stop - runs.start
+    blocks = -(-count // W)
+    states = _lanes(batch.states[runs], blocks)
+    table = np.stack(
+        [np.broadcast_to(np.asarray(p, float), (batch.runs,))[runs] for p in batch.parameters]
+        or [np.zeros(count)], axis=1,
+    )  # fmt: skip
+    parameters = aligned(blocks, max(machine.parameter_rows, 1), W)
+    parameters[:, : table.shape[1]] = _lanes(table, blocks)
+    prepare(machine, parameters)
+    rows = ELEMENT * machine.bodies + machine.seen + 2
+    records = aligned(blocks, len(batch.outputs), rows, W)
+    codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
+    steps = np.zeros((blocks, W))
+    drive(
+        machine.kernels, machine.bodies, machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance,
+        batch.outputs, states, parameters, records, codes, steps, machine.buffer(), progress, stop,
+    )  # fmt: skip
+    by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
+    return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))

@@ -1,0 +1,74 @@
+"""What a record holds: the variables of the dataset, from rows of numbers."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lienumba.groups.state import ELEMENT
+from lienumba.mechanics.joints import JOINT_TYPES
+from lienumba.mechanics.model import Model
+
+Values = dict[str, np.ndarray]
+STATE = {"position": (0, 3, (3,)), "rotation": (3, 12, (3, 3)), "velocity": (12, 15, (3,)), "angular_velocity": (15, 18, (3,))}
+SUMMARIES = {
+    "max_position_violation": "position_violation",
+    "max_velocity_violation": "velocity_violation",
+    "max_energy_drift": "energy_residual",
+}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names and shapes (behind run and time) of every variable that a record of this model gives."""
+
+    bodies: int
+    joints: int
+    constraints: list[str]
+    observed: dict[str, tuple[int, int]]
+
+    @staticmethod
+    def of(model: Model, observed: dict[str, tuple[int, int]]) -> "Layout":
+        constraints = [f"{j.name}[{i}]" for j in model.joints for i in range(JOINT_TYPES[j.type].rows)]
+        return Layout(len(model.bodies), len(model.joints), constraints, observed)
+
+    @property
+    def names(self) -> list[str]:
+        return [
+            *STATE, "joint_force", "joint_torque", "multiplier", "energy", "kinetic_energy", "potential_energy", "work",
+            "energy_residual", "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
+        ]  # fmt: skip
+
+    @property
+    def summaries(self) -> list[str]:
+        return list(SUMMARIES)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        if name in STATE:
+            return (self.bodies, *STATE[name][2])
+        if name in ("joint_force", "joint_torque"):
+            return (self.joints, 3)
+        return (len(self.constraints),) if name == "multiplier" else ()
+
+    def unpack(self, records: np.ndarray) -> Values:
+        """Every variable of records (runs, times, rows)."""
+        runs, times, _ = records.shape
+        state = records[:, :, : ELEMENT * self.bodies].reshape(runs, times, self.bodies, ELEMENT)
+        values: Values = {
+            name: state[..., first:end].reshape(runs, times, self.bodies, *shape)
+            for name, (first, end, shape) in STATE.items()
+        }
+        start = ELEMENT * self.bodies
+        for name, (first, rows) in self.observed.items():
+            values[name] = records[:, :, start + first : start + first + rows].reshape(runs, times, *self.shape(name))
+        values["position_iterations"] = records[:, :, -2]
+        values["velocity_iterations"] = records[:, :, -1]
+        values["energy"] = values["kinetic_energy"] + values["potential_energy"]
+        values["work"] = 0.0 * values["energy"]  # no driver, actuator or damper yet; NaN after a failure
+        values["energy_residual"] = values["energy"] - values["work"] - values["energy"][:, :1]
+        return values
+
+    def summarise(self, name: str, values: Values) -> np.ndarray:
+        """The largest absolute value over the stored times (runs,); NaN for a run without any."""
+        series: Any = np.abs(values[SUMMARIES[name]])
+        return np.where(np.isnan(series).all(axis=1), np.nan, np.nanmax(np.nan_to_num(series, nan=-1.0), axis=1))

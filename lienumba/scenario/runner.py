@@ -1,0 +1,169 @@
+"""From a scenario to its dataset: prepare, compile, run, label, write."""
+
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lienumba.scenario.arguments import check_labels
+from lienumba.scenario.prepare import Prepared, check_initial, prepare
+from lienumba.scenario.resolve import Scenario, resolve
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from lienumba.integrators.program import Program
+
+__all__ = ["Progress", "check_initial", "operation_counts", "run"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total."""
+
+    stage: str
+    done: int
+    total: int
+    failed: int
+
+
+def run(
+    scenario: Any,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    seed: int | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    runs: Sequence[int] | None = None,
+    overwrite: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> "xr.Dataset":
+    """Simulate a scenario (a path, a dict or a System) and return its dataset.
+
+    output: also write it to this netCDF file; workers: threads, by default one per core; runs: labels of the runs to
+    simulate, by default all (-1: the nominal run); progress: called with a Progress a few times per second.
+    Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
+    """
+    from lienumba.batch.execute import Batch, execute
+    from lienumba.integrators.machine import compile_program
+    from lienumba.store.files import check_target, write
+
+    resolved = resolve(scenario, overrides=overrides, seed=seed)
+    data: Any = resolved.data
+    labels = list(range(data.sweep.runs)) if runs is None else list(runs)
+    check_labels(labels, data.sweep.runs)
+    if output is not None:
+        check_target(output, overwrite)
+    tell = progress or (lambda event: None)
+    prepared = prepare(resolved, labels)
+    tell(Progress("compile", 0, len(labels), 0))
+    program = _program(resolved, prepared)
+    machine = compile_program(program)
+    batch = _batch(resolved, prepared, program, machine, Batch)
+    tell(Progress("run", 0, len(labels), 0))
+    collected = _Collector(resolved, prepared, program)
+    for chunk in execute(
+        batch, workers or _cores(), lambda done, failed: tell(Progress("run", int(done), len(labels), failed))
+    ):
+        collected.take(chunk)
+    dataset = collected.dataset(_command())
+    if output is not None:
+        tell(Progress("write", len(labels), len(labels), int((collected.codes != 0).sum())))
+        write(dataset, output)
+    return dataset
+
+
+def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
+    """Operations of each kernel per evaluation and run: what the hardware must do."""
+    prepared = prepare(scenario, [0])
+    return {name: kernel.counts() for name, kernel in _program(scenario, prepared).kernels.items()}
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _command() -> str:
+    name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
+    return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
+
+
+def _program(resolved: Scenario, prepared: Prepared) -> "Program":
+    from lienumba.integrators.program import Method, build
+
+    data: Any = resolved.data
+    return build(prepared.model, Method(data.integrator.method, data.projection.position, data.projection.velocity))
+
+
+def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any, kind: Any) -> Any:
+    import numpy as np
+
+    data: Any = resolved.data
+    return kind(
+        machine=machine,
+        parameters=program.parameters,
+        states=prepared.states,
+        codes=prepared.codes,
+        h=data.integrator.step,
+        steps=resolved.steps,
+        outputs=np.asarray(resolved.output_steps, np.int64),
+        tolerance=data.projection.tolerance,
+        iterations=data.projection.max_iterations,
+    )
+
+
+class _Collector:
+    """Takes chunks as they finish and keeps what the scenario asks for."""
+
+    def __init__(self, resolved: Scenario, prepared: Prepared, program: "Program") -> None:
+        import numpy as np
+
+        from lienumba.batch.records import Layout
+
+        self.resolved, self.prepared = resolved, prepared
+        self.layout = Layout.of(prepared.model, program.observed)
+        data: Any = resolved.data
+        runs, times = len(prepared.labels), len(resolved.times)
+        wanted = self.layout.names if data.output.variables is None else data.output.variables
+        self.series: dict[str, np.ndarray] = {
+            name: np.empty((runs, times, *self.layout.shape(name))) for name in self.layout.names if name in wanted
+        }
+        self.summaries = {name: np.full(runs, np.nan) for name in self.layout.summaries}
+        self.codes = np.zeros(runs, np.int8)
+        self.steps = np.zeros(runs, np.int64)
+
+    def take(self, chunk: Any) -> None:
+        values = self.layout.unpack(chunk.records)
+        for name, array in self.series.items():
+            array[chunk.runs] = values[name]
+        for name, array in self.summaries.items():
+            array[chunk.runs] = self.layout.summarise(name, values)
+        self.codes[chunk.runs] = chunk.codes
+        self.steps[chunk.runs] = chunk.steps
+
+    def dataset(self, command: str) -> "xr.Dataset":
+        import numpy as np
+
+        from lienumba.scenario.paths import units
+        from lienumba.store import layout, provenance
+
+        data: Any = self.resolved.data
+        model = self.prepared.model
+        end_time = self.steps * data.integrator.step
+        end_time[self.steps == self.resolved.steps] = data.integrator.end_time
+        per_run = {"status": self.codes, "end_time": end_time, "steps": self.steps}
+        return layout.dataset(
+            variables=self.series | self.summaries | per_run | {"rejected_steps": np.zeros(len(self.codes), np.int64)},
+            times=self.resolved.times,
+            runs=self.prepared.labels,
+            bodies=[body.name for body in model.bodies],
+            joints=[joint.name for joint in model.joints],
+            constraints=self.layout.constraints,
+            inputs=self.prepared.samples,
+            input_units={path: units(path) for path in self.prepared.samples},
+            attributes=provenance.attributes(
+                self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command
+            ),
+        )

@@ -1,0 +1,43 @@
+"""Run labels and settings as the command line writes them."""
+
+import pytest
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.arguments import check_labels, parse_assignments, parse_labels
+
+
+@pytest.mark.parametrize(
+    ("text", "labels"),
+    [
+        ("3", [3]),
+        ("3,17", [3, 17]),
+        ("17, 3,3", [3, 17]),
+        ("0:4", [0, 1, 2, 3]),
+        ("0:2,5", [0, 1, 5]),
+        ("-1,0", [-1, 0]),
+        ("-1:2", [-1, 0, 1]),
+    ],
+)
+def test_labels(text: str, labels: list[int]) -> None:
+    assert parse_labels(text) == labels
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-3", "-2", "3:", ":3", "3:3", "1.5", "1,,2"])
+def test_labels_that_are_none(text: str) -> None:
+    with pytest.raises(ScenarioError, match="--runs"):
+        parse_labels(text)
+
+
+def test_labels_must_be_runs_of_the_sweep() -> None:
+    check_labels([-1, 0, 9], 10)
+    for labels in ([10], [-2], []):
+        with pytest.raises(ScenarioError):
+            check_labels(labels, 10)
+
+
+def test_assignments() -> None:
+    assert parse_assignments(["a.b=1", "c = [1, 2]", "d=x=y", "a.b=2"]) == {
+        "a.b": "2",
+        "c": "[1, 2]",
+        "d": "x=y",
+    }

@@ -1,0 +1,62 @@
+"""A System is the same scenario, written in Python."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenario_example import example
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.system import System
+
+
+def heavy_top() -> System:
+    top = System("example")
+    top.gravity = [0, 0, -9.81]
+    top.body(
+        "top",
+        mass=15,
+        inertia=np.array([0.234375, 0.46875, 0.234375]),
+        position=(0, 1, 0),
+        rotation=[1, 0, 0, 0],
+        angular_velocity=np.array([0, 150, -4.61538]),
+    )
+    top.joint("pivot", "spherical", ("ground", "top"), points=[[0, 0, 0], [0, -1, 0]])
+    top.integrator(step=1e-3, end_time=0.1)
+    top.output(every=0.01)
+    top.sweep(runs=3, seed=1)
+    top.vary("bodies.top.mass", distribution="normal", std=0.1)
+    return top
+
+
+def test_equals_the_same_scenario_in_toml() -> None:
+    assert resolve(heavy_top()).to_toml() == resolve(example()).to_toml()
+
+
+def test_writes_and_reads_toml(tmp_path: Path) -> None:
+    file = tmp_path / "top.toml"
+    file.write_text(heavy_top().to_toml(), encoding="utf-8")
+    again = System.from_toml(file)
+    assert again.to_dict() == heavy_top().to_dict()
+    again.projection(position="none", velocity="none")
+    assert resolve(again).data.projection.position == "none"
+
+
+def test_calls_may_be_chained_and_added_to() -> None:
+    system = System().body("a", mass=1, inertia=[1, 1, 1]).body("b", mass=1, inertia=[1, 1, 1])
+    system.joint("rod", "distance", ["a", "b"], points=[[0, 0, 0], [0, 0, 0]], length=2.0)
+    system.integrator(step=0.1, end_time=1, method="euler")
+    data = resolve(system).data
+    assert [body.name for body in data.model.bodies] == ["a", "b"]
+    assert data.model.joints[0].length == 2.0
+    assert data.model.gravity == system.gravity
+
+
+def test_mistakes_are_found_by_the_same_checks() -> None:
+    system = heavy_top()
+    system.output(evry=0.01)
+    with pytest.raises(
+        ScenarioError, match=r'output\.evry is not a known key; the nearest known name is "every"'
+    ):
+        resolve(system)
