@@ -32,9 +32,7 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
-SeedOption = Annotated[
-    int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")
-]
+SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 
 
 def _version(wanted: bool) -> None:
@@ -71,9 +69,7 @@ def run(
     settings: SetOption = None,
     runs: Annotated[
         str | None,
-        typer.Option(
-            "--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."
-        ),
+        typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,

@@ -123,12 +123,11 @@ class ProgressLines:
 
     def __call__(self, event: Event) -> None:
         with self._lock:
-            now = self.clock()
-            self.event = event
+            now, before, self.event = self.clock(), self.event, event
             if event.stage != self.stage:
                 self.stage, self.started = event.stage, now
                 self._print(STAGES.get(event.stage, event.stage))
-            elif event.done == event.total or now - self.printed >= LINE_INTERVAL:
+            elif now - self.printed >= LINE_INTERVAL or (_is_over(event) and not _is_over(before)):
                 self._print(self._state(event, now))
 
     def _break_silence(self) -> None:
@@ -138,9 +137,7 @@ class ProgressLines:
                     self._print(self._state(self.event, self.clock()))
 
     def _state(self, event: Event, now: float) -> str:
-        text = (
-            f"{STAGES.get(event.stage, event.stage)}: {event.done}/{event.total} runs, {event.failed} failed"
-        )
+        text = f"{STAGES.get(event.stage, event.stage)}: {event.done}/{event.total} runs, {event.failed} failed"
         elapsed = now - self.started
         if event.stage == "run" and event.done and elapsed > 0:
             rate = event.done / elapsed
@@ -151,6 +148,10 @@ class ProgressLines:
     def _print(self, text: str) -> None:
         self.printed = self.clock()
         print(text, file=self.stream, flush=True)
+
+
+def _is_over(event: Event | None) -> bool:
+    return event is not None and event.done == event.total
 
 
 def duration(seconds: float) -> str:

@@ -1,7 +1,7 @@
 """What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 
@@ -35,15 +35,13 @@ def _describe_file(file: Path) -> str:
         raise ScenarioError(f"{file} cannot be opened as netCDF ({error}); is it complete?") from None
     with dataset:
         if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
-            raise ScenarioError(
-                f"{file} is a netCDF file but not of lienumba; give one that lienumba run wrote"
-            )
+            raise ScenarioError(f"{file} is a netCDF file but not of lienumba; give one that lienumba run wrote")
         return describe_dataset(dataset)
 
 
 def describe_dataset(dataset: "xr.Dataset") -> str:
     """What a dataset holds, how its runs ended, and where it comes from."""
-    attributes, sizes = dataset.attrs, dataset.sizes
+    attributes = dataset.attrs
     runs, times = dataset["run"].values, dataset["time"].values
     inputs = [str(name) for name, item in dataset.coords.items() if item.attrs.get("role") == "input"]
     stored = [str(name) for name, item in dataset.data_vars.items() if "time" in item.dims]
@@ -57,12 +55,10 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         "variables": ", ".join(stored),
         "inputs": ", ".join(inputs) or "none",
         "status": _statuses(dataset),
-        "memory": f"{dataset.nbytes / 1e6:.1f} MB in {sizes['run']} runs",
+        "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
         "scenario": f"sha256 {attributes['scenario_sha256']}, seed {attributes.get('seed')}",
         "versions": ", ".join(
-            f"{key.removesuffix('_version')} {value}"
-            for key, value in attributes.items()
-            if key.endswith("_version")
+            f"{key.removesuffix('_version')} {value}" for key, value in attributes.items() if key.endswith("_version")
         ),
         "cpu": str(attributes.get("cpu", "")),
         "history": str(attributes.get("history", "")),
@@ -109,12 +105,14 @@ def describe_scenario(scenario: "Scenario") -> str:
     return _table(rows) + "\n" + _operations(runner.operation_counts(scenario))
 
 
-def _operations(counts: dict[str, dict[str, Any]]) -> str:
-    """Operations per run and call of each kernel."""
+def _operations(counts: dict[str, dict[str, int]]) -> str:
+    """Operations per run and call of each kernel, as its graph counts them."""
     lines = ["operations per run and call:"]
-    for kernel, operations in counts.items():
-        items = ", ".join(f"{number} {name}" for name, number in operations.items() if number)
-        lines.append(f"  {kernel}: {sum(operations.values())} ({items})")
+    for kernel, numbers in counts.items():
+        kinds = ", ".join(
+            f"{number:,} {kind}" for kind, number in numbers.items() if kind not in ("operations", "flops")
+        )
+        lines.append(f"  {kernel}: {numbers['operations']:,} ({kinds}), {numbers['flops']:,} flops")
     return "\n".join(lines)
 
 

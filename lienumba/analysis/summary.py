@@ -17,7 +17,7 @@ LABELS_SHOWN = 5
 
 @dataclass(frozen=True)
 class Outcome:
-    """The runs that ended in one way: how many, the first labels, and the simulated times (s) that these reached."""
+    """The runs that ended in one way: how many, the first labels, and the times (s) that these reached."""
 
     status: str
     count: int
@@ -27,7 +27,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Quantiles:
-    """5, 50 and 95 % quantiles of one number at the final time, over the good runs; body is "" for the system's."""
+    """5, 50 and 95 % quantiles of one number at the final time, over the good runs; body "": the system."""
 
     quantity: str
     body: str
@@ -40,7 +40,7 @@ class Quantiles:
 
 @dataclass(frozen=True)
 class Summary:
-    """`good` is the number of runs that succeeded; maxima are over these, None where the dataset does not hold them.
+    """`good` runs are those that succeeded; maxima are over these, None where the dataset has none.
 
     The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
     """
@@ -115,7 +115,5 @@ def _relative_drift(good: xr.Dataset) -> float | None:
         return None
     residual: np.ndarray = abs(good["energy_residual"].values).max(axis=1)
     kinetic: np.ndarray = good["kinetic_energy"].values.max(axis=1)
-    drifts = [
-        r / k if k > 0.0 else math.nan if r > 0.0 else 0.0 for r, k in zip(residual, kinetic, strict=True)
-    ]
+    drifts = [r / k if k > 0.0 else math.nan if r > 0.0 else 0.0 for r, k in zip(residual, kinetic, strict=True)]
     return float(max(drifts))

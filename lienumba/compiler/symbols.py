@@ -195,7 +195,11 @@ def needs(node: Symbol) -> tuple[Any, ...]:
 
 
 def live(outputs: tuple[Any, ...]) -> list[Symbol]:
-    """The nodes that the outputs need, in the order in which they were recorded."""
+    """The nodes that the outputs need, each behind all that it uses.
+
+    What depends on a division or a call stays in the order in which it was recorded: an elimination frees values as
+    it goes. Everything else comes from inputs alone and is computed when it is first used, so that few values wait.
+    """
     found: dict[int, Symbol] = {}
     stack = [x for x in outputs if isinstance(x, Symbol)]
     while stack:
@@ -203,7 +207,23 @@ def live(outputs: tuple[Any, ...]) -> list[Symbol]:
         if node.id not in found:
             found[node.id] = node
             stack += [x for x in needs(node) if isinstance(x, Symbol)]
-    return [found[id_] for id_ in sorted(found)]
+    settled: set[int] = set()
+    for id_ in sorted(found):
+        node = found[id_]
+        starts = node.op in ("/", "call", "result") and not node.invariant
+        if starts or any(isinstance(x, Symbol) and x.id in settled for x in needs(node)):
+            settled.add(id_)
+    order: dict[int, Symbol] = {}
+    for root in [*(found[id_] for id_ in sorted(settled)), *outputs]:
+        stack = [root] if isinstance(root, Symbol) else []
+        while stack:
+            waiting = [x for x in needs(stack[-1]) if isinstance(x, Symbol) and x.id not in order]
+            if waiting:
+                stack += reversed(waiting)
+            else:
+                node = stack.pop()
+                order.setdefault(node.id, node)
+    return list(order.values())
 
 
 def operation_counts(order: list[Symbol]) -> dict[str, int]:

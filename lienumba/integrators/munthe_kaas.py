@@ -9,8 +9,8 @@ from lienumba.operations import at_most, maximum
 
 LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
 
-Bodies = tuple[Any, ...]  # an element of S per body
-Algebra = tuple[Any, ...]  # an element of its algebra per body
+Bodies = Any  # a sequence: an element of S per body
+Algebra = Any  # a sequence: an element of its algebra per body
 
 
 def moved(x: Bodies, u: Algebra) -> Bodies:
@@ -46,24 +46,30 @@ def combination(h: Any, weights: tuple[Any, ...], slopes: list[Algebra], body: i
 
 def step(
     tableau: Tableau, x: Bodies, t: Any, h: Any, stage: Callable[[Bodies, Algebra | None, Any], Algebra]
-) -> tuple[Bodies, Any]:
-    """The state after one step of size h from x at time t, and the largest squared rotation of a stage.
+) -> tuple[Bodies, Any, Any]:
+    """One step of size h from x at time t.
 
-    `stage(x, u, t)` is the slope at x exp(u); u is None in the first stage, where it is exactly zero.
+    `stage(x, u, t)` is the slope at x exp(u); u is None in the first stage, where it is exactly zero. Returns the
+    new state, the largest squared rotation of a stage (rad^2), and the sum of squares of the step's algebra element,
+    which tells whether all of it is finite. Goes body by body, so that few values are alive at a time.
     """
-    bodies = range(len(x))
     slopes: list[Algebra] = []
     rotation: Any = 0.0
     for row, c in zip(tableau.A, tableau.c, strict=True):
-        if any(row):
-            u = tuple(combination(h, row, slopes, i) for i in bodies)
-            rotation = maximum(rotation, promised(u))
-            slopes.append(stage(x, u, t + float(c) * h))
-        else:
+        if not any(row):
             slopes.append(stage(x, None, t))
-    new = []
-    for i in bodies:  # body by body, so that few values are alive at a time
+            continue
+        u = []
+        for i in range(len(x)):
+            u.append(combination(h, row, slopes, i))
+            rotation = maximum(rotation, promised(u[-1:]))
+        slopes.append(stage(x, tuple(u), t + float(c) * h))
+    new: list[Any] = []
+    square: Any = 0.0
+    for i, body in enumerate(x):
         w = combination(h, tableau.b, slopes, i)
         rotation = maximum(rotation, promised((w,)))
-        new += moved((x[i],), (w,))
-    return tuple(new), rotation
+        for c in w:
+            square = square + c * c
+        new += moved((body,), (w,))
+    return tuple(new), rotation, square

@@ -133,11 +133,11 @@ class _Tracer:
 
         t, h = graph.inputs("clock", 2)
         x = self.state(graph, "state")
-        new, rotation = munthe_kaas.step(self.tableau, x, t, h, slope)
+        new, rotation, square = munthe_kaas.step(self.tableau, x, t, h, slope)
         code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.ROTATION)
         if self.structure.rows:
             code = where(margins[0] > 0.0, code, codes.SINGULAR)
-        return self.kernel("step", (*flat(new), where(finite(flat(new)), code, codes.NON_FINITE)))
+        return self.kernel("step", (*flat(new), where(square < HUGE, code, codes.NON_FINITE)))
 
     def position(self) -> Kernel:
         graph, model = self.graph()

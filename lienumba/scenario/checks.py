@@ -60,9 +60,7 @@ def _tables(items: Any) -> list[dict[str, Any]]:
     return [item if isinstance(item, dict) else {} for item in items] if isinstance(items, list) else []
 
 
-def _numbers_of(
-    model: dict[str, Any], bodies: list[dict[str, Any]], joints: list[dict[str, Any]]
-) -> dict[str, Any]:
+def _numbers_of(model: dict[str, Any], bodies: list[dict[str, Any]], joints: list[dict[str, Any]]) -> dict[str, Any]:
     """What may vary: the model with the default of gravity and without unknown keys."""
     return {
         "gravity": model.get("gravity", [0.0, 0.0, -9.81]),
@@ -93,12 +91,9 @@ def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None
     counts = Counter(item["name"] for item in items if isinstance(item.get("name"), str))
     for name, number in counts.items():
         if number > 1:
-            places = [
-                f"model.{kind}[{index}]" for index, item in enumerate(items) if item.get("name") == name
-            ]
+            places = [f"model.{kind}[{index}]" for index, item in enumerate(items) if item.get("name") == name]
             report.problems.append(
-                f'{places[-1]}.name = "{name}": is also the name of {" and ".join(places[:-1])}; '
-                "give each its own name"
+                f'{places[-1]}.name = "{name}": is also the name of {" and ".join(places[:-1])}; give each its own name'
             )
 
 
@@ -108,8 +103,7 @@ def _check_joined(place: str, bodies: Any, names: list[str], report: Report) -> 
     for index, name in enumerate(bodies):
         if isinstance(name, str) and name not in (*names, GROUND):
             report.problems.append(
-                f'{place}.bodies[{index}] = "{name}": is not a body of the model; '
-                f"{suggestion(name, [*names, GROUND])}"
+                f'{place}.bodies[{index}] = "{name}": is not a body of the model; {suggestion(name, [*names, GROUND])}'
             )
     if len(bodies) == 2 and bodies[0] == bodies[1]:
         report.problems.append(

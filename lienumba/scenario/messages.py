@@ -233,7 +233,7 @@ def _without_tags(loc: Sequence[str | int], raw: Any) -> list[str | int]:
     for part in loc:
         if isinstance(part, int):
             inside = isinstance(node, list) and part < len(node)
-            node = node[part] if inside else None  # type: ignore[index]
+            node = node[part] if inside else None
             kept.append(part)
         elif isinstance(node, dict) and part in node:
             node = node[part]

@@ -62,9 +62,7 @@ def rotation_form(value: Any) -> str | None:
     """Which of the five forms a rotation is written in; None if it is none of them."""
     if isinstance(value, list):
         return "matrix" if any(isinstance(row, list) for row in value) else "quaternion"
-    keys = (
-        type(value).model_fields if isinstance(value, Section) else value if isinstance(value, dict) else ()
-    )
+    keys = type(value).model_fields if isinstance(value, Section) else value if isinstance(value, dict) else ()
     return next((ROTATION_TABLES[key] for key in keys if key in ROTATION_TABLES), None)
 
 
@@ -119,8 +117,7 @@ class Body(Section):
     )
     angular_velocity: Vec3 | None = Field(
         default=None,
-        description="the angular velocity in rad/s, body frame: 3 numbers "
-        "(or omit it: solved from the joints)",
+        description="the angular velocity in rad/s, body frame: 3 numbers (or omit it: solved from the joints)",
     )
 
 
@@ -142,9 +139,7 @@ class Joint(Section):
 
 
 class ModelSection(Section):
-    gravity: Vec3 = Field(
-        default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers"
-    )
+    gravity: Vec3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
@@ -152,9 +147,7 @@ class ModelSection(Section):
 
 
 class Integrator(Section):
-    method: Method = Field(
-        default="rk4", description="the Runge-Kutta method: " + ", ".join(get_args(Method))
-    )
+    method: Method = Field(default="rk4", description="the Runge-Kutta method: " + ", ".join(get_args(Method)))
     step: Positive = Field(description="the time step in s, above 0")
     end_time: Positive = Field(description="the simulated time in s, above 0")
 
@@ -171,9 +164,7 @@ class Projection(Section):
 
 
 class Output(Section):
-    every: Positive | None = Field(
-        default=None, description="the interval between stored times in s, above 0"
-    )
+    every: Positive | None = Field(default=None, description="the interval between stored times in s, above 0")
     times: Annotated[list[Number], Field(min_length=1)] | None = Field(
         default=None, description="the stored times in s, ascending, from 0 to integrator.end_time"
     )

@@ -16,8 +16,7 @@ def check_times(integrator: Integrator, output: Output | None, report: "Report")
     step, end = integrator.step, integrator.end_time
     if step > end:
         report.problems.append(
-            f"integrator.step = {step!r}: is longer than the run, integrator.end_time = {end!r}; "
-            "give a shorter step"
+            f"integrator.step = {step!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter step"
         )
         return
     steps = timegrid.count(end, step)
@@ -45,8 +44,7 @@ def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "
     step, end = integrator.step, integrator.end_time
     if every > end * (1 + timegrid.TOLERANCE):
         report.problems.append(
-            f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; "
-            "give a shorter interval"
+            f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter interval"
         )
     elif timegrid.count(every, step) is None:
         report.problems.append(
@@ -57,8 +55,7 @@ def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "
     elif end_fits and timegrid.count(end, every) is None:
         last = timegrid.stored_times(end, every)[-1]
         report.warnings.append(
-            f"output.every = {every!r}: does not divide integrator.end_time = {end!r}; "
-            f"the last stored time is {last!r}"
+            f"output.every = {every!r}: does not divide integrator.end_time = {end!r}; the last stored time is {last!r}"
         )
 
 

@@ -42,9 +42,7 @@ def nearest_divisor(durations: list[float], step: float) -> float:
     denominator = lcm(*(value.denominator for value in exacts))
     common = Fraction(gcd(*(int(value * denominator) for value in exacts)), denominator)
     nearest = max(1, round(common / exact(step)))
-    candidates = [
-        common / k for k in range(max(1, nearest // 2, nearest - 1000), nearest + min(nearest, 1000) + 1)
-    ]
+    candidates = [common / k for k in range(max(1, nearest // 2, nearest - 1000), nearest + min(nearest, 1000) + 1)]
     short = [value for value in candidates if exact(float(f"{float(value):.4g}")) == value]
     return float(min(short or [common / nearest], key=lambda value: abs(value - exact(step))))
 

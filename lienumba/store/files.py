@@ -30,35 +30,28 @@ def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
     target = Path(path)
     folder = target.parent
     if target.is_dir():
-        raise ScenarioError(
-            f"output = {target}: is a folder; give the name of a file in it, like {target / 'out.nc'}"
-        )
+        raise ScenarioError(f"output = {target}: is a folder; give the name of a file in it, like {target / 'out.nc'}")
     if not folder.exists():
-        raise ScenarioError(
-            f"output = {target}: its folder {folder} does not exist; create it or choose another"
-        )
+        raise ScenarioError(f"output = {target}: its folder {folder} does not exist; create it or choose another")
     if not folder.is_dir():
         raise ScenarioError(f"output = {target}: {folder} is not a folder; choose another")
     if target.exists() and not target.is_file():
         raise ScenarioError(f"output = {target}: is not a regular file; choose another name")
     if target.exists() and not overwrite:
-        raise ScenarioError(
-            f"output = {target}: exists already; choose another name, or replace it with --overwrite"
-        )
+        raise ScenarioError(f"output = {target}: exists already; choose another name, or replace it with --overwrite")
     probe = _partial(target.resolve())
     try:
-        probe.open(
-            "xb"
-        ).close()  # asking for permissions is not enough: root has them all, on a read-only disk too
+        probe.open("xb").close()  # asking for permissions is not enough: root has them all, on a read-only disk too
         probe.unlink()
     except OSError as error:
         raise ScenarioError(
-            f"output = {target}: cannot be written to {folder} ({error.strerror}); change its permissions or choose another folder"
+            f"output = {target}: cannot be written to {folder} ({error.strerror});"
+            " change its permissions or choose another folder"
         ) from error
 
 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write the dataset, replacing what is there, in one step: at any moment `path` is the old file or the new one.
+    """Write the dataset in one step: at any moment `path` is the old file, or none, or the whole new one.
 
     A process that is killed on the way leaves at most a `*.partial` beside it, which may be deleted.
     """
@@ -73,8 +66,8 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
         free = shutil.disk_usage(target.parent).free if target.parent.is_dir() else 0
         raise WriteError(
-            f"output = {path}: could not be written ({error}): it takes up to {dataset.nbytes / 1e6:.1f} MB, and"
-            f" {target.parent} has {free / 1e6:.1f} MB free; make room there, choose another folder,"
+            f"output = {path}: could not be written ({error}): it takes up to {dataset.nbytes / 1e6:.1f} MB,"
+            f" and {target.parent} has {free / 1e6:.1f} MB free; make room there, choose another folder,"
             " or store fewer times or variables"
         ) from error
     finally:
@@ -84,9 +77,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 def _discard(partial: Path) -> None:
     """Remove what is left of a failed write; nothing to do after a good one."""
     if partial.exists():
-        os.truncate(
-            partial, 0
-        )  # HDF5 may hold a file open that it failed to write: give its room back all the same
+        os.truncate(partial, 0)  # HDF5 may hold a file open that it failed to write: give its room back all the same
         partial.unlink()
 
 

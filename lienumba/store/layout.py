@@ -14,9 +14,7 @@ STATE = ("run", "time", "body", "axis")
 JOINT = ("run", "time", "joint", "axis")
 SERIES = ("run", "time")
 RUN = ("run",)
-CHUNK_BYTES = (
-    1 << 17
-)  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
+CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
 
 
 @dataclass(frozen=True)
@@ -36,9 +34,7 @@ VARIABLES: dict[str, Variable] = {
     "velocity": Variable(STATE, "m s-1", "velocity of the mass centre", "global"),
     "angular_velocity": Variable(STATE, "rad s-1", "angular velocity", "body"),
     "joint_force": Variable(JOINT, "N", "force of the joint on its second body, at its point", "global"),
-    "joint_torque": Variable(
-        JOINT, "N m", "torque of the joint on its second body, about its point", "global"
-    ),
+    "joint_torque": Variable(JOINT, "N m", "torque of the joint on its second body, about its point", "global"),
     "multiplier": Variable(("run", "time", "constraint"), "N", "Lagrange multiplier of the constraint"),
     "energy": Variable(SERIES, "J", "total energy"),
     "kinetic_energy": Variable(SERIES, "J", "kinetic energy"),

@@ -10,13 +10,13 @@ from typing import Any
 
 PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 PAPER = (
-    "Z. Terze, A. Mueller, D. Zlatar, Lie-group integration method for constrained multibody systems in state space,"
-    " Multibody System Dynamics 34 (2015)"
+    "Z. Terze, A. Mueller, D. Zlatar, Lie-group integration method for constrained multibody systems"
+    " in state space, Multibody System Dynamics 34 (2015)"
 )
 
 
 def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int]:
-    """Global attributes; `scenario_toml` is the resolved scenario, `sha256` the hash of what determines a run."""
+    """Global attributes; `scenario_toml`: the resolved scenario; `sha256`: of what determines a run."""
     import llvmlite.binding
     import numba
 

@@ -1,8 +1,8 @@
 """Uniform numbers: one stream for each seed, run and path, so that nothing else can change a sample.
 
-The stream is NumPy's PCG64(SeedSequence(seed, spawn_key=(run, *words of sha256(path)))). Building these objects
-costs more than simulating a small mechanism, so both are computed here for all runs at once; a test compares
-every bit with NumPy's own.
+The stream is NumPy's PCG64(SeedSequence(seed, spawn_key=(run, *words of sha256(path)))). Building these
+objects costs more than simulating a small mechanism, so both are computed here for all runs at once; a test
+compares every bit with NumPy's own.
 """
 
 from __future__ import annotations
@@ -28,14 +28,12 @@ SMALLEST = 2.0**-54  # stands for 0, which no unbounded distribution can take
 
 
 def uniforms(path: str, runs: Sequence[int], seed: int) -> np.ndarray:
-    """The first number in (0, 1) of each run's stream for `path`, shape (runs,); run labels are 0 to 2**32 - 1."""
+    """The first number in (0, 1) of each run's stream for `path`, shape (runs,); labels are 0 to 2**32 - 1."""
     import numpy as np
 
     labels = np.asarray(runs, dtype=np.int64)
     if labels.size and not 0 <= labels.min() <= labels.max() <= MASK:
-        raise ValueError(
-            f"run labels must lie between 0 and {MASK}, but reach {labels.min()} and {labels.max()}"
-        )
+        raise ValueError(f"run labels must lie between 0 and {MASK}, but reach {labels.min()} and {labels.max()}")
     digest = hashlib.sha256(path.encode()).digest()
     seed_words = [seed >> shift & MASK for shift in range(0, max(seed.bit_length(), 1), 32)]
     entropy = [*seed_words, *[0] * (POOL_SIZE - len(seed_words)), labels]
@@ -85,9 +83,7 @@ def _pcg64(words: list[Words]) -> NDArray[np.uint64]:
     """PCG64 (XSL-RR): the first 64 bits, uint64 (runs,), of generators seeded with these words."""
     import numpy as np
 
-    half = [
-        words[k].astype(np.uint64) | words[k + 1].astype(np.uint64) << np.uint64(32) for k in range(0, 8, 2)
-    ]
+    half = [words[k].astype(np.uint64) | words[k + 1].astype(np.uint64) << np.uint64(32) for k in range(0, 8, 2)]
     start, sequence = (half[0], half[1]), (half[2], half[3])
     one = np.uint64(1)
     increment = (sequence[0] << one | sequence[1] >> np.uint64(63), sequence[1] << one | one)

@@ -91,9 +91,7 @@ def test_no_good_run():
 
 
 def test_what_was_not_stored_is_left_out():
-    summary = summarise(
-        known([0, 0], position=None, kinetic_energy=None, end_time=None, max_energy_drift=None)
-    )
+    summary = summarise(known([0, 0], position=None, kinetic_energy=None, end_time=None, max_energy_drift=None))
     assert {row.quantity for row in summary.final} == {"energy"}
     assert summary.max_relative_energy_drift is None
     assert summary.max_energy_drift is None

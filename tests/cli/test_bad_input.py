@@ -55,9 +55,7 @@ def replaced(old: str, new: str) -> str:
     return BASE.replace(old, new)
 
 
-def refused(
-    folder: Path, text: str, *options: str, output: str = "out.nc", command: str = "run"
-) -> list[str]:
+def refused(folder: Path, text: str, *options: str, output: str = "out.nc", command: str = "run") -> list[str]:
     """The message's lines of a run that must be refused and must leave nothing behind."""
     scenario = folder / "case.toml"
     scenario.write_text(text, encoding="utf-8")
@@ -118,8 +116,7 @@ CASES = {
     ),
     "a name that is none": (
         replaced("[[model.joints]]", TOP.replace('"top"', '"my top"') + "[[model.joints]]"),
-        'model.bodies.my top.name = "my top": is no valid name; '
-        'give the name: a letter, then letters, digits or "_"',
+        'model.bodies.my top.name = "my top": is no valid name; give the name: a letter, then letters, digits or "_"',
     ),
     "joint to itself": (
         replaced('bodies = ["ground", "top"]', 'bodies = ["top", "top"]'),
@@ -127,13 +124,11 @@ CASES = {
     ),
     "unknown joint": (
         replaced('type = "spherical"', 'type = "ball"'),
-        'model.joints.pivot.type = "ball": must be "spherical" or "distance"; '
-        'the nearest known name is "spherical"',
+        'model.joints.pivot.type = "ball": must be "spherical" or "distance"; the nearest known name is "spherical"',
     ),
     "length of a spherical joint": (
         replaced('type = "spherical"', 'type = "spherical"\nlength = 1'),
-        "model.joints.pivot.length = 1.0: has no meaning for a spherical joint; "
-        'leave it out, or set type = "distance"',
+        'model.joints.pivot.length = 1.0: has no meaning for a spherical joint; leave it out, or set type = "distance"',
     ),
     "zero mass": (
         replaced("mass = 15", "mass = 0"),
@@ -185,8 +180,7 @@ CASES = {
     ),
     "zero axis": (
         replaced(ROTATION, "rotation = { axis = [0, 0, 0], angle = 1 }"),
-        "model.bodies.top.rotation.axis = [0.0, 0.0, 0.0]: has no direction; give 3 numbers that are not "
-        "all 0",
+        "model.bodies.top.rotation.axis = [0.0, 0.0, 0.0]: has no direction; give 3 numbers that are not all 0",
     ),
     "unknown Euler sequence": (
         replaced(ROTATION, 'rotation = { euler = "zyx", angles = [0, 0, 0] }'),
@@ -198,8 +192,7 @@ CASES = {
     ),
     "NaN in the sweep": (
         replaced("std = 0.1", "std = nan"),
-        'sweep.vary."bodies.top.mass".std = nan: must be a finite number; give the standard deviation, 0 '
-        "or above",
+        'sweep.vary."bodies.top.mass".std = nan: must be a finite number; give the standard deviation, 0 or above',
     ),
     "infinite gravity": (
         replaced("gravity = [0, 0, -9.81]", "gravity = [0, 0, -inf]"),
@@ -312,8 +305,7 @@ CASES = {
     ),
     "masses of 0": (
         replaced('"normal", std = 0.1', '"uniform", low = 0, high = 14'),
-        'sweep.vary."bodies.top.mass".low = 0.0: allows values of 0 or below, which no body has; '
-        "give low above 0",
+        'sweep.vary."bodies.top.mass".low = 0.0: allows values of 0 or below, which no body has; give low above 0',
     ),
     "relative to 0": (
         replaced(MASS, '"gravity[0]" = { distribution = "normal", std = 0.1, relative = true }'),
@@ -322,8 +314,7 @@ CASES = {
     ),
     "unknown distribution": (
         replaced('"normal"', '"gaussian"'),
-        'sweep.vary."bodies.top.mass".distribution = "gaussian": is not known; '
-        'the nearest known name is "normal"',
+        'sweep.vary."bodies.top.mass".distribution = "gaussian": is not known; the nearest known name is "normal"',
     ),
     "no distribution": (
         replaced('distribution = "normal", ', ""),
@@ -447,9 +438,7 @@ def test_output_exists(tmp_path: Path) -> None:
     target = tmp_path / "out.nc"
     target.write_bytes(b"precious")
     (message,) = refused(tmp_path, BASE)
-    assert (
-        message == f"output = {target}: exists already; choose another name, or replace it with --overwrite"
-    )
+    assert message == f"output = {target}: exists already; choose another name, or replace it with --overwrite"
     assert target.read_bytes() == b"precious"
 
 

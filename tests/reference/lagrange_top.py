@@ -1,13 +1,13 @@
 """The exact motion of the paper's heavy top (section 7.1), to far beyond double precision.
 
-It is a Lagrange top: inertia C about its axis e, A across it at the pivot, spin s = w.e constant. With the angular
-momentum L about the pivot, all global,
+It is a Lagrange top: inertia C about its axis e, A across it at the pivot, spin s = w.e constant. With the
+angular momentum L about the pivot, all global,
 
     e' = L x e / A,    L' = m l e x g,    b' = (L - C s e) / A x b,
 
-where b is a vector across e of a frame that does not spin; the body turns in that frame by s t about e. Unlike Euler
-angles nothing is singular (the axis passes within a hair of the vertical), and unlike the body's own equations
-nothing is fast. The right-hand sides are products, so Taylor series follow from convolutions.
+where b is a vector across e of a frame that does not spin; the body turns in that frame by s t about e. Unlike
+Euler angles nothing is singular (the axis passes within a hair of the vertical), and unlike the body's own
+equations nothing is fast. The right-hand sides are products, so Taylor series follow from convolutions.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ STEP = 0.04  # a quarter or less of the radius of convergence for tops like the 
 
 @dataclass(frozen=True)
 class Top:
-    """The paper's data; inertias about the mass centre, `arm` from the pivot to it along the body's y axis."""
+    """The paper's data; inertias about the mass centre, `arm` from the pivot to it along the body's y."""
 
     mass: float = 15.0
     across: float = 0.234375
@@ -67,9 +67,7 @@ def motion(times: Sequence[float], top: Top | None = None) -> list[State]:
             while mpf(time) - start > STEP:
                 y = _evaluate(_series(y, top, across), mpf(STEP))
                 start += mpf(STEP)
-            states.append(
-                _state(mpf(time), _evaluate(_series(y, top, across), mpf(time) - start), top, across)
-            )
+            states.append(_state(mpf(time), _evaluate(_series(y, top, across), mpf(time) - start), top, across))
         return states
 
 

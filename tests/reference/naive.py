@@ -1,7 +1,8 @@
-"""The paper's method in plain dense NumPy: Terze, Mueller, Zlatar (2015), sections 2 and 4 to 6, appendices A and B.
+"""The paper's method in plain dense NumPy: Terze, Mueller, Zlatar (2015), sections 2, 4 to 6, appendices A, B.
 
-Slow, obvious, and written from the paper's hand-derived formulas only, to test what lienumba derives and compiles.
-Bodies need `mass` and `inertia` (xx yy zz xy xz yz), joints `type`, `bodies` (-1: ground), `points` and `length`.
+Slow, obvious, and written from the paper's hand-derived formulas only, to test what lienumba derives and
+compiles. Bodies need `mass` and `inertia` (xx yy zz xy xz yz), joints `type`, `bodies` (-1: ground), `points`
+and `length`.
 States: r (k,3) global, R (k,3,3) body to global, v (k,3) global, w (k,3) body frame.
 """
 
@@ -34,7 +35,7 @@ def bernoulli(n):
 
 
 def dexpinv_truncated(u, w, n):
-    """dexp^-1_{-u}(w), the sum (A.4) to j = n; its sign is (-1)^j, which the paper prints as a single minus."""
+    """dexp^-1_{-u}(w), the sum (A.4) to j = n; its sign is (-1)^j, not the single minus of the paper."""
     total, term = np.zeros(3), np.array(w, dtype=float)
     for j, B in enumerate(bernoulli(n)):
         total = total + (-1) ** j * B / math.factorial(j) * term
@@ -51,7 +52,7 @@ def dexpinv(u, w):
     return w + np.cross(u, w) / 2 + c * np.cross(u, np.cross(u, w))
 
 
-# ---------------------------------------------------------------- constraints, eqs. (25)-(28), (36)-(41), (B.1)-(B.6)
+# ---------------------------------------------------------------- constraints, (25)-(28), (36)-(41), (B.1)-(B.6)
 def placement(r, R, body):
     return (np.zeros(3), np.eye(3)) if body == GROUND else (r[body], R[body])
 
@@ -171,7 +172,7 @@ def moved(state, u):
 
 
 def step(bodies, joints, gravity, state, h, A, b, truncation=None):
-    """(20), one step for an autonomous system: rows of A may be short; dexpinv closed, or the sum to `truncation`."""
+    """(20), one step for an autonomous system: rows of A may be short; dexpinv closed or truncated."""
     slopes = []
     for row in A:
         u = sum((h * float(a) * f for a, f in zip(row, slopes, strict=False)), np.zeros((len(bodies), 12)))
@@ -187,7 +188,7 @@ def step(bodies, joints, gravity, state, h, A, b, truncation=None):
 def project_positions(joints, r, R, tolerance=1e-13, max_iterations=20):
     """The nearest r, R on the constraints, and the iterations.
 
-    In R exp(x~) the paper's norm |R' - R|_F^2 is 2 |x|^2 + O(x^4). Each iteration solves for the *total* correction.
+    In R exp(x~) the paper's norm |R' - R|_F^2 is 2 |x|^2 + O(x^4). Each iteration finds the *total* correction.
     """
     k = len(r)
     W = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0] * k)
@@ -199,9 +200,7 @@ def project_positions(joints, r, R, tolerance=1e-13, max_iterations=20):
             return state[0], state[1], iteration
         C = jacobian(joints, *state[:2])
         x = solve_kkt(W, C, np.zeros(6 * k), C @ x.ravel() - violation)[0].reshape(k, 6)
-    raise RuntimeError(
-        f"the position projection left {np.abs(violation).max()} after {max_iterations} iterations"
-    )
+    raise RuntimeError(f"the position projection left {np.abs(violation).max()} after {max_iterations} iterations")
 
 
 def project_velocities(bodies, joints, r, R, v, w, weight="mass"):

@@ -1,4 +1,4 @@
-"""The exact motion of the heavy top, against stored references, invariants, and an independent integration."""
+"""The exact motion of the heavy top, against stored references, invariants, an independent integration."""
 
 import json
 from pathlib import Path

@@ -35,9 +35,7 @@ def system(seed=0):
         ("distance", 1, -1),
     ]
     joints = [
-        SimpleNamespace(
-            type=kind, bodies=(a, b), points=tuple(rng.standard_normal((2, 3))), length=rng.uniform(1, 3)
-        )
+        SimpleNamespace(type=kind, bodies=(a, b), points=tuple(rng.standard_normal((2, 3))), length=rng.uniform(1, 3))
         for kind, a, b in ends
     ]
     r, v, w = rng.standard_normal((3, 3, 3))
@@ -45,7 +43,7 @@ def system(seed=0):
 
 
 def flow(state, accelerations, t):
-    """The state moved for a short time along its velocities and accelerations (12 point differences need no more)."""
+    """The state moved for a short time along its velocities and accelerations."""
     r, R, v, w = state
     a, e = accelerations[:, :3], accelerations[:, 3:]
     turn = w * t + e * t**2 / 2 - np.cross(w, e) * t**3 / 12  # Magnus, to the order that the tests look at
@@ -60,9 +58,7 @@ def test_exp_and_dexpinv(angle):
     w = np.array([0.3, -1.2, 0.5])
     np.testing.assert_allclose(naive.exp(u), expm(naive.hat(u)), atol=4e-15)
     powers = [np.linalg.matrix_power(-naive.hat(u), j) for j in range(60)]
-    dexp = sum(
-        p / float(np.prod(np.arange(1.0, j + 2))) for j, p in enumerate(powers)
-    )  # (A.2), the sign corrected
+    dexp = sum(p / float(np.prod(np.arange(1.0, j + 2))) for j, p in enumerate(powers))  # (A.2), the sign corrected
     np.testing.assert_allclose(dexp @ naive.dexpinv(u, w), w, atol=1e-13)
     if angle < 0.7:
         np.testing.assert_allclose(naive.dexpinv_truncated(u, w, 20), naive.dexpinv(u, w), atol=1e-15)
@@ -110,9 +106,7 @@ def test_the_papers_matrices_of_the_heavy_top():
     J = np.diag(TOP[0].inertia[:3])
     vdot, force = naive.accelerations(TOP, PIVOT, GRAVITY, r[None], R[None], v[None], w[None])
     np.testing.assert_allclose(15 * vdot[0, :3] - force, 15 * np.array(GRAVITY), atol=1e-12)  # (23)
-    np.testing.assert_allclose(
-        J @ vdot[0, 3:] + naive.hat(r_b) @ R.T @ force, -np.cross(w, J @ w), atol=1e-12
-    )  # (24)
+    np.testing.assert_allclose(J @ vdot[0, 3:] + naive.hat(r_b) @ R.T @ force, -np.cross(w, J @ w), atol=1e-12)  # (24)
 
 
 def test_a_free_body_falls():
@@ -126,9 +120,7 @@ def test_a_free_body_falls():
 def test_the_order_of_the_tensors_elements():
     body = SimpleNamespace(mass=2.0, inertia=(4.0, 5.0, 6.0, 0.1, 0.2, 0.3))
     J = np.array([[4.0, 0.1, 0.2], [0.1, 5.0, 0.3], [0.2, 0.3, 6.0]])
-    np.testing.assert_array_equal(
-        naive.mass_matrix([body]), np.diag([2.0, 2, 2, 0, 0, 0]) + np.pad(J, (3, 0))
-    )
+    np.testing.assert_array_equal(naive.mass_matrix([body]), np.diag([2.0, 2, 2, 0, 0, 0]) + np.pad(J, (3, 0)))
 
 
 def test_constraint_forces_do_no_work():
@@ -144,8 +136,11 @@ def test_constraint_forces_do_no_work():
 def top_errors(h, end, truncation=None, tableau=RK4):
     """Differences of r and omega from the exact motion at `end`, without projection; and the final state."""
     state = (
-        np.array([[0.0, 1.0, 0.0]]), np.eye(3)[None], np.array([[4.61538, 0.0, 0.0]]), np.array([[0.0, 150.0, -4.61538]])
-    )  # fmt: skip
+        np.array([[0.0, 1.0, 0.0]]),
+        np.eye(3)[None],
+        np.array([[4.61538, 0.0, 0.0]]),
+        np.array([[0.0, 150.0, -4.61538]]),
+    )
     for _ in range(round(end / h)):
         state = naive.step(TOP, PIVOT, GRAVITY, state, h, *tableau, truncation)
     (exact,) = motion([end])
@@ -262,7 +257,5 @@ def test_velocities_are_projected_to_the_nearest(weight):
     correction = np.hstack([new_v - v, new_w - w]).ravel()
     np.testing.assert_allclose(C @ np.hstack([new_v, new_w]).ravel(), 0, atol=1e-12)
     _, _, Vt = np.linalg.svd(C)
-    np.testing.assert_allclose(
-        Vt[len(C) :] @ W @ correction, 0, atol=1e-12
-    )  # W-orthogonal to every free motion
+    np.testing.assert_allclose(Vt[len(C) :] @ W @ correction, 0, atol=1e-12)  # W-orthogonal to every free motion
     assert np.abs(correction).max() > 0.1

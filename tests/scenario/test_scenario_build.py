@@ -70,7 +70,8 @@ def test_a_rounded_matrix_is_made_orthonormal() -> None:
 def test_exact_zeros_of_a_matrix_stay_exact() -> None:
     c, s = 0.8775826, 0.4794255
     matrix = rotation_of([[1, 0, 0], [0, c, -s], [0, s, c]])
-    assert (matrix[0] == [1, 0, 0]).all() and (matrix[:, 0] == [1, 0, 0]).all()
+    assert (matrix[0] == [1, 0, 0]).all()
+    assert (matrix[:, 0] == [1, 0, 0]).all()
 
 
 @pytest.mark.parametrize(
@@ -135,9 +136,7 @@ def test_runs_with_unphysical_samples_are_found() -> None:
     assert unphysical(model, poses, 5).tolist() == [False, True, True, True, True]
 
 
-@pytest.mark.parametrize(
-    "rotation", [[1e-200, 0, 0, 0], {"axis": [1e-200, 0, 0], "angle": 1}, [1e200, 0, 0, 0]]
-)
+@pytest.mark.parametrize("rotation", [[1e-200, 0, 0, 0], {"axis": [1e-200, 0, 0], "angle": 1}, [1e200, 0, 0, 0]])
 def test_rotations_beyond_floating_point_are_refused(rotation: Any) -> None:
     with pytest.raises(ScenarioError):
         resolve(example(rotation=rotation))

@@ -37,9 +37,7 @@ def test_the_template_has_every_key_with_a_comment() -> None:
     comments = "\n".join(line for line in text.splitlines() if line.startswith("#"))
     for names, section in SECTIONS.items():
         for key in section.model_fields:
-            assert re.search(rf"(^|[\s{{,.\[]){key}( =|\]|:)", text, re.MULTILINE), (
-                f"{names}: {key} is not there"
-            )
+            assert re.search(rf"(^|[\s{{,.\[]){key}( =|\]|:)", text, re.MULTILINE), f"{names}: {key} is not there"
     for word in (*VARIABLES, "euler", "midpoint", "heun", "kutta3", "rk38", "identity", "none"):
         assert word in text
     for word in ("kg", "rad", "optional, default"):

@@ -56,7 +56,5 @@ def test_calls_may_be_chained_and_added_to() -> None:
 def test_mistakes_are_found_by_the_same_checks() -> None:
     system = heavy_top()
     system.output(evry=0.01)
-    with pytest.raises(
-        ScenarioError, match=r'output\.evry is not a known key; the nearest known name is "every"'
-    ):
+    with pytest.raises(ScenarioError, match=r'output\.evry is not a known key; the nearest known name is "every"'):
         resolve(system)

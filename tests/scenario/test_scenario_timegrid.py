@@ -36,7 +36,8 @@ def test_default_interval_divides_the_run(steps: int, step: float) -> None:
         return
     every = timegrid.default_interval(end, step)
     intervals = timegrid.count(end, every)
-    assert intervals is not None and intervals <= timegrid.MOST_INTERVALS
+    assert intervals is not None
+    assert intervals <= timegrid.MOST_INTERVALS
     assert timegrid.count(every, step) is not None
 
 

@@ -8,9 +8,7 @@ TIMES = [float(f"{k / 100:.2f}") for k in range(101)]
 INPUTS = ("bodies.top.mass", "bodies.top.angular_velocity[1]", "joints.pivot.points[1][0]", "gravity[2]")
 
 
-def arrays(
-    runs: int, times: int, bodies: int, joints: int, constraints: int, seed: int = 0
-) -> dict[str, np.ndarray]:
+def arrays(runs: int, times: int, bodies: int, joints: int, constraints: int, seed: int = 0) -> dict[str, np.ndarray]:
     sizes = {"run": runs, "time": times, "body": bodies, "joint": joints, "constraint": constraints}
     rng = np.random.default_rng(seed)
     result = {}

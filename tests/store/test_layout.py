@@ -44,9 +44,7 @@ def test_dims_and_labels(written):
     assert list(opened.constraint.values[:4]) == ["pivot[0]", "pivot[1]", "pivot[2]", "elbow[0]"]
     assert list(opened.axis.values) == list(opened.body_axis.values) == ["x", "y", "z"]
     assert opened.status.dtype == np.int8
-    assert all(
-        opened[name].dtype == np.float64 for name, spec in VARIABLES.items() if spec.dtype == "float64"
-    )
+    assert all(opened[name].dtype == np.float64 for name, spec in VARIABLES.items() if spec.dtype == "float64")
 
 
 def test_times_are_found_by_their_decimals(written):
@@ -126,7 +124,7 @@ def test_compressed_in_chunks_of_whole_runs(written):
     with netCDF4.Dataset(path) as raw:
         for name in VARIABLES:
             filters, chunks = raw[name].filters(), raw[name].chunking()
-            assert filters["zlib"] and filters["shuffle"] and filters["complevel"] == 1, name
+            assert (filters["zlib"], filters["shuffle"], filters["complevel"]) == (True, True, 1), name
             assert list(chunks[1:]) == list(raw[name].shape[1:]), name
             assert chunks[0] == 300 or np.prod(chunks) * raw[name].dtype.itemsize > 2**16, name
 

@@ -52,11 +52,9 @@ def test_a_width_of_zero_gives_the_constant():
     np.testing.assert_array_equal(uniform(low=2, high=2).ppf(U, 15.0), 2.0)
 
 
-@pytest.mark.parametrize(
-    "distribution", [normal(std=0.1, relative=True), uniform(low=1, high=2, relative=True)]
-)
+@pytest.mark.parametrize("distribution", [normal(std=0.1, relative=True), uniform(low=1, high=2, relative=True)])
 def test_a_multiple_of_zero_is_refused(distribution):
-    with pytest.raises(ScenarioError, match="relative = true: .*absolute"):
+    with pytest.raises(ScenarioError, match=r"relative = true: .*absolute"):
         distribution.ppf(U, 0.0)
 
 

@@ -1,0 +1,134 @@
+"""The engine on the heavy top and on chains: batches to time, and the kernels' own operation counts."""
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lienumba.batch.execute import Batch, execute
+from lienumba.compiler import native
+from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.lanes import call
+from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.machine import aligned, compile_program
+from lienumba.integrators.program import Method, Program, Slot, build, split
+from lienumba.mechanics import assembly, dynamics, kkt
+from lienumba.mechanics.model import Body, Joint, Model, Pose, map_numbers
+
+# Terze, Mueller, Zlatar (2015), section 7.1; inertia about the mass centre, body frame
+MASS, INERTIA, GRAVITY = 15.0, (0.234375, 0.46875, 0.234375), (0.0, 0.0, -9.81)
+PIVOT = (0.0, -1.0, 0.0)  # m, body frame
+SPIN = (0.0, 150.0, -4.61538)  # rad/s, body frame
+END_TIME, STEP, OUTPUTS = 2.0, 1e-4, 200
+MASS_CENTRE = (-0.15041682, -0.72416559, -0.67302227)  # m, exact at END_TIME
+METHODS = {"none": Method("rk4", "none", "none"), "both": Method("rk4", "local", "mass")}
+TOLERANCE, ITERATIONS = 1e-11, 10
+
+
+@dataclass(frozen=True)
+class Tops:
+    """Perturbed tops: masses (runs,), spins (runs, 3), states (runs, 18) at t = 0. Run 0 is the paper's."""
+
+    masses: np.ndarray
+    spins: np.ndarray
+    states: np.ndarray
+    model: Model
+
+
+def tops(runs: int) -> Tops:
+    random = np.random.default_rng(2015)
+    masses = MASS * (1.0 + 0.01 * random.standard_normal(runs))
+    spins = np.array(SPIN) * (1.0 + 0.01 * random.standard_normal((runs, 3)))
+    masses[0], spins[0] = MASS, SPIN
+    body = Body("top", masses, (*INERTIA, 0.0, 0.0, 0.0))
+    joint = Joint("pivot", "spherical", (-1, 0), ((0.0, 0.0, 0.0), PIVOT))
+    identity = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    pose = Pose((0.0, 1.0, 0.0), identity, None, (spins[:, 0], spins[:, 1], spins[:, 2]))
+    done = assembly.assemble(Model(GRAVITY, (body,), (joint,)), (pose,), runs)
+    return Tops(masses, spins, done.state.reshape(runs, -1), done.model)
+
+
+def chain(k: int, runs: int) -> tuple[Model, np.ndarray]:
+    """k links of 0.25 m on spherical joints, hanging askew; each run with its own masses; states (runs, 18 k)."""
+    random = np.random.default_rng(k)
+    bodies, joints, poses = [], [], []
+    for i in range(k):
+        mass = 1.0 + 0.01 * random.standard_normal(runs)
+        bodies.append(Body(f"link{i}", mass, (0.0053, 0.0054, 0.0002, 0.0, 0.0, 0.0)))
+        above = (0.0, 0.0, 0.0) if i == 0 else (0.0, 0.0, -0.125)
+        joints.append(Joint(f"hinge{i}", "spherical", (i - 1, i), (above, (0.0, 0.0, 0.125))))
+        c, s = np.cos(0.2 + 0.3 / k * i), np.sin(0.2 + 0.3 / k * i)
+        poses.append(Pose(None, (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c), None, (0.1, 0.2, 0.3)))
+    done = assembly.assemble(Model(GRAVITY, tuple(bodies), tuple(joints)), tuple(poses), runs)
+    return done.model, done.state.reshape(runs, -1)
+
+
+def batch(program: Program, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
+    codes = np.zeros(len(states), np.int8)
+    return Batch(machine, program.parameters, states, codes, h, steps, outputs, TOLERANCE, ITERATIONS)
+
+
+def top_batch(sample: Tops, projection: str, h: float = STEP, steps: int = 20000, outputs: int = OUTPUTS) -> Batch:
+    """`projection`: "none" or "both" (position local, velocity mass); stored at `outputs` evenly spaced steps."""
+    program = build(sample.model, METHODS[projection])
+    stored = np.arange(1, outputs + 1) * (steps // outputs)
+    return batch(program, compile_program(program), sample.states, h, steps, stored)
+
+
+def integrate(work: Batch, workers: int) -> np.ndarray:
+    """States (runs, outputs, 18 k) at the stored steps; NaN where a run failed."""
+    runs, rows = work.states.shape
+    found = np.empty((runs, len(work.outputs), rows))
+    for chunk in execute(work, workers, lambda done, failed: None):
+        found[chunk.runs] = chunk.records[:, :, :rows]
+    return found
+
+
+def seconds(work: Batch, workers: int) -> float:
+    """Wall time of the integration alone: threads, kernels and records, no dataset."""
+    start = time.perf_counter()
+    for chunk in execute(work, workers, lambda done, failed: None):
+        if np.any(chunk.codes):
+            raise RuntimeError(f"runs of the benchmark failed with the codes {np.unique(chunk.codes)}")
+    return time.perf_counter() - start
+
+
+# ------------------------------------------------------------ the acceleration map alone
+@njit(nogil=True)
+def _evaluate(kernel: int, states: Any, parameters: Any, out: Any, work: Any, rounds: int) -> None:
+    for _ in range(rounds):
+        for block in range(states.shape[0]):
+            call(kernel, states[block].ctypes.data, parameters.ctypes.data, 0, 0, out[block].ctypes.data, work.ctypes.data)
+
+
+class AccelerationMap:
+    """v', w' and the multipliers of one mechanism, as a kernel of its own, on a few blocks that stay in the cache."""
+
+    def __init__(self, model: Model, states: np.ndarray, blocks: int = 4) -> None:
+        template, values = split(model)
+        graph, k = Graph(), len(model.bodies)
+        numbers = map_numbers(template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
+        bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(k))
+        solution = dynamics.accelerations(numbers, kkt.Structure.of(model), bodies)
+        kernel = Kernel("map", (*solution.x, *solution.mu), len(values))
+        self.counts = kernel.counts()
+        addresses = native.load(native.compile_text(kernel.text()), ["map", "map_prepare"])
+        self.address = addresses["map"]
+        self.states = aligned(blocks, ELEMENT * k, W)
+        self.states[:] = states[: blocks * W].reshape(blocks, W, -1).transpose(0, 2, 1)
+        self.parameters = aligned(len(values) + len(kernel.hoisted), W)
+        for row, value in enumerate(values):
+            self.parameters[row] = np.broadcast_to(value, len(states))[:W]
+        self.out = aligned(blocks, len(kernel.outputs), W)
+        self.work = aligned(max(kernel.work_rows, 1), W)
+        prepare = aligned(1, ELEMENT * k, W)
+        _evaluate(addresses["map_prepare"], prepare, self.parameters, self.out, self.work, 1)
+        self.seconds(1)
+
+    def seconds(self, rounds: int) -> float:
+        start = time.perf_counter()
+        _evaluate(self.address, self.states, self.parameters, self.out, self.work, rounds)
+        return time.perf_counter() - start
