@@ -76,15 +76,13 @@ def run(
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
-        from lienumba.scenario.arguments import check_labels, parse_assignments, parse_labels
+        from lienumba.scenario.arguments import parse_assignments, parse_labels
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
         target = output if output is not None else Path(scenario.stem + ".nc")
-        labels = None if runs is None else parse_labels(runs)
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
-        if labels is not None:
-            check_labels(labels, resolved.data.sweep.runs)
+        labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         check_target(target, overwrite)
         if not quiet:
             console.print_warnings(resolved.warnings)

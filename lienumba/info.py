@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from lienumba.scenario.resolve import Scenario
 
 NETCDF_STARTS = (b"\x89HDF\r\n\x1a\n", b"CDF")
-ROWS = {"spherical": 3, "distance": 1}  # constraint equations of each type of joint
 FIRST_LABELS = 8  # of failed runs
 
 
@@ -89,10 +88,11 @@ def _statuses(dataset: "xr.Dataset") -> str:
 
 def describe_scenario(scenario: "Scenario") -> str:
     """The size of a scenario's system, and the operations of its kernels."""
+    from lienumba.mechanics.joints import JOINT_TYPES
     from lienumba.scenario import runner
 
     model = scenario.data.model
-    equations = sum(ROWS[joint.type] for joint in model.joints)
+    equations = sum(JOINT_TYPES[joint.type].rows for joint in model.joints)
     freedom = 6 * len(model.bodies) - equations
     rows = {
         "title": scenario.data.title,

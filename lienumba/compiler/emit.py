@@ -13,7 +13,7 @@ from typing import Any
 from lienumba.compiler.symbols import Symbol, live, needs, operation_counts
 
 W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
-SEGMENT = 800
+SEGMENT = 400
 ARRAYS = ("state", "parameters", "clock", "extra")
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
@@ -91,14 +91,18 @@ def _hex(x: float) -> str:
 
 
 def _cut(order: list[Symbol]) -> list[list[Symbol]]:
-    """Segments of at most SEGMENT nodes; a call stands in a segment of its own."""
+    """Segments of at most SEGMENT operations and loads; a call stands in a segment of its own."""
     segments: list[list[Symbol]] = [[]]
+    size = 0
     for node in order:
         if node.op == "call":
             segments += [[node], []]
+            size = 0
         elif node.op != "result":
-            if len(segments[-1]) >= SEGMENT:
+            size += 1 + 2 * sum(isinstance(x, Symbol) and x.op in ("input", "result") for x in node.args)
+            if size > SEGMENT:
                 segments.append([])
+                size = 0
             segments[-1].append(node)
     return segments
 
@@ -113,7 +117,7 @@ class _Writer:
         self.here: set[int] = set()
         self.slots: dict[int, int] = {}  # work rows of the values that cross a cut
         self.free: list[int] = []
-        self.arguments: int | None = None  # first of the work rows that hold the arguments of every call
+        self.arguments = -1  # first of the work rows that hold the arguments of every call, once there is one
 
     def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
@@ -237,9 +241,9 @@ class _Writer:
     # ------------------------------------------------------------ calls
     def _arguments(self, call: Symbol) -> list[tuple[int, Any]]:
         """The work rows that a call's arguments go to; every call uses the same."""
-        if self.arguments is None:
+        if self.arguments < 0:
             self.arguments = self.rows
-            self.rows += call.args[0].extra_rows[-1] + 1
+            self.rows += max((row + 1 for k in self.kernel.calls for row in k.extra_rows), default=0)
         return [(self.arguments + row, x) for row, x in call.args[1]]
 
     def _call(self, call: Symbol, number: int) -> list[str]:

@@ -105,6 +105,8 @@ def drive(
         store(clock, 1, splat(h))
         done = 0
         for n in range(steps + 1):
+            if stop[0] != 0:
+                return
             alive = load(status, 0) == 0.0
             if n > 0:
                 store(clock, 0, splat((n - 1) * h))
@@ -133,8 +135,6 @@ def drive(
                 store(counts, 1, splat(0.0))
                 done += 1
                 progress[0] += 1
-                if stop[0] != 0:
-                    return
                 if not any_lane(alive):
                     break
         for rest in range(done, output_steps.size):

@@ -103,17 +103,21 @@ class _Tracer:
 
         return F
 
-    def stage(self) -> Kernel:
-        """The slope at x exp(u), as a kernel of its own; extra: u, t. Its last output is the KKT's margin."""
+    def stage(self, name: str) -> Kernel:
+        """The slope at x exp(u), or with the name "first" at x, as a kernel of its own; extra: u.
+
+        Its last output is the KKT's margin.
+        """
         graph, model = self.graph()
         margins: list[Any] = []
+        F, x = self.field(model, margins), self.state(graph, "state")
         u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(self.k))
-        f = munthe_kaas.slope(self.state(graph, "state"), u, self.field(model, margins), self.tableau.order)
-        return self.kernel("stage", (*flat(f), margins[0]))
+        f = F(x) if name == "first" else munthe_kaas.slope(x, u, F, self.tableau.order)
+        return self.kernel(name, (*flat(f), margins[0]))
 
     def step(self) -> Kernel:
         before = self.rows
-        stage = self.stage()
+        stage = self.stage("stage")
         graph, model = self.graph()
         margins: list[Any] = []
         if stage.counts()["operations"] <= INLINE:
@@ -124,10 +128,11 @@ class _Tracer:
                 return F(x) if u is None else munthe_kaas.slope(x, u, F, self.tableau.order)
 
         else:
+            first = self.stage("first")
 
             def slope(x: Any, u: Any, t: Any) -> Any:
-                arguments = (0.0,) * (ALGEBRA * self.k) if u is None else flat(u)
-                *f, margin = graph.call(stage, (*arguments, t), ALGEBRA * self.k + 1)
+                kernel, arguments = (first, ()) if u is None else (stage, tuple(flat(u)))
+                *f, margin = graph.call(kernel, arguments, ALGEBRA * self.k + 1)
                 margins.append(margin)
                 return tuple(tuple(f[ALGEBRA * i : ALGEBRA * (i + 1)]) for i in range(self.k))
 
@@ -182,7 +187,8 @@ class _Tracer:
             "joint_force": force,
             "joint_torque": torque,
         }
-        observed, outputs = {}, []
+        observed: dict[str, tuple[int, int]] = {}
+        outputs: list[Any] = []
         for name, rows in named.items():
             observed[name] = (len(outputs), len(rows))
             outputs += rows

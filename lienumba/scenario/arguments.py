@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from lienumba.errors import ScenarioError
 
 
-def parse_labels(text: str) -> list[int]:
-    """The labels of `--runs`, ascending and each once; a range leaves its end out, -1 is the nominal run."""
+def parse_labels(text: str, runs: int) -> list[int]:
+    """The labels of `--runs` in a sweep of `runs`, ascending and each once; a range leaves its end out."""
     labels: set[int] = set()
     for part in text.split(","):
         match = re.fullmatch(r"\s*(-1|\d+)(?::(\d+))?\s*", part)
@@ -18,6 +18,7 @@ def parse_labels(text: str) -> list[int]:
         start, end = int(match.group(1)), match.group(2)
         if end is not None and int(end) <= start:
             raise ScenarioError(f'--runs {text}: the range "{part}" is empty; put its end above its start')
+        check_labels([start if end is None else int(end) - 1], runs)
         labels.update(range(start, start + 1 if end is None else int(end)))
     return sorted(labels)
 

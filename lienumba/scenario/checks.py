@@ -1,5 +1,6 @@
 """What the parts of a scenario say about one another: all problems are found, one sentence each."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from lienumba.scenario.messages import show, suggestion, unique_name
-from lienumba.scenario.schema import AxisAngle, Body, Euler, Integrator, Joint, Output, RotationVector
+from lienumba.scenario.schema import NAME, AxisAngle, Body, Euler, Integrator, Joint, Output, RotationVector
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.time_checks import check_times
 
@@ -35,6 +36,7 @@ def check(raw: dict[str, Any]) -> Report:
     model = model if isinstance(model, dict) else {}
     bodies, joints = _tables(model.get("bodies")), _tables(model.get("joints"))
     names = [body["name"] for body in bodies if isinstance(body.get("name"), str)]
+    named = len(names) == len(bodies) > 0 and not any(_wrong_name(name) for name in names)
     _check_names("bodies", bodies, report)
     _check_names("joints", joints, report)
     for place, body in _placed("bodies", bodies):
@@ -43,7 +45,7 @@ def check(raw: dict[str, Any]) -> Report:
             _check_inertia(place, checked, report)
             _check_rotation(place, checked, report)
     for place, joint in _placed("joints", joints):
-        _check_joined(place, joint.get("bodies"), names, report)
+        _check_joined(place, joint.get("bodies"), names if named else None, report)
         checked_joint = _read(Joint, joint)
         if checked_joint is not None:
             _check_length(place, checked_joint, report)
@@ -51,7 +53,7 @@ def check(raw: dict[str, Any]) -> Report:
     if integrator is not None:
         check_times(integrator, _read(Output, raw.get("output", {})), report)
     sweep = raw.get("sweep")
-    if isinstance(sweep, dict):
+    if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, bodies, joints), report)
     return report
 
@@ -82,6 +84,10 @@ def _read(section: type[S], raw: Any) -> S | None:
         return None
 
 
+def _wrong_name(name: str) -> bool:
+    return re.fullmatch(NAME, name) is None
+
+
 def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None:
     for index, item in enumerate(items):
         if item.get("name") == GROUND:
@@ -97,11 +103,12 @@ def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None
             )
 
 
-def _check_joined(place: str, bodies: Any, names: list[str], report: Report) -> None:
+def _check_joined(place: str, bodies: Any, names: list[str] | None, report: Report) -> None:
+    """Check the two bodies of a joint; names None: some bodies have no name by which they could be known."""
     if not isinstance(bodies, list):
         return
     for index, name in enumerate(bodies):
-        if isinstance(name, str) and name not in (*names, GROUND):
+        if names is not None and isinstance(name, str) and name not in (*names, GROUND):
             report.problems.append(
                 f'{place}.bodies[{index}] = "{name}": is not a body of the model; {suggestion(name, [*names, GROUND])}'
             )

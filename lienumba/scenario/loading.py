@@ -76,11 +76,17 @@ def _syntax(path: Path, text: str, message: str) -> str:
     reason = match.group(1) if match else message
     line = lines[number - 1].strip() if number <= len(lines) else ""
     where = f"{path}, line {number}, column {column}"
-    return f"{where}: not valid TOML: {reason}, in `{line[:80]}`; {_usual_cause(line)}"
+    return f"{where}: not valid TOML: {reason}, in `{line[:80]}`; {_usual_cause(line, reason)}"
 
 
-def _usual_cause(line: str) -> str:
+def _usual_cause(line: str, reason: str) -> str:
     value = line.partition("=")[2].strip()
+    if "overwrite" in reason or "twice" in reason:
+        return "this key or table is there twice; keep one of them"
+    if re.fullmatch(r"[-+]?\d+,\d+", value):
+        return f"a decimal number has a point: {value.replace(',', '.')}"
+    if value.endswith((";", ",")):
+        return "a line ends without a comma or semicolon"
     if re.search(r"(^|[\s\[,=])[-+]?\.\d", value) or re.search(r"\d\.(\D|$)", value):
         return "a decimal point needs a digit on both sides: 0.5, 15.0"
     if re.match(r"(True|False|None|none|null)\b", value):
@@ -127,7 +133,7 @@ def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[
 
 
 def _text(value: Any) -> str:
-    return value if isinstance(value, str) else show(value)
+    return value.replace("\n", "\\n") if isinstance(value, str) else show(value)
 
 
 def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:

@@ -20,6 +20,7 @@ ALIASES = {
     "interval": "every", "parameters": "vary", "std_dev": "std", "sigma": "std", "stddev": "std",
     "loc": "mean", "mu": "mean", "scale": "std", "min": "low", "max": "high",
     "ball": "spherical", "rod": "distance", "gaussian": "normal", "gauss": "normal", "norm": "normal",
+    "sequence": "euler", "order": "euler",
     "world": "ground", "earth": "ground", "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
 }  # fmt: skip
 
@@ -35,8 +36,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     import difflib
 
     names = list(known)
-    if ALIASES.get(word) in names:
-        return ALIASES[word]
+    for alias in (word, word.lower()):
+        if ALIASES.get(alias) in names:
+            return ALIASES[alias]
     folded = {name.lower(): name for name in names}
     close = difflib.get_close_matches(word.lower(), list(folded), n=1, cutoff=0.5)
     return folded[close[0]] if close else None
@@ -120,10 +122,15 @@ def _sentence(item: Any, raw: Any) -> str:
         return f"{at}: must be {rule} {ctx[key]:g}{remedy}"
     if kind == "literal_error":
         known = [choice.strip("'\"") for choice in ctx["expected"].replace(" or ", ", ").split(", ")]
-        rule = "must be " + " or ".join(f'"{name}"' for name in known) if len(known) < 4 else "is not known"
-        return f"{at}: {rule}; {suggestion(str(value), known)}"
+        if len(known) > 3:
+            return f"{at}: is not known; {suggestion(str(value), known)}"
+        close = nearest(str(value), known)
+        choices = " or ".join(f'"{name}"' for name in known)
+        return f"{at}: must be {choices}; " + (f'the nearest is "{close}"' if close else "give one of them")
+    if kind == "bool_type":
+        return f"{at}: must be true or false; write it so, without quotes"
     if kind in ("int_type", "int_from_float", "int_parsing"):
-        whole = isinstance(value, float) and value.is_integer()
+        whole = (isinstance(value, float) and value.is_integer()) or (isinstance(value, str) and value.isdecimal())
         return f"{at}: must be a whole number" + (f"; write {int(value)}" if whole else remedy)
     if kind == "string_pattern_mismatch":
         return f"{at}: is no valid name{remedy}"
@@ -131,7 +138,9 @@ def _sentence(item: Any, raw: Any) -> str:
         return f"{at}: must be a text in quotes{remedy}"
     if kind in ("too_short", "too_long"):
         wanted = ctx.get("min_length" if kind == "too_short" else "max_length")
-        return f"{at}: has {ctx['actual_length']} entries and must have {_least(loc)}{wanted}{remedy}"
+        return (
+            f"{at}: has {_plural(ctx['actual_length'], 'entry', 'entries')} and must have {_least(loc)}{wanted}{remedy}"
+        )
     if kind == "list_type":
         table = " (a list of tables is written with double brackets)" if isinstance(value, dict) else ""
         return f"{at}: must be a list{table}{remedy}"
@@ -153,6 +162,10 @@ _BOUNDS = {
 
 def _least(loc: Sequence[str | int]) -> str:
     return "at least " if loc[-1] in ("times",) or tuple(loc) == ("model", "bodies") else ""
+
+
+def _plural(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}"
 
 
 def _is_number(text: str) -> bool:

@@ -33,7 +33,7 @@ def check_initial(scenario: Scenario) -> None:
     done = assembly.assemble(model, poses, 1)
     problems = _violations(done, 0)
     for joint in done.model.joints:
-        if joint.type == "distance" and not joint.length > 0.0:
+        if joint.length is not None and not joint.length > 0.0:
             problems.append(
                 f"model.joints.{joint.name}: its two points coincide at the start, so its length is 0 and it must be above "
                 "0; move a point, or use a spherical joint"

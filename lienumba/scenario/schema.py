@@ -15,7 +15,9 @@ Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Vec3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vec3], Field(min_length=3, max_length=3)]
-Name = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z]\w*$")]
+MOST_RUNS = 2**32  # the samplers' labels have 32 bits
+NAME = r"^[A-Za-z]\w*$"
+Name = Annotated[str, Field(strict=True, pattern=NAME)]
 
 Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "rk38"]
 EulerSequence = Literal[
@@ -175,7 +177,9 @@ class Output(Section):
 
 
 class Sweep(Section):
-    runs: Count = Field(default=1, description="a whole number of runs, at least 1")
+    runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
+        default=1, description="a whole number of runs, at least 1"
+    )
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = Field(
         default=0, description="a whole number from 0 to 2^63 - 1"
     )

@@ -1,6 +1,7 @@
 """Every path of `sweep.vary` must lead to a number of the model that its distribution suits."""
 
 from math import erfc, sqrt
+from sys import float_info
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -8,7 +9,7 @@ from pydantic.fields import FieldInfo
 
 from lienumba.scenario import paths
 from lienumba.scenario.messages import show
-from lienumba.scenario.schema import SECTIONS
+from lienumba.scenario.schema import MOST_RUNS, SECTIONS
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:
@@ -24,9 +25,11 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
     vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
     if not isinstance(vary, dict):
         return
+    if not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
+        runs = 1
     if vary and "runs" not in sweep:
         report.problems.append("sweep.runs is missing; give a whole number of runs, at least 1")
-    if isinstance(runs, int) and runs > 1 and not vary:
+    if runs > 1 and not vary:
         report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
     seen: dict[str, str] = {}
     for path, entry in vary.items():
@@ -47,7 +50,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
             distribution = TypeAdapter(Distribution).validate_python(entry)
         except ValidationError:
             continue
-        _check_range(name, nominal, distribution, runs if isinstance(runs, int) else 1, report)
+        _check_range(name, nominal, distribution, runs, report)
 
 
 def _is_nested(entry: Any) -> bool:
@@ -76,7 +79,7 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
             return None
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
     _refuse_parts_of_matrices(tokens)
-    return float(value)
+    return float(value) if abs(value) <= float_info.max else None
 
 
 def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:

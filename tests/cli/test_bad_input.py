@@ -124,7 +124,7 @@ CASES = {
     ),
     "unknown joint": (
         replaced('type = "spherical"', 'type = "ball"'),
-        'model.joints.pivot.type = "ball": must be "spherical" or "distance"; the nearest known name is "spherical"',
+        'model.joints.pivot.type = "ball": must be "spherical" or "distance"; the nearest is "spherical"',
     ),
     "length of a spherical joint": (
         replaced('type = "spherical"', 'type = "spherical"\nlength = 1'),
@@ -366,6 +366,9 @@ def test_all_problems_are_reported_together(tmp_path: Path) -> None:
         ("mass = 15", "mass = 15.", 8, 10, "a decimal point needs a digit on both sides: 0.5, 15.0"),
         ('method = "rk4"', "method = rk4", 21, 10, "a text needs quotes"),
         ("[0, 1, 0]", "[0, 1, 0", 11, 1, "check brackets, quotes and commas"),
+        ("mass = 15", "mass = 1,5", 8, 9, "a decimal number has a point: 1.5"),
+        ("mass = 15", "mass = 15;", 8, 10, "a line ends without a comma or semicolon"),
+        ("mass = 15", "mass = 15\nmass = 16", 9, 10, "this key or table is there twice; keep one of them"),
         ("mass = 15", "mass: 15", 8, 5, "a line is `key = value` or `[section]`"),
         (MASS, 'bodies.top.inertia[0] = { distribution = "normal", std = 0.1 }', 33, 19, "needs quotes"),
     ],

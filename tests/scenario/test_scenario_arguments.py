@@ -19,13 +19,13 @@ from lienumba.scenario.arguments import check_labels, parse_assignments, parse_l
     ],
 )
 def test_labels(text: str, labels: list[int]) -> None:
-    assert parse_labels(text) == labels
+    assert parse_labels(text, 20) == labels
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-3", "-2", "3:", ":3", "3:3", "1.5", "1,,2"])
 def test_labels_that_are_none(text: str) -> None:
     with pytest.raises(ScenarioError, match="--runs"):
-        parse_labels(text)
+        parse_labels(text, 20)
 
 
 def test_labels_must_be_runs_of_the_sweep() -> None:
@@ -33,6 +33,11 @@ def test_labels_must_be_runs_of_the_sweep() -> None:
     for labels in ([10], [-2], []):
         with pytest.raises(ScenarioError):
             check_labels(labels, 10)
+
+
+def test_a_huge_range_is_refused_before_it_is_built() -> None:
+    with pytest.raises(ScenarioError, match=r"run 999999999999 does not exist"):
+        parse_labels("0:1000000000000", 20)
 
 
 def test_assignments() -> None:

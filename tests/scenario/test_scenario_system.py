@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scenario_example import example
 
+import lienumba
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.system import System
@@ -58,3 +59,10 @@ def test_mistakes_are_found_by_the_same_checks() -> None:
     system.output(evry=0.01)
     with pytest.raises(ScenarioError, match=r'output\.evry is not a known key; the nearest known name is "every"'):
         resolve(system)
+
+
+def test_the_package_offers_it_and_runs_it() -> None:
+    assert lienumba.System is System
+    dataset = lienumba.run(heavy_top(), overrides={"integrator.end_time": 0.02})
+    assert dataset.sizes["run"] == 3
+    assert dataset.attrs["title"] == "example"

@@ -1,0 +1,111 @@
+"""Other engines on the same top, where they are installed (extra `bench`): MuJoCo's rollout and Exudyn."""
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bench.engine import GRAVITY, INERTIA, MASS, PIVOT, SPIN
+
+CENTRE = tuple(-x for x in PIVOT)  # the mass centre, seen from the pivot, body frame
+ABOUT_PIVOT = (INERTIA[0] + MASS, INERTIA[1], INERTIA[2] + MASS)  # kg m2; the arm is 1 m along y
+
+
+@dataclass(frozen=True)
+class Rival:
+    """`seconds(runs, steps)`: wall time of that many steps; `mass_centre()`: of the nominal run at the end."""
+
+    name: str
+    version: str
+    threads: int
+    runs: int
+    steps: int
+    seconds: Any
+    mass_centre: Any
+
+
+def available(h: float, end_steps: int) -> list[Rival]:
+    rivals = []
+    for make in (_mujoco, _exudyn):
+        try:
+            rivals.append(make(h, end_steps))
+        except ImportError:
+            continue
+    return rivals
+
+
+def _mujoco(h: float, end_steps: int) -> Rival:
+    import mujoco
+    from mujoco import rollout
+
+    model = mujoco.MjModel.from_xml_string(f"""
+        <mujoco>
+          <option integrator="RK4" timestep="{h!r}" gravity="{" ".join(map(str, GRAVITY))}">
+            <flag constraint="disable" contact="disable"/>
+          </option>
+          <worldbody><body name="top"><joint type="ball"/>
+            <inertial pos="{" ".join(map(str, CENTRE))}" mass="{MASS}" diaginertia="{" ".join(map(str, INERTIA))}"/>
+          </body></worldbody>
+        </mujoco>""")
+    threads = [mujoco.MjData(model) for _ in range(2)]
+    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    start = np.array([0.0, 1.0, 0.0, 0.0, 0.0, *SPIN])  # time, quaternion, angular velocity (body frame)
+    spread = np.zeros(8)
+    spread[5:] = 0.01 * np.array(SPIN)
+
+    def run(runs: int, steps: int) -> np.ndarray:
+        initial = start + np.random.default_rng(2015).standard_normal((runs, 8)) * spread
+        initial[0] = start
+        states = np.empty((runs, steps, size))
+        states.fill(0.0)  # memory that is already there, as in a second call
+        run.started = time.perf_counter()
+        rollout.rollout(model, threads, initial, nstep=steps, state=states)
+        return states
+
+    def seconds(runs: int, steps: int) -> float:
+        run(runs, steps)
+        return time.perf_counter() - run.started
+
+    def mass_centre() -> np.ndarray:
+        w, x, y, z = run(1, end_steps)[0, -1, 1:5]
+        return np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])  # R (0, 1, 0)
+
+    return Rival("MuJoCo rollout", mujoco.__version__, 2, 64, 500, seconds, mass_centre)
+
+
+def _exudyn(h: float, end_steps: int) -> Rival:
+    import exudyn
+    from exudyn import utilities as exu
+
+    def solve(steps: int) -> tuple[float, np.ndarray]:
+        container = exudyn.SystemContainer()
+        system = container.AddSystem()
+        inertia = exu.RigidBodyInertia(mass=MASS, inertiaTensor=np.diag(ABOUT_PIVOT), com=list(CENTRE))
+        made = exu.AddRigidBody(
+            system, inertia, nodeType=exudyn.NodeType.RotationRotationVector, position=[0, 0, 0],
+            angularVelocity=list(SPIN), gravity=list(GRAVITY),
+        )  # fmt: skip
+        node, body = made
+        ground = system.AddNode(exu.PointGround())
+        fixed = system.AddMarker(exu.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+        for c in range(3):
+            marker = system.AddMarker(exu.MarkerNodeCoordinate(nodeNumber=node, coordinate=c))
+            system.AddObject(exu.CoordinateConstraint(markerNumbers=[fixed, marker]))
+        system.Assemble()
+        settings = exudyn.SimulationSettings()
+        settings.timeIntegration.numberOfSteps = steps
+        settings.timeIntegration.endTime = steps * h
+        settings.timeIntegration.verboseMode = 0
+        settings.solutionSettings.writeSolutionToFile = False
+        settings.displayComputationTime = False
+        start = time.perf_counter()
+        system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
+        wall = time.perf_counter() - start
+        return wall, np.array(system.GetObjectOutputBody(body, exudyn.OutputVariableType.Position, list(CENTRE)))
+
+    def seconds(runs: int, steps: int) -> float:
+        return sum(solve(steps)[0] for _ in range(runs))
+
+    version = str(exudyn.__version__)
+    return Rival("Exudyn explicit RK44", version, 1, 1, 10000, seconds, lambda: solve(end_steps)[1])

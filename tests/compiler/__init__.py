@@ -1,0 +1,1 @@
+"""The compiler, from symbols to machine code."""

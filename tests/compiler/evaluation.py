@@ -1,0 +1,125 @@
+"""Runs kernels as compiled code: traced on symbols, or under `@njit` on floats and on lanes."""
+
+import ctypes
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lienumba.compiler import native
+from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.lanes import load, store
+from lienumba.compiler.symbols import Graph
+
+Shape = Sequence[int]  # of the arguments: 0 for a number, n for an n-tuple
+
+
+def flat(values: Any) -> list[Any]:
+    """The numbers of nested tuples, in order."""
+    if isinstance(values, tuple | list):
+        return [x for value in values for x in flat(value)]
+    return [values]
+
+
+def grouped(numbers: Sequence[Any], shape: Shape) -> list[Any]:
+    """The flat numbers as arguments of this shape."""
+    rest, arguments = list(numbers), []
+    for size in shape:
+        arguments.append(tuple(rest[:size]) if size else rest[0])
+        del rest[: size or 1]
+    return arguments
+
+
+def rows_in(shape: Shape) -> int:
+    return sum(size or 1 for size in shape)
+
+
+def call(kernel: Kernel, **arrays: np.ndarray) -> np.ndarray:
+    """The outputs (rows, W) of a kernel on state, parameters, clock, extra (rows, W), after its `prepare`."""
+    text = kernel.text()  # also counts the work rows
+    prepares = [f"{k.name}_prepare" for k in (kernel, *kernel.calls)]
+    addresses = native.load(native.compile_text(text), [kernel.name, *prepares])
+    hoisted = max((row + 1 for k in (kernel, *kernel.calls) for row in k.hoisted.values()), default=0)
+    parameters = arrays.get("parameters", np.zeros((0, W)))
+    memory = {name: np.ascontiguousarray(arrays.get(name, np.zeros((1, W)))) for name in ("state", "clock", "extra")}
+    memory["parameters"] = np.concatenate([parameters, np.full((max(hoisted - len(parameters), 1), W), np.nan)])
+    memory["out"] = np.full((max(len(kernel.outputs), 1), W), np.nan)
+    memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
+    pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
+    for name in (*prepares, kernel.name):
+        ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(addresses[name])(*pointers)
+    return memory["out"]
+
+
+def traced(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:
+    """The function as straight-line machine code; maps (rows, n) to (results, n)."""
+    graph = Graph()
+    outputs = flat(function(*grouped(graph.inputs("state", rows_in(shape)), shape)))
+    kernel = Kernel("traced", tuple(outputs), 0)
+
+    def evaluate(x: np.ndarray) -> np.ndarray:
+        return _by_blocks(x, lambda block: call(kernel, state=block))
+
+    return evaluate
+
+
+def on_lanes(function: Callable[..., Any], shape: Shape, results: int) -> Callable[[np.ndarray], np.ndarray]:
+    """The function under `@njit`, on lanes; maps (rows, n) to (results, n). A single number counts as 0 results."""
+    loads = [f"load(x, {row})" for row in range(rows_in(shape))]
+    arguments = ", ".join("(" + ", ".join(a) + ",)" if isinstance(a, tuple) else a for a in grouped(loads, shape))
+    lines = [f"    y = function({arguments})"]
+    lines += [f"    store(out, {i}, y[{i}])" for i in range(results)] or ["    store(out, 0, y)"]
+    names = {"function": function, "load": load, "store": store}
+    exec("def wrapper(x, out):\n" + "\n".join(lines), names)
+    compiled = njit("void(int64, int64)")(names["wrapper"])
+
+    def block(x: np.ndarray) -> np.ndarray:
+        x, out = np.ascontiguousarray(x), np.full((results or 1, W), np.nan)
+        compiled(x.ctypes.data, out.ctypes.data)
+        return out
+
+    return lambda x: _by_blocks(x, block)
+
+
+def under_njit(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:
+    """The function under `@njit`, on floats; maps (rows, n) to (results, n)."""
+    names = {"function": function}
+    parameters = ", ".join(f"a{i}" for i in range(len(shape)))
+    exec(f"def wrapper({parameters}):\n    return function({parameters})", names)
+    compiled = njit(error_model="numpy")(names["wrapper"])
+
+    def evaluate(x: np.ndarray) -> np.ndarray:
+        return np.array([flat(compiled(*grouped(column.tolist(), shape))) for column in x.T]).T
+
+    return evaluate
+
+
+def on_floats(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:
+    """The function as plain Python; maps (rows, n) to (results, n)."""
+    return lambda x: np.array([flat(function(*grouped(column.tolist(), shape))) for column in x.T]).T
+
+
+def on_arrays(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:
+    """The function on NumPy arrays; maps (rows, n) to (results, n)."""
+
+    def evaluate(x: np.ndarray) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            return np.array([np.broadcast_to(y, x.shape[1:]) for y in flat(function(*grouped(list(x), shape)))])
+
+    return evaluate
+
+
+def _by_blocks(x: np.ndarray, block: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    runs = x.shape[1]
+    padded = x[:, np.minimum(np.arange(-(-runs // W) * W), runs - 1)]
+    outs = [block(padded[:, first : first + W]) for first in range(0, runs, W)]
+    return np.concatenate(outs, axis=1)[:, :runs]
+
+
+def assert_same_bits(a: np.ndarray, b: np.ndarray) -> None:
+    """Equal bit for bit, the sign of zero included; one NaN is as good as another."""
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    assert a.shape == b.shape
+    different = (a.view(np.int64) != b.view(np.int64)) & ~(np.isnan(a) & np.isnan(b))
+    assert not different.any(), f"{different.sum()} of {a.size} differ, first {a[different][0]!r} and {b[different][0]!r}"

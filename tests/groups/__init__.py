@@ -1,0 +1,1 @@
+"""The group functions, in every way that they can be run."""

@@ -1,0 +1,1 @@
+"""The mechanics, against the paper, dense solvers and conservation laws."""
