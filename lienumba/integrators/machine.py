@@ -3,6 +3,7 @@
 import ctypes
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 
@@ -41,9 +42,10 @@ class Machine:
 def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
     named = [(name, program.kernels[name]) for name in ORDER if name in program.kernels]
-    texts = [kernel.text() for _, kernel in named]
     with ThreadPoolExecutor(2) as threads:
-        objects = list(threads.map(native.compile_text, texts))
+        compiling = [threads.submit(native.compile_text, kernel.text()) for _, kernel in named]
+        import_module("lienumba.integrators.driver")  # compiled or loaded meanwhile
+        objects = [future.result() for future in compiling]
     kernels = np.zeros(len(ORDER), np.int64)
     prepares: list[int] = []
     for (name, kernel), code in zip(named, objects, strict=True):

@@ -31,13 +31,12 @@ def check_initial(scenario: Scenario) -> None:
     """Raise a ScenarioError if the nominal initial state does not fit the joints, or the joints each other."""
     model, poses = build(scenario, {})
     done = assembly.assemble(model, poses, 1)
-    problems = _violations(done, 0)
-    for joint in done.model.joints:
-        if joint.length is not None and not joint.length > 0.0:
-            problems.append(
-                f"model.joints.{joint.name}: its two points coincide at the start, so its length is 0 and it must be above "
-                "0; move a point, or use a spherical joint"
-            )
+    problems = [
+        f"model.joints.{joint.name}: its two points coincide at the start, so its length is 0 and it must be above 0; "
+        "move a point or a body, or use a spherical joint"
+        for joint in done.model.joints
+        if joint.length is not None and not joint.length > 0.0
+    ] or _violations(done, 0)
     if not problems and (found := assembly.dependent_joint(done.model, done.state[0])):
         name, rank, rows = found
         problems.append(
@@ -62,7 +61,7 @@ def _violations(done: assembly.Assembly, run: int) -> list[str]:
             what = "its points do not meet" if joint.type == "spherical" else "its points are not at its length"
             problems.append(
                 f"{where}: {what} at t = 0: they miss by {gap:.3g} m, at most {limit:.1g} m is allowed; correct the points or "
-                f"the position and rotation of {bodies}, or omit the position so that it is solved for"
+                f"the position and rotation of {bodies}, or omit those that shall be solved for"
             )
         elif not rate <= speed:
             problems.append(

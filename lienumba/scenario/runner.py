@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -51,6 +52,9 @@ def run(
     from lienumba.store.files import check_target, write
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
+    if not isinstance(scenario, Scenario):  # the command line has shown them
+        for sentence in resolved.warnings:
+            warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
     labels = list(range(data.sweep.runs)) if runs is None else list(runs)
     check_labels(labels, data.sweep.runs)

@@ -115,6 +115,7 @@ class AccelerationMap:
         solution = dynamics.accelerations(numbers, kkt.Structure.of(model), bodies)
         kernel = Kernel("map", (*solution.x, *solution.mu), len(values))
         self.counts = kernel.counts()
+        self.runs = blocks * W
         addresses = native.load(native.compile_text(kernel.text()), ["map", "map_prepare"])
         self.address = addresses["map"]
         self.states = aligned(blocks, ELEMENT * k, W)

@@ -9,7 +9,7 @@ from numba import njit
 
 from lienumba.compiler import native
 from lienumba.compiler.emit import W, Kernel
-from lienumba.compiler.lanes import load, store
+from lienumba.compiler.lanes import choose, load, store
 from lienumba.compiler.symbols import Graph
 
 Shape = Sequence[int]  # of the arguments: 0 for a number, n for an n-tuple
@@ -68,9 +68,10 @@ def on_lanes(function: Callable[..., Any], shape: Shape, results: int) -> Callab
     """The function under `@njit`, on lanes; maps (rows, n) to (results, n). A single number counts as 0 results."""
     loads = [f"load(x, {row})" for row in range(rows_in(shape))]
     arguments = ", ".join("(" + ", ".join(a) + ",)" if isinstance(a, tuple) else a for a in grouped(loads, shape))
-    lines = [f"    y = function({arguments})"]
-    lines += [f"    store(out, {i}, y[{i}])" for i in range(results)] or ["    store(out, 0, y)"]
-    names = {"function": function, "load": load, "store": store}
+    lines = [f"    y = function({arguments})", "    every = load(x, 0) == load(x, 0)"]
+    values = [f"y[{i}]" for i in range(results)] or ["y"]
+    lines += [f"    store(out, {i}, choose(every, {y}, {y}))" for i, y in enumerate(values)]  # a plain 0.0 is broadcast
+    names = {"function": function, "load": load, "store": store, "choose": choose}
     exec("def wrapper(x, out):\n" + "\n".join(lines), names)
     compiled = njit("void(int64, int64)")(names["wrapper"])
 

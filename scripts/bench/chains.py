@@ -1,0 +1,71 @@
+"""Chains of k bodies: what it takes to compile one from nothing, and what a stage costs per body.
+
+Run as a script, with k and an empty LIENUMBA_CACHE_DIR, it compiles and prints the seconds as JSON.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+STAGES = 4  # of RK4
+BLOCKS = 2
+STEP = 1e-4
+WORK = 600_000  # stages times bodies times runs of one sample
+
+
+class Chain:
+    """A chain that is ready to run on one thread, without projection."""
+
+    def __init__(self, k: int) -> None:
+        from bench import engine
+
+        model, states = engine.chain(k, BLOCKS * engine.W)
+        program = engine.build(model, engine.METHODS["none"])
+        self.k, self.counts = k, program.kernels["step"].counts()
+        self.steps = max(10, WORK // (STAGES * k * len(states)))
+        machine = engine.compile_program(program)
+        self.batch = engine.batch(program, machine, states, STEP, self.steps, np.array([self.steps]))
+        self.evaluations = STAGES * k * len(states) * self.steps
+        self.run_steps = len(states) * self.steps
+
+    def seconds(self) -> float:
+        from bench import engine
+
+        return engine.seconds(self.batch, 1)
+
+
+def cold(k: int, driver: bool) -> dict[str, float]:
+    """Seconds to trace and compile every kernel of the chain in a new process with an empty cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = os.environ | {"LIENUMBA_CACHE_DIR": folder, "PYTHONPATH": str(Path(__file__).parents[1])}
+        command = [sys.executable, __file__, str(k), *(["driver"] if driver else [])]
+        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+    found: dict[str, float] = json.loads(done.stdout)
+    return found
+
+
+def _compile(k: int, driver: bool) -> dict[str, float]:
+    from bench import engine
+
+    model, _ = engine.chain(k, 1)
+    start = time.perf_counter()
+    program = engine.build(model, engine.METHODS["both"])
+    traced = time.perf_counter()
+    engine.compile_program(program)
+    compiled = time.perf_counter()
+    seconds = {"trace": traced - start, "compile": compiled - traced, "total": compiled - start}
+    if driver:
+        import lienumba.integrators.driver  # noqa: F401
+
+        seconds["driver"] = time.perf_counter() - compiled
+    return seconds
+
+
+if __name__ == "__main__":
+    print(json.dumps(_compile(int(sys.argv[1]), "driver" in sys.argv[2:])))

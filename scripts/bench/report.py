@@ -1,0 +1,149 @@
+"""From samples to numbers, and from numbers to a table."""
+
+import os
+import platform
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bench.cases import Case
+from bench.checks import Check
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def hardware() -> dict[str, Any]:
+    import llvmlite
+    import numba
+
+    from lienumba import __version__
+    from lienumba.compiler.native import cpu
+
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return {
+        "cpu": models[0] if models else platform.processor(),
+        "target": cpu()[0],
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        "lienumba": __version__,
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "llvmlite": llvmlite.__version__,
+        "numpy": np.__version__,
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def results(
+    cases: list[Case], samples: dict[str, np.ndarray], cold: dict[int, list[dict[str, float]]], checks: list[Check]
+) -> dict[str, Any]:
+    rows = {
+        case.key: {
+            "label": case.label,
+            "unit": case.unit,
+            "threads": case.threads,
+            "ns": float(np.median(samples[case.key])) * 1e9,
+            "ns_least": float(np.min(samples[case.key])) * 1e9,
+            "gflops": case.flops / float(np.median(samples[case.key])) * 1e-9,
+            "flops": case.flops,
+            "samples_ns": [float(x) * 1e9 for x in samples[case.key]],
+        }
+        for case in cases
+    }
+    compile_ = {
+        str(k): {part: float(np.median([run[part] for run in runs])) for part in runs[0]} for k, runs in cold.items()
+    }
+    return {
+        "hardware": hardware(),
+        "checks": [asdict(check) | {"good": check.good} for check in checks],
+        "rows": rows,
+        "ratios": _ratios(cases, samples),
+        "cold_compile_s": compile_,
+    }
+
+
+def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, float]:
+    """Medians of the ratios within a round, by name."""
+
+    def ratio(slow: str, fast: str) -> float:
+        return float(np.median(samples[slow] / samples[fast]))
+
+    found = {
+        f"{slow}/engine_{projection}": ratio(slow, f"engine_{projection}_1")
+        for projection in ("none", "both")
+        for slow in ("naive_none", "naive_both", "tuned_none", "tuned_both", "numpy_one", "numpy_all")
+    }
+    flops = {case.key: case.flops for case in cases}
+    found |= {f"peak_fraction_{key}": ratio("peak", key) * flops[key] for key in ("map", "engine_none_1")}
+    found |= {f"two_threads_{p}": ratio(f"engine_{p}_1", f"engine_{p}_2") for p in ("none", "both")}
+    chains = [case.key for case in cases if case.key.startswith("chain_")]
+    if "chain_4" in chains:
+        found |= {f"{key}/chain_4": ratio(key, "chain_4") for key in chains}
+    for case in cases:
+        if case.key.startswith("rival_"):
+            found[f"{case.key}/engine_none"] = ratio(case.key, f"engine_none_{case.threads}")
+    return found
+
+
+def show(found: dict[str, Any], console: "Console") -> None:
+    from rich.table import Table
+
+    h, rows, ratios = found["hardware"], found["rows"], found["ratios"]
+    load = "" if h["load"] is None else f", load {h['load']:.2f}"
+    console.print(
+        f"{h['cpu']} ({h['target']}), {h['cores']} cores{load}; lienumba {h['lienumba']}, Python {h['python']}, "
+        f"numba {h['numba']}, llvmlite {h['llvmlite']}, numpy {h['numpy']}",
+        highlight=False,
+    )
+    table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps; medians")
+    table.add_column("", no_wrap=True)
+    for name in ("threads", "ns per unit", "Gflop/s", "of peak", "engine is faster by"):
+        table.add_column(name, justify="right")
+    for key, row in rows.items():
+        if key.startswith("chain_"):
+            continue
+        of_peak = ratios.get(f"peak_fraction_{key}")
+        table.add_row(
+            f"{row['label']}, per {row['unit']}" if key != "peak" else row["label"],
+            str(row["threads"]),
+            "" if key == "peak" else f"{row['ns']:,.2f}",
+            f"{row['gflops']:.1f}" if row["gflops"] else "",
+            f"{of_peak:.0%}" if of_peak else "",
+            _faster(key, ratios),
+        )
+    console.print(table)
+    chains = Table(title="Chains of spherical joints, RK4, no projection, one thread; compiled from an empty cache")
+    for name in ("bodies", "ns per stage and body", "to chain of 4", "Gflop/s", "trace s", "compile s", "both s"):
+        chains.add_column(name, justify="right")
+    for k, seconds in found["cold_compile_s"].items():
+        row, ratio = rows[f"chain_{k}"], ratios.get(f"chain_{k}/chain_4")
+        chains.add_row(
+            k, f"{row['ns']:.1f}", f"{ratio:.2f}" if ratio else "", f"{row['gflops']:.1f}",
+            *(f"{seconds[part]:.2f}" for part in ("trace", "compile", "total")),
+        )  # fmt: skip
+    console.print(chains)
+    driver = next(iter(found["cold_compile_s"].values()))["driver"]
+    console.print(
+        f"Two threads: {ratios['two_threads_none']:.2f} times one, with both projections "
+        f"{ratios['two_threads_both']:.2f}. The driver, compiled once and for all: {driver:.1f} s.",
+        highlight=False,
+    )
+    for check in found["checks"]:
+        mark = "[green]ok[/green]" if check["good"] else f"[red]WRONG, allowed {check['allowed']:.0e}[/red]"
+        console.print(f"{mark} {check['label']}: {check['error']:.1e}", highlight=False)
+
+
+def _faster(key: str, ratios: dict[str, float]) -> str:
+    """Like with like; for loops with projections also against the engine with them."""
+    none, both = ratios.get(f"{key}/engine_none"), ratios.get(f"{key}/engine_both")
+    if key.endswith("_both") and both:
+        return f"{both:,.0f} (projections on both sides)"
+    if key.endswith("_none") and none and both:
+        return f"{none:,.0f} ({both:,.0f} if only the engine projects)"
+    return f"{none:,.0f}" if none else ""

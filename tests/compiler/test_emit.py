@@ -1,0 +1,203 @@
+"""Compiled graphs give, bit for bit, what their operations mean; however they are cut, called or hoisted."""
+
+import re
+
+import numpy as np
+import pytest
+
+from lienumba import operations
+from lienumba.compiler import emit
+from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.symbols import Graph, Symbol
+
+from .evaluation import assert_same_bits, call
+from .interpreter import RandomGraph, fma, interpret, numbers
+
+STATE, PARAMETERS, CLOCK = 5, 4, 2
+
+
+def arrays(seed: int) -> dict[str, np.ndarray]:
+    rows = {"state": STATE, "parameters": PARAMETERS, "clock": CLOCK, "extra": 3}
+    return {name: numbers(n, 10 * seed + i) for i, (name, n) in enumerate(rows.items())}
+
+
+def functions(text: str) -> dict[str, str]:
+    """The body of every function of a module by its name."""
+    return dict(re.findall(r"^define [^@]*@([\w.]+)\([^)]*\)[^{]*\{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL))
+
+
+def test_the_interpreters_fma_is_rounded_once():
+    assert fma(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0) == -(2.0**-60)
+    assert fma(2.0**-1074, 0.5, 0.0) == 0.0
+    assert fma(1e200, 1e200, -np.inf) == -np.inf
+    assert str(fma(-1.0, 0.0, -0.0)) == "-0.0"
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_graphs(seed):
+    made = RandomGraph(seed)
+    values = made.grow(10 + 12 * seed)
+    outputs = tuple(made.random.sample(values, min(8, len(values)))) + (values[-1],)
+    kernel = Kernel("main", outputs, PARAMETERS)
+    given = arrays(seed)
+    assert_same_bits(call(kernel, **given)[: len(outputs)], interpret(outputs, **given))
+
+
+@pytest.mark.parametrize("segment", [1, 2, 7, 50])
+@pytest.mark.parametrize("seed", range(100, 104))
+def test_cutting_a_graph_into_segments_changes_no_bit(seed, segment, monkeypatch):
+    made = RandomGraph(seed)
+    outputs = tuple(made.grow(200)[::7])
+    given = arrays(seed)
+    whole = call(Kernel("main", outputs, PARAMETERS), **given)
+    monkeypatch.setattr(emit, "SEGMENT", segment)
+    kernel = Kernel("main", outputs, PARAMETERS)
+    assert_same_bits(call(kernel, **given), whole)
+    bodies = functions(kernel.text())
+    computed = {name: len(re.findall(r"^%v\d+ =", body, re.MULTILINE)) for name, body in bodies.items()}
+    assert max(computed.values()) <= segment
+    assert sum(computed.values()) == sum(1 for node in kernel.order if node.op != "input")
+
+
+def test_work_rows_are_used_again(monkeypatch):
+    """A long thin computation needs a handful of rows, however often it is cut."""
+    monkeypatch.setattr(emit, "SEGMENT", 10)
+    graph = Graph()
+    a, b = graph.inputs("state", 2)
+    for _ in range(500):
+        a, b = b + 1.0 / a, a - 0.5 * b
+    kernel = Kernel("main", (a, b), 0)
+    given = {"state": numbers(2, 1)}
+    assert_same_bits(call(kernel, **given)[:2], interpret((a, b), **given))
+    assert kernel.work_rows <= 6
+
+
+def test_outputs_may_be_inputs_and_numbers_and_repeat():
+    graph = Graph()
+    x, p = graph.input("state", 0), graph.input("parameters", 0)
+    y = x * p
+    outputs = (x, 2.5, y, p, 0.0, y, -1, p * p, -0.0)
+    given = {"state": numbers(1, 3), "parameters": numbers(1, 4)}
+    out = call(Kernel("main", outputs, 1), **given)
+    assert_same_bits(out, interpret(outputs, **given))
+
+
+def test_lanes_are_independent():
+    made = RandomGraph(42)
+    outputs = tuple(made.grow(120)[-10:])
+    kernel = Kernel("main", outputs, PARAMETERS)
+    given = arrays(42)
+    out = call(kernel, **given)
+    for lane in range(W):
+        alone = {name: np.repeat(a[:, lane : lane + 1], W, axis=1) for name, a in given.items()}
+        assert_same_bits(call(kernel, **alone)[:, 0], out[:, lane])
+
+
+def test_no_instruction_is_left_any_freedom():
+    made = RandomGraph(5)
+    text = Kernel("main", tuple(made.grow(300)[-20:]), PARAMETERS).text()
+    flags = r"\b(fast|contract|reassoc|nnan|ninf|nsz|arcp|afn|fmuladd)\b"
+    assert not re.findall(flags, text)
+
+
+def test_the_text_of_a_graph_is_the_same_each_time():
+    def text() -> str:
+        return Kernel("main", tuple(RandomGraph(6).grow(300)[-20:]), PARAMETERS).text()
+
+    assert text() == text()
+
+
+# ---------------------------------------------------------------- hoisting
+def test_work_on_parameters_alone_is_not_in_the_main_function():
+    graph = Graph()
+    x, (p, q) = graph.input("state", 0), graph.inputs("parameters", 2)
+    root = operations.sqrt(p / q)
+    chosen = operations.where(p < q, root, 3.0 * q)
+    outputs = (x * root + chosen, root)
+    kernel = Kernel("main", outputs, 2)
+    bodies = functions(kernel.text())
+    main = "".join(body for name, body in bodies.items() if "prepare" not in name)
+    prepare = "".join(body for name, body in bodies.items() if "prepare" in name)
+    for instruction in ("fdiv", "sqrt", "select", "fcmp"):
+        assert instruction not in main
+        assert instruction in prepare
+    assert kernel.counts() == {"add": 0, "multiply": 0, "fma": 1, "divide": 0, "sqrt": 0, "select": 0,
+                               "operations": 1, "flops": 2}  # fmt: skip
+    given = {"state": numbers(1, 5), "parameters": numbers(2, 6)}
+    assert_same_bits(call(kernel, **given)[:2], interpret(outputs, **given))
+
+
+@pytest.mark.parametrize("seed", range(200, 206))
+def test_invariants_of_random_graphs_are_hoisted(seed):
+    made = RandomGraph(seed)
+    outputs = tuple(made.grow(150))
+    kernel = Kernel("main", outputs, PARAMETERS)
+    bodies = functions(kernel.text())
+    invariant = {node.id for node in kernel.order if node.invariant and node.op != "input"}
+    assert invariant
+    for name, body in bodies.items():
+        ids = {int(i) for i in re.findall(r"^%v(\d+) =", body, re.MULTILINE)}
+        assert ids <= invariant if "prepare" in name else not ids & invariant
+    rows = sorted(kernel.hoisted.values())
+    assert rows == list(range(PARAMETERS, PARAMETERS + len(rows)))
+
+
+# ---------------------------------------------------------------- calls
+def stage(seed: int, arguments: int, results: int, first_hoisted: int, name: str = "stage") -> Kernel:
+    made = RandomGraph(seed)
+    made.values += made.graph.inputs("extra", arguments)
+    made.grow(60)
+    total = sum((x for x in made.graph.inputs("extra", arguments)), 0.0)
+    return Kernel(name, tuple(x + total for x in made.values[-results:]), first_hoisted)
+
+
+@pytest.mark.parametrize("segment", [3, 800])
+@pytest.mark.parametrize("seed", range(300, 306))
+def test_calls_of_a_kernel_by_another(seed, segment, monkeypatch):
+    monkeypatch.setattr(emit, "SEGMENT", segment)
+    callee = stage(seed, 3, 4, PARAMETERS)
+    made = RandomGraph(seed + 1000)
+    for _ in range(4):
+        made.grow(25)
+        arguments = (made.pick(), made.values[-1], made.values[-2])
+        made.values += made.graph.call(callee, arguments, 4)
+    made.grow(30)
+    outputs = tuple(x for x in made.values[STATE + PARAMETERS + CLOCK :: 3] if isinstance(x, Symbol))
+    kernel = Kernel("main", outputs, PARAMETERS + len(callee.hoisted))
+    given = arrays(seed)
+    assert len(kernel.calls) == 1
+    assert_same_bits(call(kernel, **given), interpret(outputs, **given))
+
+
+def test_a_kernel_may_call_two_others():
+    """The second takes more arguments than the first."""
+    small, large = stage(1, 1, 2, PARAMETERS, "small"), stage(2, 6, 2, PARAMETERS + 50, "large")
+    graph = Graph()
+    x = graph.inputs("state", STATE)
+    a = graph.call(small, (x[0] + x[1],), 2)
+    b = graph.call(large, tuple(a[0] * y for y in (*x, 2.0)), 2)
+    outputs = (*a, *b, a[0] + b[1])
+    given = arrays(9)
+    assert_same_bits(call(Kernel("main", outputs, PARAMETERS + 100), **given), interpret(outputs, **given))
+
+
+def test_a_kernel_without_arguments_may_be_called():
+    inner = Graph()
+    callee = Kernel("stage", (inner.input("state", 0) * inner.input("clock", 1) + 1.0,), PARAMETERS)
+    graph = Graph()
+    (y,) = graph.call(callee, (), 1)
+    outputs = (y + graph.input("state", 1),)
+    given = arrays(11)
+    assert_same_bits(call(Kernel("main", outputs, PARAMETERS), **given), interpret(outputs, **given))
+
+
+def test_operations_of_called_kernels_count():
+    inner = Graph()
+    e = inner.input("extra", 0)
+    callee = Kernel("stage", (e * e + 1.0,), 0)
+    graph = Graph()
+    x = graph.input("state", 0)
+    for _ in range(3):
+        (x,) = graph.call(callee, (x,), 1)
+    assert Kernel("main", (x / 2.0,), 0).counts()["fma"] == 3
+    assert Kernel("main", (x / 2.0,), 0).counts()["flops"] == 7
