@@ -10,7 +10,12 @@ from lienumba.mechanics.joints import JOINT_TYPES
 from lienumba.mechanics.model import Model
 
 Values = dict[str, np.ndarray]
-STATE = {"position": (0, 3, (3,)), "rotation": (3, 12, (3, 3)), "velocity": (12, 15, (3,)), "angular_velocity": (15, 18, (3,))}
+STATE = {
+    "position": (0, 3, (3,)),
+    "rotation": (3, 12, (3, 3)),
+    "velocity": (12, 15, (3,)),
+    "angular_velocity": (15, 18, (3,)),
+}
 SUMMARIES = {
     "max_position_violation": "position_violation",
     "max_velocity_violation": "velocity_violation",

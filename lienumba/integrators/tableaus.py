@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods as data."""
 
 from dataclasses import dataclass
-from fractions import Fraction as F
+from fractions import Fraction
 
 
 @dataclass(frozen=True)
@@ -10,16 +10,18 @@ class Tableau:
 
     name: str
     order: int
-    A: tuple[tuple[F, ...], ...]
-    b: tuple[F, ...]
+    A: tuple[tuple[Fraction, ...], ...]
+    b: tuple[Fraction, ...]
 
     @property
-    def c(self) -> tuple[F, ...]:
-        return tuple(sum(row, F(0)) for row in self.A)
+    def c(self) -> tuple[Fraction, ...]:
+        return tuple(sum(row, Fraction(0)) for row in self.A)
 
 
 def _tableau(name: str, order: int, A: list[list[str]], b: str) -> Tableau:
-    return Tableau(name, order, tuple(tuple(F(x) for x in row) for row in A), tuple(F(x) for x in b.split()))
+    return Tableau(
+        name, order, tuple(tuple(Fraction(x) for x in row) for row in A), tuple(Fraction(x) for x in b.split())
+    )
 
 
 TABLEAUS = {

@@ -146,7 +146,7 @@ def _open(model: Model, state: Any, runs: int) -> np.ndarray:
 
 
 def _kicked(model: Model, state: Any, turns: set[int], angle: float, runs: int) -> Any:
-    """The state with every free rotation of the runs that are not assembled turned by an angle, each about its own axis."""
+    """The state with the free rotations of the runs that are not assembled turned, each about an axis of its own."""
     if angle == 0.0:
         return state
     lost = _open(model, state, runs)
@@ -188,11 +188,11 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
         for i, body in enumerate(model.bodies):
             every = {(6 * i + c, 6 * i + c): 1.0 / body.mass for c in range(3)} | _inverse_inertia(model, i)
             inverse |= {key: value for key, value in every.items() if key[0] in free}
-        change = _least({key: v for key, v in C.items() if key[1] in free}, inverse, [-r for r in rows], len(velocities))
-        velocities = [v + x for v, x in zip(velocities, change, strict=True)]
-        final = tuple(
-            body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state)
+        change = _least(
+            {key: v for key, v in C.items() if key[1] in free}, inverse, [-r for r in rows], len(velocities)
         )
+        velocities = [v + x for v, x in zip(velocities, change, strict=True)]
+        final = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
         rates, _ = constraints.rate_and_bias(model, final)
         phi = _stack(constraints.residual(model, final), runs)
         flat = _stack([x for body in final for x in body], runs)

@@ -26,11 +26,11 @@ def _times_hat(R: Any, w: Any) -> Any:
     return so3.cross(R[0:3], w) + so3.cross(R[3:6], w) + so3.cross(R[6:9], w)
 
 
-def _moving(place: Placement, v: Any, w: Any) -> Placement:
-    """The placement as jets, moving with constant v (global) and w (body frame)."""
+def _moving(place: Placement, v: Any, w: Any, order: int) -> Placement:
+    """The placement as jets up to first or second order, moving with constant v (global) and w (body frame)."""
     r, R = place
     first = _times_hat(R, w)
-    second = _times_hat(first, w)
+    second = _times_hat(first, w) if order == 2 else (0.0,) * 9
     return (
         tuple(Jet(x, dx) for x, dx in zip(r, v, strict=True)),
         tuple(Jet(x, dx, ddx) for x, dx, ddx in zip(R, first, second, strict=True)),
@@ -54,7 +54,7 @@ def rate_and_bias(model: Model, bodies: tuple[Body, ...]) -> tuple[list[Any], li
         moving = []
         for i in joint.bodies:
             v, w = (AT_REST, AT_REST) if i == GROUND else (bodies[i][12:15], bodies[i][15:18])
-            moving.append(_moving(placement(bodies, i), v, w))
+            moving.append(_moving(placement(bodies, i), v, w, 2))
         for row in JOINT_TYPES[joint.type].residual(joint, *moving):
             rates.append(lift(row).b)
             biases.append(lift(row).c)
@@ -65,7 +65,7 @@ def columns(joint: Joint, a: Placement, b: Placement, side: int) -> list[list[An
     """The block of C of one side's body (0 first, 1 second): rows x 6 (v global, w in the body frame)."""
     block: list[list[Any]] = []
     for v, w in [(e, AT_REST) for e in UNIT] + [(AT_REST, e) for e in UNIT]:
-        moving = _moving(a, v, w) if side == 0 else a, b if side == 0 else _moving(b, v, w)
+        moving = (_moving(a, v, w, 1), b) if side == 0 else (a, _moving(b, v, w, 1))
         block.append([lift(row).b for row in JOINT_TYPES[joint.type].residual(joint, *moving)])
     return [list(row) for row in zip(*block, strict=True)]
 

@@ -40,8 +40,8 @@ def check_initial(scenario: Scenario) -> None:
     if not problems and (found := assembly.dependent_joint(done.model, done.state[0])):
         name, rank, rows = found
         problems.append(
-            f"model.joints.{name}: its constraints depend on those of the joints before it (rank {rank} of {rows} equations); "
-            "remove a joint that adds nothing, or replace it by one with fewer equations"
+            f"model.joints.{name}: its constraints depend on those of the joints before it (rank {rank} of {rows} "
+            "equations); remove a joint that adds nothing, or replace it by one with fewer equations"
         )
     if problems:
         raise ScenarioError("\n".join(problems))
@@ -60,13 +60,14 @@ def _violations(done: assembly.Assembly, run: int) -> list[str]:
         if not gap <= limit:
             what = "its points do not meet" if joint.type == "spherical" else "its points are not at its length"
             problems.append(
-                f"{where}: {what} at t = 0: they miss by {gap:.3g} m, at most {limit:.1g} m is allowed; correct the points or "
-                f"the position and rotation of {bodies}, or omit those that shall be solved for"
+                f"{where}: {what} at t = 0: they miss by {gap:.3g} m, at most {limit:.1g} m is allowed; correct the "
+                f"points or the position and rotation of {bodies}, or omit those that shall be solved for"
             )
         elif not rate <= speed:
             problems.append(
-                f"{where}: the initial velocities contradict it: its points separate at {rate:.3g} m/s, at most {speed:.1g} m/s "
-                f"is allowed; correct velocity and angular_velocity of {bodies}, or omit one so that it is solved for"
+                f"{where}: the initial velocities contradict it: its points separate at {rate:.3g} m/s, at most "
+                f"{speed:.1g} m/s is allowed; correct velocity and angular_velocity of {bodies}, or omit one so that it "
+                "is solved for"
             )
     return problems
 
@@ -87,8 +88,8 @@ def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
         varied = ", ".join(samples)
         reasons = "\n".join(_violations(done, 0))
         raise ScenarioError(
-            f"sweep.vary: no sampled run can be assembled with {varied} varied; give fewer initial values, so that the joints "
-            f"can decide them. The first run: {reasons or 'its state is not finite'}"
+            f"sweep.vary: no sampled run can be assembled with {varied} varied; give fewer initial values, so that the "
+            f"joints can decide them. The first run: {reasons or 'its state is not finite'}"
         )
     states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
     return Prepared(list(labels), samples, done.model, states, codes)

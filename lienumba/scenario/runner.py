@@ -12,7 +12,6 @@ from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
     from lienumba.integrators.program import Program
@@ -167,7 +166,5 @@ class _Collector:
             constraints=self.layout.constraints,
             inputs=self.prepared.samples,
             input_units={path: units(path) for path in self.prepared.samples},
-            attributes=provenance.attributes(
-                self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command
-            ),
+            attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),
         )

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,21 +18,22 @@ INERTIA, GRAVITY, PIVOT = np.diag(engine.INERTIA), np.array(engine.GRAVITY), np.
 
 @dataclass(frozen=True)
 class Case:
-    """`work`: units of `unit` in one call of `seconds`; `flops`: per unit, 0 where it is not known."""
+    """`work`: steps times runs (or other units) in one call of `seconds`; `flops`: per unit, 0 where not known."""
 
     key: str
     label: str
-    unit: str
     threads: int
     work: float
     seconds: Callable[[], float]
     flops: float = 0.0
 
 
-def timed(function: Callable[[], Any]) -> Callable[[], float]:
+def timed(function: Callable[..., Any], *arguments: Any) -> Callable[[], float]:
+    """The wall time of function(*arguments)."""
+
     def seconds() -> float:
         start = time.perf_counter()
-        function()
+        function(*arguments)
         return time.perf_counter() - start
 
     return seconds
@@ -57,72 +59,53 @@ def engine_cases(sample: engine.Tops, steps: int) -> list[Case]:
         batch = engine.top_batch(sample, projection, steps=steps, outputs=steps // EVERY)
         step = engine.build(sample.model, engine.METHODS[projection]).kernels["step"]
         for threads in (1, 2):
-            cases.append(
-                Case(
-                    f"engine_{projection}_{threads}", f"engine, {words}", "run-step", threads, RUNS * steps,
-                    lambda batch=batch, threads=threads: engine.seconds(batch, threads),
-                    step.counts()["flops"] if projection == "none" else 0.0,
-                )  # fmt: skip
-            )
+            flops = step.counts()["flops"] if projection == "none" else 0.0
+            run = partial(engine.seconds, batch, threads)
+            cases.append(Case(f"engine_{projection}_{threads}", f"engine, {words}", threads, RUNS * steps, run, flops))
     return cases
 
 
 def map_case(sample: engine.Tops, rounds: int) -> Case:
     m = engine.AccelerationMap(sample.model, sample.states)
-    work = rounds * m.runs
-    return Case(
-        "map", "engine, acceleration map alone", "run-evaluation", 1, work, lambda: m.seconds(rounds), m.counts["flops"]
-    )
+    run = partial(m.seconds, rounds)
+    return Case("map", "engine, one acceleration map alone", 1, rounds * m.runs, run, m.counts["flops"])
 
 
 def peak_case(turns: int) -> Case:
-    return Case("peak", "multiply-add peak of a core", "flop", 1, 1.0, lambda: 1e-9 / peak.gflops(turns), 1.0)
+    """A flop is its unit of work."""
+    return Case("peak", "multiply-add peak of a core", 1, 1.0, lambda: 1e-9 / peak.gflops(turns), 1.0)
 
 
 def naive_cases(sample: engine.Tops, steps: int) -> list[Case]:
     cases = []
     for key, module, words in (("naive", naive_numba, "naive Numba loop"), ("tuned", tuned_numba, "tuned Numba loop")):
         for project, more in ((False, "no projection"), (True, "both projections")):
-            scalar(module, sample, 1, EVERY, project)
-            run = timed(lambda module=module, project=project: scalar(module, sample, 8, steps, project))
-            cases.append(
-                Case(f"{key}_{'both' if project else 'none'}", f"{words}, {more}", "run-step", 1, 8 * steps, run)
-            )
-    one, all_ = numpy_top(sample, 1), numpy_top(sample, RUNS)
-    cases.append(
-        Case(
-            "numpy_one", "NumPy, one run at a time", "run-step", 1, EVERY,
-            timed(lambda: one.integrate(sample.states[:1], engine.STEP, EVERY, EVERY)),
-        )  # fmt: skip
-    )
-    few = 10
-    cases.append(
-        Case(
-            "numpy_all", f"NumPy, {RUNS} runs at once", "run-step", 1, few * RUNS,
-            timed(lambda: all_.integrate(sample.states, engine.STEP, few, few)),
-        )  # fmt: skip
-    )
+            run = timed(scalar, module, sample, 8, steps, project)
+            cases.append(Case(f"{key}_{'both' if project else 'none'}", f"{words}, {more}", 1, 8 * steps, run))
+    for key, label, runs, few in (
+        ("numpy_one", "NumPy, one run at a time", 1, 100),
+        ("numpy_all", f"NumPy, {RUNS} runs at once", RUNS, 10),
+    ):
+        run = timed(numpy_top(sample, runs).integrate, sample.states[:runs], engine.STEP, few, few)
+        cases.append(Case(key, label, 1, few * runs, run))
     return cases
 
 
 def chain_cases(chains: list[Chain]) -> list[Case]:
-    return [
-        Case(
-            f"chain_{c.k}", f"chain of {c.k}", "stage and body", 1, c.evaluations, c.seconds,
-            c.counts["flops"] * c.run_steps / c.evaluations,
-        )
-        for c in chains
-    ]  # fmt: skip
+    """Their unit of work is a stage of one body."""
+    cases = []
+    for c in chains:
+        flops = c.counts["flops"] * c.run_steps / c.evaluations
+        cases.append(Case(f"chain_{c.k}", f"chain of {c.k}", 1, c.evaluations, c.seconds, flops))
+    return cases
 
 
 def rival_cases(found: list[rivals.Rival]) -> list[Case]:
-    return [
-        Case(
-            f"rival_{r.name.split()[0].lower()}", f"{r.name} {r.version}", "run-step", r.threads, r.runs * r.steps,
-            lambda r=r: r.seconds(r.runs, r.steps),
-        )
-        for r in found
-    ]  # fmt: skip
+    cases = []
+    for r in found:
+        key, label = f"rival_{r.name.split()[0].lower()}", f"{r.name}, {r.version}"
+        cases.append(Case(key, label, r.threads, r.runs * r.steps, partial(r.seconds, r.runs, r.steps)))
+    return cases
 
 
 def interleave(cases: list[Case], repeats: int, tick: Callable[[], None]) -> dict[str, np.ndarray]:

@@ -40,32 +40,30 @@ class Chain:
         return engine.seconds(self.batch, 1)
 
 
-def cold(k: int, driver: bool) -> dict[str, float]:
-    """Seconds to trace and compile every kernel of the chain in a new process with an empty cache."""
+def cold(k: int) -> dict[str, float]:
+    """Seconds to trace and compile a chain, projections included, in a new process with an empty cache."""
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {"LIENUMBA_CACHE_DIR": folder, "PYTHONPATH": str(Path(__file__).parents[1])}
-        command = [sys.executable, __file__, str(k), *(["driver"] if driver else [])]
+        command = [sys.executable, __file__, str(k)]
         done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
     found: dict[str, float] = json.loads(done.stdout)
     return found
 
 
-def _compile(k: int, driver: bool) -> dict[str, float]:
+def _compile(k: int) -> dict[str, float]:
     from bench import engine
 
     model, _ = engine.chain(k, 1)
     start = time.perf_counter()
+    import lienumba.integrators.driver  # noqa: F401
+
+    ready = time.perf_counter()
     program = engine.build(model, engine.METHODS["both"])
     traced = time.perf_counter()
     engine.compile_program(program)
-    compiled = time.perf_counter()
-    seconds = {"trace": traced - start, "compile": compiled - traced, "total": compiled - start}
-    if driver:
-        import lienumba.integrators.driver  # noqa: F401
-
-        seconds["driver"] = time.perf_counter() - compiled
-    return seconds
+    end = time.perf_counter()
+    return {"driver": ready - start, "trace": traced - ready, "compile": end - traced, "total": end - ready}
 
 
 if __name__ == "__main__":
-    print(json.dumps(_compile(int(sys.argv[1]), "driver" in sys.argv[2:])))
+    print(json.dumps(_compile(int(sys.argv[1]))))

@@ -23,7 +23,7 @@ class Check:
 
 
 def _exact(label: str, mass_centre: Any) -> Check:
-    return Check(f"{label}: mass centre at 2 s against the exact one (m)", _distance(mass_centre), ALLOWED)
+    return Check(f"{label}: mass centre at 2 s, error in m", _distance(mass_centre), ALLOWED)
 
 
 def _distance(mass_centre: Any) -> float:

@@ -101,11 +101,15 @@ def seconds(work: Batch, workers: int) -> float:
 def _evaluate(kernel: int, states: Any, parameters: Any, out: Any, work: Any, rounds: int) -> None:
     for _ in range(rounds):
         for block in range(states.shape[0]):
-            call(kernel, states[block].ctypes.data, parameters.ctypes.data, 0, 0, out[block].ctypes.data, work.ctypes.data)
+            x, y = states[block].ctypes.data, out[block].ctypes.data
+            call(kernel, x, parameters.ctypes.data, 0, 0, y, work.ctypes.data)
 
 
 class AccelerationMap:
-    """v', w' and the multipliers of one mechanism, as a kernel of its own, on a few blocks that stay in the cache."""
+    """v', w' and the multipliers of one mechanism, as a kernel of its own, on a few blocks that stay in the cache.
+
+    All blocks have the parameters of the first.
+    """
 
     def __init__(self, model: Model, states: np.ndarray, blocks: int = 4) -> None:
         template, values = split(model)

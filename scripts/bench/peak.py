@@ -6,7 +6,7 @@ from typing import Any
 from numba import njit
 
 from lienumba.compiler.emit import W
-from lienumba.compiler.lanes import fma, load, splat, store
+from lienumba.compiler.lanes import fma, splat, store
 from lienumba.integrators.machine import aligned
 
 PER_TURN = 8  # multiply-adds of each chain in one turn of the loop

@@ -46,7 +46,6 @@ def results(
     rows = {
         case.key: {
             "label": case.label,
-            "unit": case.unit,
             "threads": case.threads,
             "ns": float(np.median(samples[case.key])) * 1e9,
             "ns_least": float(np.min(samples[case.key])) * 1e9,
@@ -87,7 +86,8 @@ def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, floa
         found |= {f"{key}/chain_4": ratio(key, "chain_4") for key in chains}
     for case in cases:
         if case.key.startswith("rival_"):
-            found[f"{case.key}/engine_none"] = ratio(case.key, f"engine_none_{case.threads}")
+            for projection in ("none", "both"):
+                found[f"{case.key}/engine_{projection}"] = ratio(case.key, f"engine_{projection}_{case.threads}")
     return found
 
 
@@ -101,21 +101,22 @@ def show(found: dict[str, Any], console: "Console") -> None:
         f"numba {h['numba']}, llvmlite {h['llvmlite']}, numpy {h['numpy']}",
         highlight=False,
     )
-    table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps; medians")
+    table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps: ns per step and run, medians")
     table.add_column("", no_wrap=True)
-    for name in ("threads", "ns per unit", "Gflop/s", "of peak", "engine is faster by"):
+    for name in ("threads", "ns", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):
         table.add_column(name, justify="right")
     for key, row in rows.items():
         if key.startswith("chain_"):
             continue
         of_peak = ratios.get(f"peak_fraction_{key}")
+        faster = [ratios.get(f"{key}/engine_{projection}") for projection in ("none", "both")]
         table.add_row(
-            f"{row['label']}, per {row['unit']}" if key != "peak" else row["label"],
+            row["label"],
             str(row["threads"]),
             "" if key == "peak" else f"{row['ns']:,.2f}",
             f"{row['gflops']:.1f}" if row["gflops"] else "",
             f"{of_peak:.0%}" if of_peak else "",
-            _faster(key, ratios),
+            *(f"{ratio:,.0f}" if ratio else "" for ratio in faster),
         )
     console.print(table)
     chains = Table(title="Chains of spherical joints, RK4, no projection, one thread; compiled from an empty cache")
@@ -128,7 +129,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
             *(f"{seconds[part]:.2f}" for part in ("trace", "compile", "total")),
         )  # fmt: skip
     console.print(chains)
-    driver = next(iter(found["cold_compile_s"].values()))["driver"]
+    driver = float(np.median([seconds["driver"] for seconds in found["cold_compile_s"].values()]))
     console.print(
         f"Two threads: {ratios['two_threads_none']:.2f} times one, with both projections "
         f"{ratios['two_threads_both']:.2f}. The driver, compiled once and for all: {driver:.1f} s.",
@@ -137,13 +138,3 @@ def show(found: dict[str, Any], console: "Console") -> None:
     for check in found["checks"]:
         mark = "[green]ok[/green]" if check["good"] else f"[red]WRONG, allowed {check['allowed']:.0e}[/red]"
         console.print(f"{mark} {check['label']}: {check['error']:.1e}", highlight=False)
-
-
-def _faster(key: str, ratios: dict[str, float]) -> str:
-    """Like with like; for loops with projections also against the engine with them."""
-    none, both = ratios.get(f"{key}/engine_none"), ratios.get(f"{key}/engine_both")
-    if key.endswith("_both") and both:
-        return f"{both:,.0f} (projections on both sides)"
-    if key.endswith("_none") and none and both:
-        return f"{none:,.0f} ({both:,.0f} if only the engine projects)"
-    return f"{none:,.0f}" if none else ""

@@ -1,6 +1,7 @@
 """Other engines on the same top, where they are installed (extra `bench`): MuJoCo's rollout and Exudyn."""
 
 import time
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,20 +80,22 @@ def _exudyn(h: float, end_steps: int) -> Rival:
     def solve(steps: int) -> tuple[float, np.ndarray]:
         container = exudyn.SystemContainer()
         system = container.AddSystem()
-        node, body = exu.AddRigidBody(  # its explicit solvers refuse joints: Euler's equations about the pivot
-            system, exu.RigidBodyInertia(mass=MASS, inertiaTensor=np.diag(ABOUT_PIVOT)), position=[0, 0, 0],
-            nodeType=exudyn.NodeType.RotationRotationVector, angularVelocity=list(SPIN), gravity=[0, 0, 0],
+        body = system.CreateRigidBody(  # its explicit solvers refuse joints: Euler's equations about the pivot
+            inertia=exu.RigidBodyInertia(mass=MASS, inertiaTensor=np.diag(ABOUT_PIVOT)),
+            nodeType=exudyn.NodeType.RotationRotationVector, initialAngularVelocity=list(SPIN), gravity=[0, 0, 0],
         )  # fmt: skip
         for point, sign in ((CENTRE, 1.0), ((0.0, 0.0, 0.0), -1.0)):  # a couple: the weight, and the pivot's support
             marker = system.AddMarker(exu.MarkerBodyRigid(bodyNumber=body, localPosition=list(point)))
             system.AddLoad(exu.LoadForceVector(markerNumber=marker, loadVector=[sign * MASS * g for g in GRAVITY]))
         system.Assemble()
         settings = exudyn.SimulationSettings()
-        settings.timeIntegration.numberOfSteps = steps
-        settings.timeIntegration.endTime = steps * h
-        settings.timeIntegration.verboseMode = 0
-        settings.solutionSettings.writeSolutionToFile = False
-        settings.displayComputationTime = False
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # the names that every version knows
+            settings.timeIntegration.numberOfSteps = steps
+            settings.timeIntegration.endTime = steps * h
+            settings.timeIntegration.verboseMode = 0
+            settings.solutionSettings.writeSolutionToFile = False
+            settings.displayComputationTime = False
         start = time.perf_counter()
         system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
         wall = time.perf_counter() - start

@@ -8,7 +8,8 @@ import numpy as np
 from reference.lagrange_top import State, motion
 
 import lienumba
-from lienumba.scenario.prepare import Prepared, prepare
+from lienumba.mechanics.model import Model, map_numbers
+from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
 
 Twin = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # r (k,3), R (k,3,3), v (k,3), w (k,3)
@@ -139,25 +140,19 @@ def state_at(dataset: Any, time: int = -1) -> Twin:
     return r, R, v, w
 
 
-def start_of(data: dict[str, Any]) -> Prepared:
-    """The model with its rods' lengths and the assembled state, before any step; every number of one run."""
-    return prepare(resolve(data), [0])
+def start_of(data: dict[str, Any]) -> tuple[Model, np.ndarray]:
+    """The model of one run, all its numbers floats and its rods' lengths found; and the assembled state (k, 18)."""
+    prepared = prepare(resolve(data), [0])
+    model = map_numbers(prepared.model, lambda x, _: float(np.ravel(x)[0]))
+    return model, prepared.states.reshape(-1, 18)
 
 
 def twin_of(data: dict[str, Any]) -> tuple[tuple[Any, Any, Any], Twin]:
     """Bodies, joints and gravity for the naive twin, and the state r R v w at the start."""
-    prepared = start_of(data)
-    model, states = prepared.model, prepared.states.reshape(len(prepared.model.bodies), 18)
-    joints = [
-        replace(
-            joint,
-            points=tuple(np.array(point, float) for point in joint.points),
-            length=None if joint.length is None else float(np.ravel(joint.length)[0]),
-        )
-        for joint in model.joints
-    ]
+    model, states = start_of(data)
+    joints = [replace(joint, points=tuple(np.array(point) for point in joint.points)) for joint in model.joints]
     r, R, v, w = np.split(states, (3, 12, 15), axis=1)
-    return (model.bodies, joints, np.array(model.gravity, float)), (r, R.reshape(-1, 3, 3), v, w)
+    return (model.bodies, joints, np.array(model.gravity)), (r, R.reshape(-1, 3, 3), v, w)
 
 
 def exact_top(time: float) -> State:

@@ -1,0 +1,217 @@
+"""The cache on disk: it survives processes, and serves neither what is stale nor what is torn."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import lienumba
+from lienumba.compiler import cache
+
+PACKAGE = Path(lienumba.__file__).parent
+
+COMPILE = """
+import ctypes
+import numpy as np
+from lienumba.compiler import cache, native
+from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.symbols import Graph
+
+emitted = []
+_emit = native._emit
+native._emit = lambda *arguments: emitted.append(1) or _emit(*arguments)
+graph = Graph()
+x = graph.input("state", 0)
+text = Kernel("main", (x * x + 0.5,), 0).text()
+address = native.load(native.compile_text(text), ["main"])["main"]
+state, out = np.full(W, 3.0), np.zeros(W)
+ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address)(state.ctypes.data, 0, 0, 0, out.ctypes.data, 0)
+assert (out == 9.5).all(), out
+print(len(emitted), cache.folder())
+"""
+
+JITTED = """
+from numba.core import types
+from lienumba.compiler import cache
+
+@cache.numba_cached(types.float64(types.float64))
+def twice(x):
+    return 2.0 * x
+
+assert twice(4.0) == 8.0
+print(sum(twice.stats.cache_hits.values()))
+"""
+
+
+def python(script: str, folder: Path, **more: str) -> str:
+    """What a new process prints; numba cannot cache functions of `python -c`, so the script is a file."""
+    settings = {"LIENUMBA_CACHE_DIR": str(folder), "PYTHONDONTWRITEBYTECODE": "1", **more}
+    file = Path(more.get("SCRIPTS", folder.parent)) / "script.py"
+    if not file.exists() or file.read_text() != script:
+        file.write_text(script)
+    command = [sys.executable, "-W", "error", str(file)]
+    done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True, cwd=file.parent)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def compiled(folder: Path, **more: str) -> tuple[int, Path]:
+    """How many modules a new process had to compile, and its cache folder."""
+    count, path = python(COMPILE, folder, **more).split(maxsplit=1)
+    return int(count), Path(path)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The cache of this process, in a folder of the test's own."""
+    monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(folder))
+    cache.folder.cache_clear()
+    yield folder
+    cache.folder.cache_clear()
+
+
+# ---------------------------------------------------------------- processes
+def test_the_second_process_compiles_nothing(folder):
+    assert compiled(folder)[0] == 1
+    again, path = compiled(folder, PYTHONHASHSEED="12345")
+    assert again == 0
+    assert path.parent == folder
+
+
+def test_another_cpu_is_another_entry(folder):
+    assert compiled(folder)[0] == 1
+    assert compiled(folder, NUMBA_CPU_NAME="generic")[0] == 1
+    assert compiled(folder, NUMBA_CPU_NAME="generic")[0] == 0
+    assert compiled(folder)[0] == 0
+
+
+def test_jitted_functions_survive_processes(folder):
+    assert python(JITTED, folder) == "0"
+    assert python(JITTED, folder, NUMBA_CACHE_DIR=str(folder.parent / "users")) == "1"
+    assert not (folder.parent / "users").exists()
+
+
+def test_a_torn_file_of_numba_is_made_again(folder):
+    """As a killed process may leave it: the script itself asserts that it gets the right function."""
+    python(JITTED, folder)
+    whole = {file: file.read_bytes() for file in folder.rglob("*.nb?")}
+    assert {file.suffix for file in whole} == {".nbi", ".nbc"}
+    for torn in whole:
+        for size in (0, 100, len(whole[torn]) // 2):
+            for file, content in whole.items():
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(content[:size] if file == torn else content)
+            assert python(JITTED, folder) in ("0", "1")
+
+
+# ---------------------------------------------------------------- an edited package
+def test_an_edit_of_any_source_file_leads_to_another_folder(tmp_path, folder):
+    """Also in another module than the one that holds the kernel: numba's own cache is blind to that."""
+    copy = tmp_path / "copy"
+    shutil.copytree(PACKAGE, copy / "lienumba", ignore=shutil.ignore_patterns("__pycache__"))
+    more = {"PYTHONPATH": str(copy), "SCRIPTS": str(copy)}
+    assert compiled(folder, **more)[0] == 1
+    count, before = compiled(folder, **more)
+    assert count == 0
+    edited = copy / "lienumba" / "groups" / "so3.py"
+    edited.write_text(edited.read_text().replace("0.5", "0.50", 1))
+    count, after = compiled(folder, **more)
+    assert count == 1
+    assert after != before
+    (copy / "lienumba" / "groups" / "another.py").write_text("")
+    assert compiled(folder, **more)[1] not in (before, after)
+
+
+def test_a_copy_that_is_not_edited_shares_the_folder(tmp_path, folder):
+    copy = tmp_path / "copy"
+    shutil.copytree(PACKAGE, copy / "lienumba", ignore=shutil.ignore_patterns("__pycache__"))
+    first = compiled(folder, PYTHONPATH=str(copy), SCRIPTS=str(copy))[1]
+    other = tmp_path / "other"
+    shutil.copytree(copy, other)
+    assert compiled(folder, PYTHONPATH=str(other), SCRIPTS=str(other)) == (0, first)
+
+
+# ---------------------------------------------------------------- entries
+def counted(value: bytes) -> tuple[Callable[[], bytes], list[int]]:
+    calls: list[int] = []
+
+    def make() -> bytes:
+        calls.append(1)
+        return value
+
+    return make, calls
+
+
+def test_an_entry_is_made_once(here):
+    make, calls = counted(b"code")
+    assert [cache.remember("key", make) for _ in range(3)] == [b"code"] * 3
+    assert len(calls) == 1
+    assert cache.remember("another key", make) == b"code"
+    assert len(calls) == 2
+
+
+@pytest.mark.parametrize("damage", [
+    lambda b: b"",
+    lambda b: b[:10],
+    lambda b: b[:32],
+    lambda b: b[:-1],
+    lambda b: b + b"\0",
+    lambda b: bytes([b[0] ^ 1]) + b[1:],
+    lambda b: b[:-1] + bytes([b[-1] ^ 128]),
+    lambda b: b[:40] + bytes([b[40] ^ 1]) + b[41:],
+    lambda b: b"\0" * len(b),
+], ids=["empty", "head", "checksum only", "one short", "one more", "first bit", "last bit", "inner bit", "zeros"])
+def test_a_damaged_entry_is_made_again(here, damage):
+    make, calls = counted(bytes(range(256)))
+    cache.remember("key", make)
+    (entry,) = cache.folder().glob("*.o")
+    entry.write_bytes(damage(entry.read_bytes()))
+    assert cache.remember("key", make) == bytes(range(256))
+    assert len(calls) == 2
+    assert cache.remember("key", make) == bytes(range(256))
+    assert len(calls) == 2  # and healed
+
+
+def test_no_temporary_files_are_left(here):
+    make, _ = counted(b"code")
+    for key in "abc":
+        cache.remember(key, make)
+    assert [p.suffix for p in cache.folder().iterdir()] == [".o"] * 3
+
+
+# ---------------------------------------------------------------- a folder that cannot be used
+def test_without_a_writable_folder_it_still_works(tmp_path):
+    """A file stands where the folder should be: nobody, not even root, can write there."""
+    (tmp_path / "file").write_text("")
+    count, path = compiled(tmp_path / "file" / "cache", SCRIPTS=str(tmp_path))
+    assert count == 1
+    assert tmp_path not in path.parents
+    shutil.rmtree(path)
+
+
+def test_a_folder_that_vanishes_costs_the_entry_only(here):
+    make, calls = counted(b"code")
+    cache.remember("key", make)
+    shutil.rmtree(here)
+    assert cache.remember("key", make) == b"code"
+    assert len(calls) == 2
+
+
+def test_a_failure_to_compile_is_not_remembered(here):
+    def fail() -> bytes:
+        raise RuntimeError("no code")
+
+    with pytest.raises(RuntimeError):
+        cache.remember("key", fail)
+    make, calls = counted(b"code")
+    assert cache.remember("key", make) == b"code"
+    assert calls

@@ -1,0 +1,73 @@
+"""The engine's own kernels run as plain Python on floats: what the compiled driver does, in its most readable form."""
+
+from typing import Any
+
+import numpy as np
+
+from lienumba.integrators import munthe_kaas
+from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.mechanics import constraints, dynamics, kkt, projection
+from lienumba.scenario.resolve import resolve
+
+from .mechanisms import start_of
+
+Bodies = tuple[tuple[float, ...], ...]
+
+
+def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
+    """The final state (k, 18) of the nominal run of a scenario, and the most iterations of both projections."""
+    resolved = resolve(data)
+    settings: Any = resolved.data
+    model, states = start_of(data)
+    structure = kkt.Structure.of(model)
+    x: Bodies = tuple(tuple(body) for body in states.tolist())
+    most = (0, 0)
+
+    def stage(x: Bodies, u: Any, t: float) -> Any:
+        def F(bodies: Bodies) -> Any:
+            a = dynamics.accelerations(model, structure, bodies).x
+            return tuple((*body[12:18], *a[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))
+
+        return F(x) if u is None else munthe_kaas.slope(x, u, F, TABLEAUS[settings.integrator.method].order)
+
+    for n in range(resolved.steps):
+        h = settings.integrator.step
+        x, _, _ = munthe_kaas.step(TABLEAUS[settings.integrator.method], x, n * h, h, stage)
+        used = (0, 0)
+        if settings.projection.position != "none":
+            x, positions = project_positions(model, structure, x, settings.projection.tolerance)
+            used = (positions, 0)
+        if settings.projection.velocity != "none":
+            x, velocities = project_velocities(model, structure, x, settings.projection)
+            used = (used[0], velocities)
+        most = (max(most[0], used[0]), max(most[1], used[1]))
+    return np.array(x), most
+
+
+def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, tolerance: float) -> tuple[Bodies, int]:
+    state, x = hat, [0.0] * (6 * len(hat))
+    for iteration in range(1, 20):
+        x = projection.position_correction(model, structure, state, x).x
+        state = projection.placed(hat, x)
+        violation = projection.largest(constraints.residual(model, state))
+        if violation <= max(tolerance, projection.position_floor(state)):
+            return state, iteration
+    raise RuntimeError(f"left {violation}")
+
+
+def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, settings: Any) -> tuple[Bodies, int]:
+    for iteration in range(1, 20):
+        x = projection.velocity_correction(model, structure, state, settings.velocity).x
+        state = tuple(
+            (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)
+        )
+        violation = projection.largest(constraints.rate_and_bias(model, state)[0])
+        if violation <= max(settings.tolerance, projection.velocity_floor(state)):
+            return state, iteration
+    raise RuntimeError(f"left {violation}")
+
+
+def rows(state: Any) -> np.ndarray:
+    """(k, 18) of the twin's r, R, v, w."""
+    r, R, v, w = state
+    return np.hstack([r, R.reshape(-1, 9), v, w])

@@ -1,0 +1,85 @@
+"""Every tableau proves its order by the rooted-tree conditions, in exact fractions (Butcher 1963)."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import pytest
+
+from lienumba.integrators.tableaus import TABLEAUS, Tableau
+
+Tree = tuple["Tree", ...]  # a root's branches, sorted
+NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20]  # of order 1, 2, ... (A000081)
+
+
+def trees(order: int) -> list[Tree]:
+    """All rooted trees with so many vertices."""
+    return sorted({tuple(sorted(forest)) for forest in forests(order - 1)})
+
+
+def forests(vertices: int) -> Iterator[Tree]:
+    if vertices == 0:
+        yield ()
+    for first in range(1, vertices + 1):
+        for tree in trees(first):
+            for rest in forests(vertices - first):
+                yield (tree, *rest)
+
+
+def size(tree: Tree) -> int:
+    return 1 + sum(size(branch) for branch in tree)
+
+
+def density(tree: Tree) -> int:
+    """gamma(t)."""
+    product = size(tree)
+    for branch in tree:
+        product *= density(branch)
+    return product
+
+
+def derivative_weights(tableau: Tableau, tree: Tree) -> list[Fraction]:
+    """The stage's elementary weights: products over branches of sum_j a_ij times those of the branch."""
+    weights = [Fraction(1)] * len(tableau.b)
+    for branch in tree:
+        inner = derivative_weights(tableau, branch)
+        weights = [w * sum((a * x for a, x in zip(row, inner, strict=False)), Fraction(0))
+                   for w, row in zip(weights, tableau.A, strict=True)]  # fmt: skip
+    return weights
+
+
+def holds(tableau: Tableau, tree: Tree) -> bool:
+    weights = derivative_weights(tableau, tree)
+    return sum(b * w for b, w in zip(tableau.b, weights, strict=True)) == Fraction(1, density(tree))
+
+
+def test_there_are_as_many_trees_as_there_should_be() -> None:
+    assert [len(trees(order)) for order in range(1, 7)] == NUMBER_OF_TREES
+    assert [density(tree) for tree in trees(4)] == [4, 8, 12, 24]
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+def test_all_conditions_up_to_the_order_hold_and_one_of_the_next_fails(tableau: Tableau) -> None:
+    for order in range(1, tableau.order + 1):
+        assert all(holds(tableau, tree) for tree in trees(order)), order
+    assert not all(holds(tableau, tree) for tree in trees(tableau.order + 1))
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+def test_tableaus_are_explicit_and_exact(tableau: Tableau) -> None:
+    assert all(len(row) <= stage for stage, row in enumerate(tableau.A))
+    assert len(tableau.A) == len(tableau.b) == len(tableau.c)
+    assert tableau.c == tuple(sum(row) for row in tableau.A)
+    assert all(isinstance(x, Fraction) for row in (*tableau.A, tableau.b, tableau.c) for x in row)
+
+
+def test_the_methods_and_their_orders() -> None:
+    orders = {name: tableau.order for name, tableau in TABLEAUS.items()}
+    assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4}
+
+
+def test_classical_stages() -> None:
+    assert [float(c) for c in TABLEAUS["rk4"].c] == [0, 0.5, 0.5, 1]
+    assert TABLEAUS["rk38"].c == (0, Fraction(1, 3), Fraction(2, 3), 1)
+    assert TABLEAUS["kutta3"].c == (0, Fraction(1, 2), 1)
+    assert TABLEAUS["midpoint"].c == (0, Fraction(1, 2))
+    assert TABLEAUS["heun"].c == (0, 1)
