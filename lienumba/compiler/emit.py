@@ -10,10 +10,10 @@ import struct
 from dataclasses import dataclass, field
 from typing import Any
 
-from lienumba.compiler.symbols import Symbol, live, needs, operation_counts
+from lienumba.compiler.symbols import Symbol, live, operation_counts
 
 W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
-SEGMENT = 400
+SEGMENT = 600
 ARRAYS = ("state", "parameters", "clock", "extra")
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
@@ -30,11 +30,16 @@ declare {VECTOR} @llvm.sqrt.v{W}f64({VECTOR})
 
 @dataclass
 class Kernel:
-    """One compiled function. `first_hoisted`: the row behind the parameters where its invariants begin."""
+    """One compiled function.
+
+    first_hoisted: the row behind the parameters where its invariants begin; rows: where in `out` each output goes, by
+    default one after the other.
+    """
 
     name: str
     outputs: tuple[Any, ...]
     first_hoisted: int
+    rows: tuple[int, ...] | None = None
     order: list[Symbol] = field(init=False)
     hoisted: dict[int, int] = field(init=False)
     work_rows: int = field(init=False, default=0)
@@ -42,48 +47,28 @@ class Kernel:
     def __post_init__(self) -> None:
         self.order = live(self.outputs)
         used: dict[int, int] = {}
-        for user in (*self.order, None):
-            if user is not None and user.invariant:
-                continue
-            for a in self.outputs if user is None else needs(user):
-                if isinstance(a, Symbol) and a.invariant and a.op != "input":
-                    used.setdefault(a.id, self.first_hoisted + len(used))
+        for read in (*(node.args for node in self.order if not node.invariant), self.outputs):
+            for x in read:
+                if isinstance(x, Symbol) and x.invariant and x.op != "input":
+                    used.setdefault(x.id, self.first_hoisted + len(used))
         self.hoisted = used
 
-    @property
-    def extra_rows(self) -> list[int]:
-        """The rows of the extra input that are used."""
-        return sorted(n.args[1] for n in self.order if n.op == "input" and n.args[0] == "extra")
-
-    @property
-    def calls(self) -> "list[Kernel]":
-        """The kernels that this one calls, each once."""
-        return list({id(n.args[0]): n.args[0] for n in self.order if n.op == "call"}.values())
-
     def counts(self) -> dict[str, int]:
-        """Operations of one evaluation, those of called kernels included; invariants are not counted."""
-        total = operation_counts([n for n in self.order if not n.invariant])
-        for node in self.order:
-            if node.op == "call":
-                for kind, n in node.args[0].counts().items():
-                    total[kind] += n
-        return total
+        """Operations of one evaluation; invariants are not counted."""
+        return operation_counts([n for n in self.order if not n.invariant])
 
     def text(self) -> str:
-        """The LLVM text of this kernel, of its `prepare`, and of every kernel that it calls."""
-        functions = [function for kernel in (*self.calls, self) for function in kernel._functions()]
-        return DECLARATIONS + "\n".join(functions)
-
-    def _functions(self) -> tuple[str, str]:
+        """The LLVM text of this kernel and of its `prepare`."""
         main = [n for n in self.order if not n.invariant and n.op != "input"]
-        writer = _Writer(self, rows=max((k.work_rows for k in self.calls), default=0))
-        body = writer.function(self.name, main, [("out", row, x) for row, x in enumerate(self.outputs)])
+        writer = _Writer(self)
+        rows = range(len(self.outputs)) if self.rows is None else self.rows
+        body = writer.function(self.name, main, [("out", *store) for store in zip(rows, self.outputs, strict=True)])
         invariant = [n for n in self.order if n.invariant and n.op != "input"]
         kept = [("parameters", self.hoisted[n.id], n) for n in invariant if n.id in self.hoisted]
         preparer = _Writer(self, preparing=True)
         prepare = preparer.function(f"{self.name}_prepare", invariant, kept)
         self.work_rows = max(writer.rows, preparer.rows)
-        return body, prepare
+        return DECLARATIONS + body + "\n" + prepare
 
 
 def _hex(x: float) -> str:
@@ -91,62 +76,46 @@ def _hex(x: float) -> str:
 
 
 def _cut(order: list[Symbol]) -> list[list[Symbol]]:
-    """Segments of at most SEGMENT operations and loads; a call stands in a segment of its own."""
+    """Segments of at most SEGMENT operations and loads of inputs."""
     segments: list[list[Symbol]] = [[]]
     size = 0
     for node in order:
-        if node.op == "call":
-            segments += [[node], []]
+        size += 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
+        if size > SEGMENT:
+            segments.append([])
             size = 0
-        elif node.op != "result":
-            size += 1 + 2 * sum(isinstance(x, Symbol) and x.op in ("input", "result") for x in node.args)
-            if size > SEGMENT:
-                segments.append([])
-                size = 0
-            segments[-1].append(node)
+        segments[-1].append(node)
     return segments
 
 
 class _Writer:
-    """Writes one function as a row of segments. `rows`: of work that are taken already, by the kernels it calls."""
+    """Writes one function as a row of segments. `rows`: of work that it needs."""
 
-    def __init__(self, kernel: Kernel, rows: int = 0, preparing: bool = False) -> None:
-        self.kernel, self.preparing, self.rows = kernel, preparing, rows
+    def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
+        self.kernel, self.preparing, self.rows = kernel, preparing, 0
         self.lines: list[str] = []
         self.loaded: dict[tuple[str, int], str] = {}
         self.here: set[int] = set()
         self.slots: dict[int, int] = {}  # work rows of the values that cross a cut
         self.free: list[int] = []
-        self.arguments = -1  # first of the work rows that hold the arguments of every call, once there is one
 
     def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
         segments = _cut(order)
-        last_use = {}  # the last segment that reads a value; what a call reads is stored for it, below
+        last_use: dict[int, int] = {}
         for i, segment in enumerate(segments):
-            last_use |= {a.id: i for n in segment if n.op != "call" for a in n.args if isinstance(a, Symbol)}
-        computed = {node.id: i for i, segment in enumerate(segments) for node in segment}
-        stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes at once when it has been computed
-        late: list[list[tuple[str, int, Any]]] = [[] for _ in segments]  # the rest, at the end of a segment
-        due = [(0, len(segments) - 1, *store) for store in stores]  # no earlier, no later than these segments
-        earliest = 0
-        for i, segment in enumerate(segments):
-            if segment and segment[0].op == "call":
-                due += [(earliest, i - 1, "work", row, x) for row, x in self._arguments(segment[0])]
-                earliest = i
-        for earliest, i, array, row, x in due:
-            if isinstance(x, Symbol) and computed.get(x.id, -1) >= earliest:
+            last_use |= {x.id: i for node in segment for x in node.args if isinstance(x, Symbol)}
+        computed = {node.id for node in order}
+        stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
+        late = []  # values that are not computed here
+        for array, row, x in stores:
+            if isinstance(x, Symbol) and x.id in computed:
                 stored.setdefault(x.id, []).append((array, row))
             else:
-                late[i].append((array, row, x))
-                if isinstance(x, Symbol):
-                    last_use[x.id] = max(i, last_use.get(x.id, 0))
+                late.append((array, row, x))
         signature = SIGNATURE.replace("readonly %parameters", "%parameters") if self.preparing else SIGNATURE
         text, calls = [], []
         for i, segment in enumerate(segments):
-            if segment and segment[0].op == "call":
-                calls += self._call(segment[0], i)
-                continue
             self.lines, self.loaded, self.here = [], {}, set()
             for node in segment:
                 self._compute(node)
@@ -154,14 +123,15 @@ class _Writer:
                     self._store(array, row, f"%v{node.id}")
                 if last_use.get(node.id, i) > i:
                     self._store("work", self._slot(node), f"%v{node.id}")
-            for array, row, x in late[i]:
-                self._store(array, row, self._value(x))
+            if i + 1 == len(segments):
+                for array, row, x in late:
+                    self._store(array, row, self._value(x))
             body = "\n".join(self.lines)
             text.append(f"define internal void @{name}.{i}({signature}) noinline nounwind {{\n{body}\nret void\n}}\n")
             calls.append(f"call void @{name}.{i}({ARGUMENTS})")
-            for id_ in [id_ for id_ in self.slots if last_use.get(id_, -1) <= i]:
+            for id_ in [id_ for id_ in self.slots if last_use[id_] <= i]:
                 self.free.append(self.slots.pop(id_))
-        text.append(f"define void @{name}({ARGUMENTS}) noinline nounwind {{\n" + "\n".join(calls) + "\nret void\n}\n")
+        text.append(f"define void @{name}({ARGUMENTS}) nounwind {{\n" + "\n".join(calls) + "\nret void\n}\n")
         return "\n".join(text)
 
     # ------------------------------------------------------------ rows of memory
@@ -239,25 +209,3 @@ class _Writer:
         name = f"%c{node.id}"
         self.lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
         return name
-
-    # ------------------------------------------------------------ calls
-    def _arguments(self, call: Symbol) -> list[tuple[int, Any]]:
-        """The work rows that a call's arguments go to; every call uses the same."""
-        if self.arguments < 0:
-            self.arguments = self.rows
-            self.rows += max((row + 1 for k in self.kernel.calls for row in k.extra_rows), default=0)
-        return [(self.arguments + row, x) for row, x in call.args[1]]
-
-    def _call(self, call: Symbol, number: int) -> list[str]:
-        """Call another kernel: arguments and results stand in work, behind what it needs itself."""
-        kernel, results = call.args[0], self.rows
-        self.rows += len(kernel.outputs)
-        for node in self.kernel.order:
-            if node.op == "result" and node.args[0] is call:
-                self.slots[node.id] = results + node.args[1]
-        return [
-            f"%a{number} = getelementptr double, ptr %work, i64 {W * self.arguments}",
-            f"%r{number} = getelementptr double, ptr %work, i64 {W * results}",
-            f"call void @{kernel.name}(ptr %state, ptr %parameters, ptr %clock, ptr %a{number}, ptr %r{number}, "
-            "ptr %work)",
-        ]

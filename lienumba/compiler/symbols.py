@@ -32,13 +32,6 @@ class Graph:
             self.nodes.append(symbol)
         return symbol
 
-    def call(self, kernel: Any, arguments: tuple[Any, ...], results: int) -> tuple["Symbol", ...]:
-        """The results of a kernel that is compiled by itself. Of the arguments, its extra input, it takes a part."""
-        used = tuple((row, arguments[row]) for row in kernel.extra_rows)
-        call = Symbol(self, len(self.nodes), "call", (kernel, used))
-        self.nodes.append(call)
-        return tuple(self.node("result", call, i) for i in range(results))
-
 
 class Symbol:
     """One value of a graph. `invariant`: depends on parameters alone. `upper`: a promised bound (see at_most)."""
@@ -51,8 +44,6 @@ class Symbol:
         self.upper = float("inf")
         if op == "input":
             self.invariant = args[0] == "parameters"
-        elif op in ("call", "result"):
-            self.invariant = False
         else:
             self.invariant = all(a.invariant for a in args if isinstance(a, Symbol))
 
@@ -189,15 +180,10 @@ class Symbol:
         return self.graph.node("power_of_two", self)
 
 
-def needs(node: Symbol) -> tuple[Any, ...]:
-    """What a node is computed from: symbols, numbers, and the names and rows of inputs."""
-    return tuple(x for _, x in node.args[1]) if node.op == "call" else node.args
-
-
 def live(outputs: tuple[Any, ...]) -> list[Symbol]:
     """The nodes that the outputs need, each behind all that it uses.
 
-    What depends on a division or a call stays in the order in which it was recorded: an elimination frees values as
+    What depends on a division stays in the order in which it was recorded: an elimination frees values as
     it goes. Everything else comes from inputs alone and is computed when it is first used, so that few values wait.
     """
     found: dict[int, Symbol] = {}
@@ -206,18 +192,17 @@ def live(outputs: tuple[Any, ...]) -> list[Symbol]:
         node = stack.pop()
         if node.id not in found:
             found[node.id] = node
-            stack += [x for x in needs(node) if isinstance(x, Symbol)]
+            stack += [x for x in node.args if isinstance(x, Symbol)]
     settled: set[int] = set()
     for id_ in sorted(found):
         node = found[id_]
-        starts = node.op in ("/", "call", "result") and not node.invariant
-        if starts or any(isinstance(x, Symbol) and x.id in settled for x in needs(node)):
+        if (node.op == "/" and not node.invariant) or any(isinstance(x, Symbol) and x.id in settled for x in node.args):
             settled.add(id_)
     order: dict[int, Symbol] = {}
     for root in [*(found[id_] for id_ in sorted(settled)), *outputs]:
         stack = [root] if isinstance(root, Symbol) else []
         while stack:
-            waiting = [x for x in needs(stack[-1]) if isinstance(x, Symbol) and x.id not in order]
+            waiting = [x for x in stack[-1].args if isinstance(x, Symbol) and x.id not in order]
             if waiting:
                 stack += reversed(waiting)
             else:

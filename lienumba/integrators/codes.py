@@ -4,3 +4,5 @@ NON_FINITE = 1.0
 NOT_CONVERGED = 2.0
 SINGULAR = 3.0
 ROTATION = 4.0
+
+HUGE = 1e300  # a sum of squares below this is finite

@@ -10,15 +10,26 @@ import numpy as np
 from numba import njit
 from numba.core import types
 
-from lienumba.compiler import cache
+from lienumba.compiler import cache, jit
 from lienumba.compiler.emit import W
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
-from lienumba.groups.state import ELEMENT
+from lienumba.groups.state import ALGEBRA, ELEMENT
 from lienumba.integrators import codes
+from lienumba.integrators.munthe_kaas import verdict
+from lienumba.operations import maximum
 
-# rows of `kernels`: addresses, 0 where the method has no such kernel
-STEP, POSITION, VELOCITY, OBSERVE, KERNELS = 0, 1, 2, 3, 4
+# `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
+ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance")
+STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE = range(len(ORDER))
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+ROW = 8 * W  # bytes
+
+jit.register()  # `verdict` is a kernel
+
+
+def scratch_rows(k: int, stages: int) -> int:
+    """The rows of lanes that the driver needs beside the kernels' work."""
+    return 3 * (24 * k + 4) + 4 + (ALGEBRA * k + 1) + ALGEBRA * stages * (k + 1) + 1
 
 
 @njit(**OPTIONS)
@@ -48,9 +59,9 @@ def _record(
     counts: int,
 ) -> None:
     """Store state, observed rows and iteration counts; NaN in the lanes that are not alive."""
-    call(observe, state, parameters, clock, 0, record + 8 * W * rows, work)
+    call(observe, state, parameters, clock, 0, record + ROW * rows, work)
     _copy(record, state, rows)
-    _copy(record + 8 * W * (rows + seen), counts, 2)
+    _copy(record + ROW * (rows + seen), counts, 2)
     for row in range(rows + seen + 2):
         store(record, row, choose(alive, load(record, row), splat(np.nan)))
 
@@ -89,16 +100,46 @@ def _iterate(
     return used
 
 
+@njit(**OPTIONS)
+def _staged_step(
+    kernels: Any, k: int, nodes: Any, t: float, h: float, x: int, p: int, clock: int, new: int, u: int, slopes: int,
+    work: int,
+) -> None:  # fmt: skip
+    """One step stage by stage, for mechanisms whose step is too long for one kernel; the code goes behind `new`.
+
+    The kernels of one body put what they report behind the body's rows: it is read before the next body's call, whose
+    rows begin there.
+    """
+    stages = nodes.size
+    rotation, square, margin = splat(0.0), splat(0.0), splat(0.0)
+    for s in range(stages):
+        store(clock, 0, splat(t + nodes[s] * h))
+        combine = kernels[len(ORDER) + s]
+        for i in range(k if combine != 0 else 0):
+            call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
+            rotation = maximum(rotation, load(u, ALGEBRA * (i + 1)))
+        call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
+        if s == 0:
+            margin = load(slopes, ALGEBRA * stages * k)
+    for i in range(k):
+        call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
+             new + ROW * ELEMENT * i, work)  # fmt: skip
+        rotation = maximum(rotation, load(new, ELEMENT * (i + 1)))
+        square = square + load(new, ELEMENT * (i + 1) + 1)
+    store(new, ELEMENT * k, verdict(rotation, square, margin))
+
+
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.int64, types.int64, types.int64, types.int64, types.float64, types.float64,
+        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.float64,
+        types.float64,
         types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
         types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, k: int, seen: int, steps: int, limit: int, h: float, tolerance: float, output_steps: Any,
+    kernels: Any, nodes: Any, k: int, seen: int, steps: int, limit: int, h: float, tolerance: float, output_steps: Any,
     states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
@@ -106,14 +147,18 @@ def drive(
     states (blocks, 18 k, W): initial, left at the last good state; parameters (blocks, P, W), invariants prepared;
     records (blocks, outputs, 18 k + seen + 2, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
-    buffer: scratch of at least 4 (24 k + 4) W doubles and the kernels' work; progress[0]: outputs done so far;
+    buffer: `scratch_rows` rows and the kernels' work; progress[0]: outputs done so far;
     stop[0]: set from outside to end early. Every array is contiguous.
     """
     rows = ELEMENT * k
-    size = 8 * W * (rows + 6 * k + 4)
-    now, new, hat, clock = buffer.ctypes.data, 0, 0, 0
-    new, hat, clock = now + size, now + 2 * size, now + 3 * size
-    counts, work = clock + 8 * W * 2, clock + 8 * W * 4
+    now = buffer.ctypes.data
+    new = now + ROW * (24 * k + 4)
+    hat = new + ROW * (24 * k + 4)
+    clock = hat + ROW * (24 * k + 4)
+    counts = clock + ROW * 2
+    u = counts + ROW * 2
+    slopes = u + ROW * (ALGEBRA * k + 1)
+    work = slopes + ROW * (ALGEBRA * nodes.size * (k + 1) + 1)
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
         status, ends = statuses[block].ctypes.data, end_steps[block].ctypes.data
@@ -128,8 +173,11 @@ def drive(
                 return
             alive = load(status, 0) == 0.0
             if n > 0:
-                store(clock, 0, splat((n - 1) * h))
-                call(kernels[STEP], x, p, clock, 0, new, work)
+                if kernels[STEP] != 0:
+                    store(clock, 0, splat((n - 1) * h))
+                    call(kernels[STEP], x, p, clock, 0, new, work)
+                else:
+                    _staged_step(kernels, k, nodes, (n - 1) * h, h, x, p, clock, new, u, slopes, work)
                 code = load(new, rows)
                 store(status, 0, choose(alive, code, load(status, 0)))
                 now, new = new, now

@@ -9,10 +9,8 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.emit import W
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators.program import Program
 
-ORDER = ("step", "position", "velocity", "observe")
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
 
 
@@ -26,10 +24,12 @@ def aligned(*shape: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Machine:
-    """`kernels`: addresses in the driver's order; `prepares`: of the functions that fill the hoisted rows."""
+    """`kernels`: addresses in the driver's order; `prepares`: of the functions that fill the hoisted rows;
+    `nodes`: c of the tableau."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
+    nodes: np.ndarray
     bodies: int
     parameter_rows: int
     seen: int
@@ -41,22 +41,27 @@ class Machine:
 
 def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
-    named = [(name, program.kernels[name]) for name in ORDER if name in program.kernels]
     with ThreadPoolExecutor(2) as threads:
-        compiling = [threads.submit(native.compile_text, kernel.text()) for _, kernel in named]
-        import_module("lienumba.integrators.driver")  # compiled or loaded meanwhile
-        objects = [future.result() for future in compiling]
-    kernels = np.zeros(len(ORDER), np.int64)
+        compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
+        driver = import_module("lienumba.integrators.driver")  # compiled or loaded meanwhile
+        objects = {name: future.result() for name, future in compiling.items()}
+    stages = len(program.nodes)
+    order = [*driver.ORDER, *(f"combine{s}" for s in range(stages))]
+    kernels = np.zeros(len(order), np.int64)
     prepares: list[int] = []
-    for (name, kernel), code in zip(named, objects, strict=True):
-        functions = [kernel.name, *(f"{k.name}_prepare" for k in (kernel, *kernel.calls))]
-        addresses = native.load(code, functions)
-        kernels[ORDER.index(name)] = addresses[kernel.name]
-        prepares += [addresses[f] for f in functions[1:]]
-    seen = sum(rows for _, rows in program.observed.values())
-    work = max(kernel.work_rows for kernel in program.kernels.values())
-    state = (ELEMENT + 6) * program.bodies + 4
-    return Machine(kernels, tuple(prepares), program.bodies, program.parameter_rows, seen, 4 * state + work)
+    for name, code in objects.items():
+        addresses = native.load(code, [name, f"{name}_prepare"])
+        kernels[order.index(name)] = addresses[name]
+        prepares.append(addresses[f"{name}_prepare"])
+    return Machine(
+        kernels,
+        tuple(prepares),
+        np.array(program.nodes),
+        program.bodies,
+        program.parameter_rows,
+        sum(rows for _, rows in program.observed.values()),
+        driver.scratch_rows(program.bodies, stages) + max(k.work_rows for k in program.kernels.values()),
+    )
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:

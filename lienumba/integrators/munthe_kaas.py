@@ -1,11 +1,12 @@
 """One Runge-Kutta-Munthe-Kaas step on the state-space group (Terze et al. 2015, eq. 20), for any explicit tableau."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from lienumba.groups import so3, state
+from lienumba.integrators import codes
 from lienumba.integrators.tableaus import Tableau
-from lienumba.operations import at_most, maximum
+from lienumba.operations import at_most, kernel, maximum, where
 
 LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
 
@@ -33,13 +34,30 @@ def promised(u: Algebra) -> Any:
     return worst
 
 
-def combination(h: Any, weights: tuple[Any, ...], slopes: list[Algebra], body: int) -> Any:
-    """h sum_j w_j f_j of one body."""
+def combination(h: Any, weights: tuple[Any, ...], slopes: Sequence[Any]) -> tuple[Any, Any]:
+    """u = h sum_j w_j f_j of one body from its slopes, and its squared rotation (rad^2)."""
     (first, f), *rest = [(h * float(w), f) for w, f in zip(weights, slopes, strict=True) if w != 0]
-    z = tuple(first * c for c in f[body])
+    u = tuple(first * c for c in f)
     for w, f in rest:
-        z = tuple(total + w * c for total, c in zip(z, f[body], strict=True))
-    return z
+        u = tuple(total + w * c for total, c in zip(u, f, strict=True))
+    return u, promised((u,))
+
+
+def advanced(h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """One body at the end of a step: its new state, the squared rotation, and the sum of squares of the move."""
+    w, rotation = combination(h, tableau.b, slopes)
+    square: Any = 0.0
+    for c in w:
+        square = square + c * c
+    return moved((x,), (w,))[0], rotation, square
+
+
+@kernel
+def verdict(rotation: Any, square: Any, margin: Any) -> Any:
+    """The code of a step: from its largest squared rotation, its sum of squares, and the margin of its KKT."""
+    code = where(rotation < LARGEST_STAGE, 0.0, codes.ROTATION)
+    code = where(margin > 0.0, code, codes.SINGULAR)
+    return where(square < codes.HUGE, code, codes.NON_FINITE)
 
 
 def step(
@@ -48,26 +66,24 @@ def step(
     """One step of size h from x at time t.
 
     `stage(x, u, t)` is the slope at x exp(u); u is None in the first stage, where it is exactly zero. Returns the
-    new state, the largest squared rotation of a stage (rad^2), and the sum of squares of the step's algebra element,
-    which tells whether all of it is finite. Goes body by body, so that few values are alive at a time.
+    new state, the largest squared rotation of a stage (rad^2), and the sum of squares of the move, which tells
+    whether all of it is finite.
     """
-    slopes: list[Algebra] = []
+    slopes: list[list[Any]] = [[] for _ in x]  # by body
     rotation: Any = 0.0
-    for row, c in zip(tableau.A, tableau.c, strict=True):
-        if not any(row):
-            slopes.append(stage(x, None, t))
-            continue
-        u = []
-        for i in range(len(x)):
-            u.append(combination(h, row, slopes, i))
-            rotation = maximum(rotation, promised(u[-1:]))
-        slopes.append(stage(x, tuple(u), t + float(c) * h))
-    new: list[Any] = []
     square: Any = 0.0
-    for i, body in enumerate(x):
-        w = combination(h, tableau.b, slopes, i)
-        rotation = maximum(rotation, promised((w,)))
-        for c in w:
-            square = square + c * c
-        new += moved((body,), (w,))
-    return tuple(new), rotation, square
+    for row, c in zip(tableau.A, tableau.c, strict=True):
+        u = []
+        for f in slopes if any(row) else ():
+            z, turned = combination(h, row, f)
+            rotation = maximum(rotation, turned)
+            u.append(z)
+        for f, new in zip(slopes, stage(x, tuple(u) or None, t + float(c) * h), strict=True):
+            f.append(new)
+    end = []
+    for body, f in zip(x, slopes, strict=True):
+        state_, turned, length = advanced(h, tableau, body, f)
+        rotation = maximum(rotation, turned)
+        square = square + length
+        end.append(state_)
+    return tuple(end), rotation, square

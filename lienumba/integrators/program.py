@@ -1,6 +1,9 @@
 """The kernels of one mechanism and one method: what the driver calls.
 
-    step       state -> state, code                 one Munthe-Kaas step (clock: t, h)
+    step       state -> state, code                 one Munthe-Kaas step (clock: t, h), or for large mechanisms
+      first, stage     state, u -> slopes, margin        the slopes of one stage
+      combine1, ...    slopes of a body -> u, rotation   the argument of a stage
+      advance          state, slopes of a body -> state, rotation, square
     position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
@@ -23,7 +26,6 @@ from lienumba.mechanics.model import Model, map_numbers
 from lienumba.operations import where
 
 INLINE = 1500  # operations of a stage up to which a step is traced as a whole; beyond, it calls the stage
-HUGE = 1e300
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,14 @@ class Slot:
 
 @dataclass
 class Program:
-    """`parameters`: the model's numbers behind the slots (floats or arrays); `observed`: name -> (first row, rows)."""
+    """`parameters`: the model's numbers behind the slots (floats or arrays); `nodes`: c of the tableau;
+    `observed`: name -> (first row, rows)."""
 
     bodies: int
     parameters: list[Any]
     parameter_rows: int
     kernels: dict[str, Kernel]
+    nodes: list[float]
     observed: dict[str, tuple[int, int]]
 
 
@@ -82,8 +86,8 @@ class _Tracer:
         model = map_numbers(self.template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
         return graph, model
 
-    def kernel(self, name: str, outputs: Any) -> Kernel:
-        kernel = Kernel(name, tuple(outputs), self.rows)
+    def kernel(self, name: str, outputs: Any, rows: tuple[int, ...] | None = None) -> Kernel:
+        kernel = Kernel(name, tuple(outputs), self.rows, rows)
         self.rows += len(kernel.hoisted)
         return kernel
 
@@ -101,46 +105,55 @@ class _Tracer:
 
         return F
 
-    def stage(self, name: str) -> Kernel:
-        """The slope at x exp(u), or with the name "first" at x, as a kernel of its own; extra: u.
+    def step(self) -> dict[str, Kernel]:
+        """The step as one kernel, or as many if a stage is too long to be repeated in it."""
+        before = self.rows
+        stage = self.stage("stage")
+        if stage.counts()["operations"] > INLINE:
+            return {"stage": stage, "first": self.stage("first")} | self.body_kernels()
+        self.rows = before
+        graph, model = self.graph()
+        margins: list[Any] = []
+        F = self.field(model, margins)
+        t, h = graph.inputs("clock", 2)
+        new, rotation, square = munthe_kaas.step(
+            self.tableau,
+            self.state(graph, "state"),
+            t,
+            h,
+            lambda x, u, t: F(x) if u is None else munthe_kaas.slope(x, u, F, self.tableau.order),
+        )
+        return {"step": self.kernel("step", (*flat(new), munthe_kaas.verdict(rotation, square, margins[0])))}
 
-        Its last output is the KKT's margin.
+    def stage(self, name: str) -> Kernel:
+        """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
+
+        Its outputs go to the rows of one stage among those of all (see `slope_row`), behind them the KKT's margin.
         """
         graph, model = self.graph()
         margins: list[Any] = []
         F, x = self.field(model, margins), self.state(graph, "state")
         u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(self.k))
         f = F(x) if name == "first" else munthe_kaas.slope(x, u, F, self.tableau.order)
-        return self.kernel(name, (*flat(f), margins[0]))
+        rows = [slope_row(i, len(self.tableau.b)) + c for i in range(self.k) for c in range(ALGEBRA)]
+        return self.kernel(name, (*flat(f), margins[0]), (*rows, slope_row(self.k, len(self.tableau.b))))
 
-    def step(self) -> Kernel:
-        before = self.rows
-        stage = self.stage("stage")
-        graph, model = self.graph()
-        margins: list[Any] = []
-        if stage.counts()["operations"] <= INLINE:
-            self.rows = before
-            F = self.field(model, margins)
+    def body_kernels(self) -> dict[str, Kernel]:
+        """What a step does with one body: u of each stage but the first, and the end; extra: the body's slopes."""
+        kernels = {}
+        for s, row in enumerate(self.tableau.A):
+            if any(row):
+                graph, _ = self.graph()
+                u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, self.slopes(graph, s))
+                kernels[f"combine{s}"] = self.kernel(f"combine{s}", (*u, rotation))
+        graph, _ = self.graph()
+        x = graph.inputs("state", ELEMENT)
+        slopes = self.slopes(graph, len(self.tableau.b))
+        new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), self.tableau, x, slopes)
+        return kernels | {"advance": self.kernel("advance", (*new, rotation, square))}
 
-            def slope(x: Any, u: Any, t: Any) -> Any:
-                return F(x) if u is None else munthe_kaas.slope(x, u, F, self.tableau.order)
-
-        else:
-            first = self.stage("first")
-
-            def slope(x: Any, u: Any, t: Any) -> Any:
-                kernel, arguments = (first, ()) if u is None else (stage, tuple(flat(u)))
-                *f, margin = graph.call(kernel, arguments, ALGEBRA * self.k + 1)
-                margins.append(margin)
-                return tuple(tuple(f[ALGEBRA * i : ALGEBRA * (i + 1)]) for i in range(self.k))
-
-        t, h = graph.inputs("clock", 2)
-        x = self.state(graph, "state")
-        new, rotation, square = munthe_kaas.step(self.tableau, x, t, h, slope)
-        code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.ROTATION)
-        if self.structure.rows:
-            code = where(margins[0] > 0.0, code, codes.SINGULAR)
-        return self.kernel("step", (*flat(new), where(square < HUGE, code, codes.NON_FINITE)))
+    def slopes(self, graph: Graph, stages: int) -> list[Any]:
+        return [graph.inputs("extra", ALGEBRA, ALGEBRA * s) for s in range(stages)]
 
     def position(self) -> Kernel:
         graph, model = self.graph()
@@ -193,6 +206,11 @@ class _Tracer:
         return self.kernel("observe", outputs), observed
 
 
+def slope_row(body: int, stages: int) -> int:
+    """The first row of a body's slopes: 12 rows per stage, all stages of a body side by side."""
+    return ALGEBRA * stages * body
+
+
 def flat(bodies: Any) -> list[Any]:
     return [x for body in bodies for x in body]
 
@@ -202,16 +220,17 @@ def finite(rows: list[Any]) -> Any:
     total: Any = 0.0
     for row in rows:
         total = total + row * row
-    return total < HUGE
+    return total < codes.HUGE
 
 
 def build(model: Model, method: Method) -> Program:
     """Trace every kernel that this mechanism and method need."""
     tracer = _Tracer(model, method)
-    kernels = {"step": tracer.step()}
+    kernels = tracer.step()
     if tracer.structure.rows and method.position != "none":
         kernels["position"] = tracer.position()
     if tracer.structure.rows and method.velocity != "none":
         kernels["velocity"] = tracer.velocity()
     kernels["observe"], observed = tracer.observe()
-    return Program(tracer.k, tracer.values, tracer.rows, kernels, observed)
+    nodes = [float(c) for c in tracer.tableau.c]
+    return Program(tracer.k, tracer.values, tracer.rows, kernels, nodes, observed)

@@ -66,8 +66,8 @@ def _violations(done: assembly.Assembly, run: int) -> list[str]:
         elif not rate <= speed:
             problems.append(
                 f"{where}: the initial velocities contradict it: its points separate at {rate:.3g} m/s, at most "
-                f"{speed:.1g} m/s is allowed; correct velocity and angular_velocity of {bodies}, or omit one so that it "
-                "is solved for"
+                f"{speed:.1g} m/s is allowed; correct velocity and angular_velocity of {bodies}, or omit one so that "
+                "it is solved for"
             )
     return problems
 

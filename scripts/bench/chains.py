@@ -16,7 +16,7 @@ import numpy as np
 STAGES = 4  # of RK4
 BLOCKS = 2
 STEP = 1e-4
-WORK = 600_000  # stages times bodies times runs of one sample
+WORK = 6_000_000  # stages times bodies times runs of one sample
 
 
 class Chain:

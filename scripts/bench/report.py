@@ -120,7 +120,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
         )
     console.print(table)
     chains = Table(title="Chains of spherical joints, RK4, no projection, one thread; compiled from an empty cache")
-    for name in ("bodies", "ns per stage and body", "to chain of 4", "Gflop/s", "trace s", "compile s", "both s"):
+    for name in ("bodies", "ns per stage and body", "to chain of 4", "Gflop/s", "trace s", "compile s", "total s"):
         chains.add_column(name, justify="right")
     for k, seconds in found["cold_compile_s"].items():
         row, ratio = rows[f"chain_{k}"], ratios.get(f"chain_{k}/chain_4")

@@ -114,15 +114,17 @@ def scenario(
     *,
     method: str = "rk4",
     projection: tuple[str, str] = ("local", "mass"),
-    **more: Any,
+    output: dict[str, Any] | None = None,
+    **keys: Any,
 ) -> dict[str, Any]:
-    """The scenario of a mechanism; `projection`: of positions and velocities; output at the start and the end."""
+    """The scenario of a mechanism; `projection`: of positions and velocities; `keys`: more of that section.
+
+    The output is, unless given, at the start and the end alone.
+    """
     data = copy.deepcopy(mechanism)
     data["integrator"] = {"method": method, "step": step, "end_time": end}
-    data["projection"] = {"position": projection[0], "velocity": projection[1]}
-    data["output"] = {"times": [0.0, end]}
-    for section, keys in more.items():
-        data[section] = {**data.get(section, {}), **keys} if section != "output" else keys
+    data["projection"] = {"position": projection[0], "velocity": projection[1], **keys}
+    data["output"] = output or {"times": [0.0, end]}
     return data
 
 

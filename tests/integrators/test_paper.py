@@ -16,12 +16,11 @@ from .mechanisms import TOP, exact_top, simulate, state_at
 END, MASS, INERTIA, GRAVITY = 2.0, 15.0, np.diag([0.234375, 0.46875, 0.234375]), 9.81
 ARM = np.array([0.0, 1.0, 0.0])  # r_b: from the pivot to the mass centre, body frame
 NONE, MASS_WEIGHTED, IDENTITY_WEIGHTED = ("none", "none"), ("local", "mass"), ("local", "identity")
-FREE = {"output": {"every": 0.01}}
 
 
 @cache
 def top(step: float, projection: tuple[str, str]) -> Any:
-    return simulate(TOP, step, END, projection=projection, **FREE)
+    return simulate(TOP, step, END, projection=projection, output={"every": 0.01})
 
 
 def relative_errors(dataset: Any) -> tuple[float, float]:

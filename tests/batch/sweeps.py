@@ -1,0 +1,92 @@
+"""Short sweeps, samples edited on purpose, and datasets compared bit by bit."""
+
+import copy
+from collections.abc import Mapping, Sequence, Set
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from integrators.mechanisms import LOOP, chain, scenario
+
+import lienumba
+from lienumba.scenario import prepare
+from lienumba.scenario.loading import load
+
+ROOT = Path(__file__).parents[2]
+COUNTS = {"position_iterations", "velocity_iterations"}  # the most since the last output: they belong to an interval
+
+
+def top(runs: int = 40, end: float = 0.05, **sections: Any) -> dict[str, Any]:
+    """The Monte-Carlo heavy top of the gallery, shortened."""
+    data = load(ROOT / "scenarios" / "heavy_top_monte_carlo.toml")
+    data["integrator"]["end_time"] = end
+    data["sweep"]["runs"] = runs
+    return _with(data, sections)
+
+
+def links(runs: int = 20, count: int = 5, **sections: Any) -> dict[str, Any]:
+    """A chain, long enough that its stage is a function of its own, with varied masses, inertia and rates."""
+    data = scenario(chain(count), 1e-3, 0.02, output={"every": 0.005})
+    data["sweep"] = {"runs": runs, "seed": 5, "vary": {
+        "bodies.link0.mass": {"distribution": "normal", "std": 0.05},
+        "bodies.link2.inertia[4]": {"distribution": "uniform", "low": -0.002, "high": 0.002},
+        f"bodies.link{count - 1}.angular_velocity[1]": {"distribution": "normal", "std": 0.5},
+        "joints.hinge1.points[1][2]": {"distribution": "uniform", "low": 0.19, "high": 0.21},
+    }}  # fmt: skip
+    return _with(data, sections)
+
+
+def loop(runs: int = 20, **sections: Any) -> dict[str, Any]:
+    """A loop with rods whose ends vary, Heun's method, and a coarse step: several iterations of the projection."""
+    data = scenario(LOOP, 0.02, 0.2, method="heun", output={"every": 0.04})
+    data["sweep"] = {"runs": runs, "seed": 6, "vary": {
+        "joints.tie.points[0][2]": {"distribution": "normal", "std": 0.02},
+        "bodies.left.angular_velocity[0]": {"distribution": "normal", "std": 3.0},
+        "gravity[0]": {"distribution": "uniform", "low": -1, "high": 1},
+    }}  # fmt: skip
+    return _with(data, sections)
+
+
+SWEEPS = {"top": top, "links": links, "loop": loop}
+
+
+def _with(data: dict[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:
+    data = copy.deepcopy(data)
+    for name, keys in sections.items():
+        data[name] = keys if name == "output" else {**data.get(name, {}), **keys}
+    return data
+
+
+def run(data: dict[str, Any], **options: Any) -> Any:
+    return lienumba.run(data, **{"workers": 1, **options})
+
+
+def edit_samples(monkeypatch: pytest.MonkeyPatch, edits: Mapping[int, Mapping[str, float]]) -> None:
+    """From now on these samples, by label and path, are what is written here."""
+    original = prepare.design_table
+
+    def edited(vary: Any, nominal: Any, labels: Sequence[int], seed: int) -> dict[str, np.ndarray]:
+        samples = {path: np.array(values) for path, values in original(vary, nominal, labels, seed).items()}
+        for label, values in edits.items():
+            for path, value in values.items():
+                if label in labels:
+                    samples[path][list(labels).index(label)] = value
+        return samples
+
+    monkeypatch.setattr(prepare, "design_table", edited)
+
+
+def assert_same(a: Any, b: Any, *, without: Set[str] = frozenset(), only_common: bool = False) -> None:
+    """The same coordinates and the same bits in every variable (in the common ones)."""
+    if not only_common:
+        assert set(a.variables) == set(b.variables)
+    names = (set(a.variables) & set(b.variables)) - without
+    assert {"run", "time"} <= names
+    different = [name for name in sorted(names) if bits(a[name]) != bits(b[name])]
+    assert not different, f"these variables differ: {', '.join(different)}"
+
+
+def bits(array: Any) -> tuple[tuple[int, ...], bytes]:
+    values = np.asarray(array.values)
+    return values.shape, values.tobytes()

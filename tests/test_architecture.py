@@ -1,0 +1,145 @@
+"""The house: imports point downwards only, files stay short, the mathematics is documented. Read from the source."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "lienumba"
+FILES = sorted(PACKAGE.rglob("*.py"))
+GROUND_FLOOR = {"errors"}  # may be imported from anywhere
+FLOORS = [
+    {"operations", "vector_math"},
+    {"groups"},
+    {"compiler"},
+    {"mechanics"},
+    {"integrators"},
+    {"batch"},
+    {"sweep"},
+    {"store"},
+    {"scenario"},
+    {"analysis"},
+    {"console", "info", "doctor"},
+    {"cli"},
+    {"__init__", "__main__"},
+]
+HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
+LIGHT = ["__init__.py", "__main__.py", "errors.py", "cli.py", "operations.py", "scenario", "sweep/distributions.py"]
+LONGEST = 500
+
+
+def floor(name: str) -> int:
+    """The height of a module or package directly below lienumba."""
+    for height, names in enumerate(FLOORS):
+        if name in names:
+            return height
+    raise AssertionError(f"lienumba/{name} stands on no floor: add it to FLOORS, where design section 3 wants it")
+
+
+def part(path: Path) -> str:
+    """The name directly below lienumba that a file belongs to."""
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def imports(tree: ast.AST, path: Path) -> list[tuple[int, str]]:
+    """(line, absolute module) of every import, those inside functions and `if` blocks included."""
+    found: list[tuple[int, str]] = []
+    package = ["lienumba", *path.relative_to(PACKAGE).parent.parts]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            deeper = module == "lienumba"  # from lienumba import groups
+            found += [(node.lineno, f"{module}.{alias.name}" if deeper else module) for alias in node.names]
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in (
+            "import_module",
+            "__import__",
+        ):
+            found += [(node.lineno, a.value) for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+    return found
+
+
+def target(module: str) -> str | None:
+    """The name directly below lienumba that a module belongs to; None for other packages."""
+    names = module.split(".")
+    if names[0] != "lienumba":
+        return None
+    inside = len(names) > 1 and ((PACKAGE / names[1]).is_dir() or (PACKAGE / f"{names[1]}.py").exists())
+    return names[1] if inside else "__init__"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_point_downwards_only(path):
+    here = part(path)
+    if here in GROUND_FLOOR:
+        return
+    for line, module in imports(ast.parse(path.read_text()), path):
+        below = target(module)
+        if below is None or below in GROUND_FLOOR | {here}:
+            continue
+        if below == "__init__" and path.name != "__init__.py":
+            assert module == "lienumba.__version__", f"{path}:{line} imports lienumba itself, from below"
+            continue
+        assert floor(below) <= floor(here), f"{path}:{line} imports {module}, which stands above {here}"
+        assert floor(below) < floor(here) or here != below, f"{path}:{line}"
+
+
+def test_the_ground_floor_imports_nothing_of_ours():
+    for name in GROUND_FLOOR:
+        path = PACKAGE / f"{name}.py"
+        assert [m for _, m in imports(ast.parse(path.read_text()), path) if target(m)] == []
+
+
+def test_the_reader_of_imports_sees_them_all(tmp_path):
+    source = (
+        "import lienumba.batch.execute\n"
+        "from lienumba import sweep\n"
+        "from . import emit\n"
+        "from ..store.files import write\n"
+        "def f():\n    if x:\n        from lienumba.cli import main\n    importlib.import_module('lienumba.analysis')\n"
+    )
+    found = imports(ast.parse(source), PACKAGE / "compiler" / "x.py")
+    assert [target(m) for _, m in sorted(found)] == ["batch", "sweep", "compiler", "store", "cli", "analysis"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_file_is_long(path):
+    assert len(path.read_text().splitlines()) <= LONGEST
+
+
+def test_no_test_file_is_long():
+    too_long = [p for p in Path(__file__).parent.rglob("*.py") if len(p.read_text().splitlines()) > LONGEST]
+    assert too_long == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_every_module_says_what_it_is(path):
+    assert ast.get_docstring(ast.parse(path.read_text())), f"{path} has no docstring"
+
+
+SELF_EXPLAINING = {"add", "subtract", "transpose", "dot", "cross"}  # elementary, and named as everyone names them
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if part(p) in ("groups", "mechanics")], ids=lambda p: p.stem)
+def test_every_public_function_of_the_mathematics_is_documented(path):
+    bare = [
+        f"{path.name}:{node.lineno} {node.name}"
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
+        and not node.name.startswith("_")
+        and node.name not in SELF_EXPLAINING
+        and not ast.get_docstring(node)
+    ]
+    assert bare == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
+    name = str(path.relative_to(PACKAGE))
+    if not any(name == light or name.startswith(f"{light}/") for light in LIGHT):
+        return
+    top = ast.Module([n for n in ast.parse(path.read_text()).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
+    heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in HEAVY]
+    assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
