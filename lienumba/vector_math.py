@@ -6,7 +6,7 @@ pi/2 in four parts (Cody and Waite, 151 bits), so that results stay relatively e
 
 from typing import Any
 
-from lienumba.operations import kernel, power_of_two, sqrt, where
+from lienumba.operations import kernel, power_of_two, where
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
 TWO_OVER_PI = 0.6366197723675814
@@ -101,16 +101,17 @@ def exp(x: Any) -> Any:
 
 @kernel
 def atan2(y: Any, x: Any) -> Any:
-    """The angle of (x, y) in [-pi, pi]; 0 at the origin."""
+    """The angle of (x, y) in [-pi, pi]; 0 at the origin. A minimax polynomial up to tan(pi/8)."""
     a, b = where(x < 0.0, -x, x), where(y < 0.0, -y, y)
     high, low = where(a < b, b, a), where(a < b, a, b)
-    t = low / where(high > 0.0, high, 1.0)
-    t = t / (1.0 + sqrt(1.0 + t * t))  # halve the angle twice: t <= tan(pi/16)
-    t = t / (1.0 + sqrt(1.0 + t * t))
+    steep = low > 0.41421356237309503 * high
+    t = where(steep, low - high, low) / where(high == 0.0, 1.0, where(steep, low + high, high))
     z = t * t
-    p = -1 / 15 + z * (1 / 17 + z * (-1 / 19 + z * (1 / 21 + z * (-1 / 23))))
-    p = -1 / 7 + z * (1 / 9 + z * (-1 / 11 + z * (1 / 13 + z * p)))
-    angle = 4.0 * (t + t * (z * (-1 / 3 + z * (1 / 5 + z * p))))
-    angle = where(a < b, (1.5707963267948966 - angle) + 6.123233995736766e-17, angle)
-    angle = where(x < 0.0, (3.141592653589793 - angle) + 1.2246467991473532e-16, angle)
+    p = -0.05230443640686948 + z * (0.045515447340221615 + z * (-0.03456931506332609 + z * 0.016284375050043393))
+    p = 0.07692296368042296 + z * (-0.0666642476020052 + z * (0.05878927554473807 + z * p))
+    p = -0.14285714285659779 + z * (0.11111111105150588 + z * (-0.09090908753259112 + z * p))
+    p = z * (-0.3333333333333333 + z * (0.19999999999999804 + z * p))
+    angle = where(steep, 0.7853981633974483 + (t + (t * p + 3.061616997868383e-17)), t + t * p)
+    angle = where(a < b, 1.5707963267948966 - (angle - 6.123233995736766e-17), angle)
+    angle = where(x < 0.0, 3.141592653589793 - (angle - 1.2246467991473532e-16), angle)
     return where(y < 0.0, -angle, angle)

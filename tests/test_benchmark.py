@@ -74,11 +74,13 @@ def test_acceleration_map_solves_the_kkt_system(bench, sample):
 
 
 def test_chains_run_and_count(bench):
-    for k in (1, 3):
+    flops = []
+    for k in (1, 3, 6):
         chain = bench["chains"].Chain(k)
-        assert chain.counts["flops"] > 0
+        flops.append(chain.flops / k)
         assert chain.run_steps * 4 * k == chain.evaluations
         assert chain.seconds() > 0
+    assert 0 < flops[0] < flops[1] < flops[2] < 2 * flops[0]  # the first link hangs from the ground
 
 
 def test_peak_is_positive(bench):

@@ -22,26 +22,31 @@ BERNOULLI_OVER_FACTORIAL = (1.0, -1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 
 # ---------------------------------------------------------------- vectors and matrices
 @kernel
 def dot(a: Vec3, b: Vec3) -> Number:
+    """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def cross(a: Vec3, b: Vec3) -> Vec3:
+    """a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 @kernel
 def add(a: Vec3, b: Vec3) -> Vec3:
+    """a + b."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 @kernel
 def subtract(a: Vec3, b: Vec3) -> Vec3:
+    """a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 @kernel
 def scale(s: Number, a: Vec3) -> Vec3:
+    """s a."""
     return (s * a[0], s * a[1], s * a[2])
 
 
@@ -73,6 +78,7 @@ def rotate_back(R: Matrix3, a: Vec3) -> Vec3:
 
 @kernel
 def transpose(R: Matrix3) -> Matrix3:
+    """R^T, the inverse of a rotation."""
     return (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
 
 

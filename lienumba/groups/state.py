@@ -27,6 +27,7 @@ def product(x: State, y: State) -> State:
 
 @kernel
 def inverse(x: State) -> State:
+    """(-r, R^T, -v, -w)."""
     moved, rate = so3.scale(-1.0, x[0:3]), so3.scale(-1.0, x[12:15])
     return moved + so3.transpose(x[3:12]) + rate + so3.scale(-1.0, x[15:18])
 
@@ -39,6 +40,7 @@ def exp(z: Algebra) -> State:
 
 @kernel
 def log(x: State) -> Algebra:
+    """The z with exp(z) = x and a rotation of at most pi."""
     return x[0:3] + so3.log(x[3:12]) + x[12:18]
 
 
@@ -50,14 +52,17 @@ def bracket(y: Algebra, z: Algebra) -> Algebra:
 
 @kernel
 def dexp(z: Algebra, y: Algebra) -> Algebra:
+    """dexp_z(y): dexp of SO(3) in the rotation, y itself elsewhere."""
     return y[0:3] + so3.dexp(z[3:6], y[3:6]) + y[6:12]
 
 
 @kernel
 def dexpinv(z: Algebra, y: Algebra) -> Algebra:
+    """dexp_z^{-1}(y): that of SO(3) in the rotation, y itself elsewhere."""
     return y[0:3] + so3.dexpinv(z[3:6], y[3:6]) + y[6:12]
 
 
 @kernel
 def dexpinv_truncated(z: Algebra, y: Algebra, order: int) -> Algebra:
+    """dexp_z^{-1}(y), its series cut behind ad^order."""
     return y[0:3] + so3.dexpinv_truncated(z[3:6], y[3:6], order) + y[6:12]

@@ -111,7 +111,7 @@ def _staged_step(
     rows begin there.
     """
     stages = nodes.size
-    rotation, square, margin = splat(0.0), splat(0.0), splat(0.0)
+    rotation, square, sound = splat(0.0), splat(0.0), splat(0.0)
     for s in range(stages):
         store(clock, 0, splat(t + nodes[s] * h))
         combine = kernels[len(ORDER) + s]
@@ -120,13 +120,13 @@ def _staged_step(
             rotation = maximum(rotation, load(u, ALGEBRA * (i + 1)))
         call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
         if s == 0:
-            margin = load(slopes, ALGEBRA * stages * k)
+            sound = load(slopes, ALGEBRA * stages * k)
     for i in range(k):
         call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
              new + ROW * ELEMENT * i, work)  # fmt: skip
         rotation = maximum(rotation, load(new, ELEMENT * (i + 1)))
         square = square + load(new, ELEMENT * (i + 1) + 1)
-    store(new, ELEMENT * k, verdict(rotation, square, margin))
+    store(new, ELEMENT * k, verdict(rotation, square, sound))
 
 
 @cache.numba_cached(

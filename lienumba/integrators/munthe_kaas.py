@@ -53,10 +53,10 @@ def advanced(h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[A
 
 
 @kernel
-def verdict(rotation: Any, square: Any, margin: Any) -> Any:
-    """The code of a step: from its largest squared rotation, its sum of squares, and the margin of its KKT."""
+def verdict(rotation: Any, square: Any, sound: Any) -> Any:
+    """The code of a step: from its largest squared rotation, its sum of squares, and whether its KKT was sound."""
     code = where(rotation < LARGEST_STAGE, 0.0, codes.ROTATION)
-    code = where(margin > 0.0, code, codes.SINGULAR)
+    code = where(sound > 0.0, code, codes.SINGULAR)
     return where(square < codes.HUGE, code, codes.NON_FINITE)
 
 

@@ -1,7 +1,7 @@
 """The kernels of one mechanism and one method: what the driver calls.
 
     step       state -> state, code                 one Munthe-Kaas step (clock: t, h), or for large mechanisms
-      first, stage     state, u -> slopes, margin        the slopes of one stage
+      first, stage     state, u -> slopes, sound         the slopes of one stage
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
     position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
@@ -94,12 +94,12 @@ class _Tracer:
     def state(self, graph: Graph, array: str) -> tuple[Any, ...]:
         return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.k))
 
-    def field(self, model: Model, margins: list[Any]) -> Callable[[Any], Any]:
-        """F of eq. (15): velocities and accelerations at a state; the margins of the KKT are noted aside."""
+    def field(self, model: Model, sound: list[Any]) -> Callable[[Any], Any]:
+        """F of eq. (15): velocities and accelerations at a state; whether each KKT was sound is noted aside."""
 
         def F(bodies: Any) -> Any:
             solution = dynamics.accelerations(model, self.structure, bodies)
-            margins.append(solution.margin)
+            sound.append(solution.sound)
             a = solution.x
             return tuple((*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(bodies))
 
@@ -113,8 +113,8 @@ class _Tracer:
             return {"stage": stage, "first": self.stage("first")} | self.body_kernels()
         self.rows = before
         graph, model = self.graph()
-        margins: list[Any] = []
-        F = self.field(model, margins)
+        sound: list[Any] = []
+        F = self.field(model, sound)
         t, h = graph.inputs("clock", 2)
         new, rotation, square = munthe_kaas.step(
             self.tableau,
@@ -123,20 +123,20 @@ class _Tracer:
             h,
             lambda x, u, t: F(x) if u is None else munthe_kaas.slope(x, u, F, self.tableau.order),
         )
-        return {"step": self.kernel("step", (*flat(new), munthe_kaas.verdict(rotation, square, margins[0])))}
+        return {"step": self.kernel("step", (*flat(new), munthe_kaas.verdict(rotation, square, sound[0])))}
 
     def stage(self, name: str) -> Kernel:
         """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
 
-        Its outputs go to the rows of one stage among those of all (see `slope_row`), behind them the KKT's margin.
+        Its outputs go to the rows of one stage among those of all (see `slope_row`), behind them whether the KKT was sound.
         """
         graph, model = self.graph()
-        margins: list[Any] = []
-        F, x = self.field(model, margins), self.state(graph, "state")
+        sound: list[Any] = []
+        F, x = self.field(model, sound), self.state(graph, "state")
         u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(self.k))
         f = F(x) if name == "first" else munthe_kaas.slope(x, u, F, self.tableau.order)
         rows = [slope_row(i, len(self.tableau.b)) + c for i in range(self.k) for c in range(ALGEBRA)]
-        return self.kernel(name, (*flat(f), margins[0]), (*rows, slope_row(self.k, len(self.tableau.b))))
+        return self.kernel(name, (*flat(f), sound[0]), (*rows, slope_row(self.k, len(self.tableau.b))))
 
     def body_kernels(self) -> dict[str, Kernel]:
         """What a step does with one body: u of each stage but the first, and the end; extra: the body's slopes."""
@@ -165,7 +165,7 @@ class _Tracer:
         violation = projection.largest(constraints.residual(model, new))
         violation = where(violation <= projection.position_floor(new), 0.0, violation)
         code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
-        code = where(solution.margin > 0.0, code, codes.SINGULAR)
+        code = where(solution.sound > 0.0, code, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
         return self.kernel("position", (*flat(new), *solution.x, violation, code))
 
@@ -179,7 +179,7 @@ class _Tracer:
         )
         violation = projection.largest(constraints.rate_and_bias(model, new)[0])
         violation = where(violation <= projection.velocity_floor(new), 0.0, violation)
-        code = where(solution.margin > 0.0, 0.0, codes.SINGULAR)
+        code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
         return self.kernel("velocity", (*flat(new), violation, code))
 

@@ -135,7 +135,7 @@ def _solve_positions(model: Model, start: Any, free: set[int], runs: int) -> Any
             b[row] = b[row] + value * x[c]
         new = _least(C, inverse, b, len(x))
         x = [where(lost, p, q) for p, q in zip(new, x, strict=True)]
-        state = placed(start, x)
+        state = _where(lost, placed(start, x), state)
     return state
 
 
@@ -153,10 +153,12 @@ def _kicked(model: Model, state: Any, turns: set[int], angle: float, runs: int) 
     x: list[Any] = [0.0] * (6 * len(state))
     for c in turns:  # axes spread by the golden angle: any fixed directions that no mechanism prefers
         x[c] = angle * float(np.cos(2.399963 * (c + 1)))
-    return tuple(
-        tuple(where(lost, p, q) for p, q in zip(new, old, strict=True))
-        for new, old in zip(placed(state, x), state, strict=True)
-    )
+    return _where(lost, placed(state, x), state)
+
+
+def _where(lost: np.ndarray, new: Any, old: Any) -> Any:
+    """The new state in these runs, the old one in all others, bit for bit."""
+    return tuple(tuple(where(lost, p, q) for p, q in zip(a, b, strict=True)) for a, b in zip(new, old, strict=True))
 
 
 def _size(numbers: list[Any], runs: int) -> np.ndarray:

@@ -18,6 +18,7 @@ AT_REST = (0.0, 0.0, 0.0)
 
 
 def placement(bodies: tuple[Body, ...], index: int) -> Placement:
+    """r and R of a body; the ground is at the origin."""
     return AT_ORIGIN if index == GROUND else (bodies[index][0:3], bodies[index][3:12])
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from lienumba.mechanics.joints import JOINT_TYPES
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.order import elimination_order
-from lienumba.operations import minimum
+from lienumba.operations import where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
 
@@ -39,35 +39,35 @@ class Structure:
 
 @dataclass(frozen=True)
 class Solution:
-    """x (6 k), mu (m), and `margin`: below zero where a constraint depends on the others."""
+    """x (6 k), mu (m), and `sound`: 1, or 0 where a constraint depends on the others."""
 
     x: list[Any]
     mu: list[Any]
-    margin: Any
+    sound: Any
 
 
 def solve(structure: Structure, A: Entries, C: Entries, f: list[Any], g: list[Any]) -> Solution:
     """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column)."""
     n = 6 * structure.bodies
     size = n + structure.rows
-    where = {variable: position for position, variable in enumerate(structure.order)}
+    place = {variable: position for position, variable in enumerate(structure.order)}
     by_bodies: list[Any] = [0.0] * size  # the diagonal, kept in two sums for the constraint rows: what the bodies
     by_joints: list[Any] = [0.0] * size  # contribute, which is the scale, and what other constraints take away
     column: list[dict[int, Any]] = [{} for _ in range(size)]
     for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
-        low, high = sorted((where[i], where[j]))
+        low, high = sorted((place[i], place[j]))
         if low == high:
             by_bodies[low] = value
         else:
             column[low][high] = value
     y = [(f[v] if v < n else g[v - n]) for v in structure.order]
     inverse: list[Any] = [None] * size
-    margin: Any = 1.0
+    sound: Any = 1.0
     for j in range(size):
         is_joint = structure.order[j] >= n
         pivot = by_bodies[j] + by_joints[j]
         if is_joint:
-            margin = minimum(margin, SINGULAR * by_bodies[j] - pivot)
+            sound = where(SINGULAR * by_bodies[j] - pivot > 0.0, sound, 0.0)  # NaN is not
         inverse[j] = 1.0 / pivot
         entries = sorted(column[j].items())
         factors = [(i, value * inverse[j]) for i, value in entries]
@@ -85,5 +85,5 @@ def solve(structure: Structure, A: Entries, C: Entries, f: list[Any], g: list[An
         y[j] = y[j] * inverse[j]
         for i, factor in column[j].items():
             y[j] = y[j] - factor * y[i]
-    solved = [y[where[v]] for v in range(size)]
-    return Solution(solved[:n], solved[n:], margin)
+    solved = [y[place[v]] for v in range(size)]
+    return Solution(solved[:n], solved[n:], sound)

@@ -57,9 +57,9 @@ def engine_cases(sample: engine.Tops, steps: int) -> list[Case]:
     cases = []
     for projection, words in (("none", "no projection"), ("both", "both projections")):
         batch = engine.top_batch(sample, projection, steps=steps, outputs=steps // EVERY)
-        step = engine.build(sample.model, engine.METHODS[projection]).kernels["step"]
+        program = engine.build(sample.model, engine.METHODS[projection])
         for threads in (1, 2):
-            flops = step.counts()["flops"] if projection == "none" else 0.0
+            flops = engine.step_flops(program) if projection == "none" else 0.0
             run = partial(engine.seconds, batch, threads)
             cases.append(Case(f"engine_{projection}_{threads}", f"engine, {words}", threads, RUNS * steps, run, flops))
     return cases
@@ -95,7 +95,7 @@ def chain_cases(chains: list[Chain]) -> list[Case]:
     """Their unit of work is a stage of one body."""
     cases = []
     for c in chains:
-        flops = c.counts["flops"] * c.run_steps / c.evaluations
+        flops = c.flops * c.run_steps / c.evaluations
         cases.append(Case(f"chain_{c.k}", f"chain of {c.k}", 1, c.evaluations, c.seconds, flops))
     return cases
 

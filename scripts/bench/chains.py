@@ -27,7 +27,7 @@ class Chain:
 
         model, states = engine.chain(k, BLOCKS * engine.W)
         program = engine.build(model, engine.METHODS["none"])
-        self.k, self.counts = k, program.kernels["step"].counts()
+        self.k, self.flops = k, engine.step_flops(program)
         self.steps = max(10, WORK // (STAGES * k * len(states)))
         machine = engine.compile_program(program)
         self.batch = engine.batch(program, machine, states, STEP, self.steps, np.array([self.steps]))

@@ -66,6 +66,16 @@ def chain(k: int, runs: int) -> tuple[Model, np.ndarray]:
     return done.model, done.state.reshape(runs, -1)
 
 
+def step_flops(program: Program) -> int:
+    """Floating-point operations of one step and run, whether the step is one kernel or many."""
+    flops = {name: kernel.counts()["flops"] for name, kernel in program.kernels.items()}
+    if "step" in flops:
+        return flops["step"]
+    combines = [name for name in flops if name.startswith("combine")]
+    of_bodies = flops["advance"] + sum(flops[name] for name in combines)
+    return flops["first"] + len(combines) * flops["stage"] + program.bodies * of_bodies
+
+
 def batch(program: Program, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
     codes = np.zeros(len(states), np.int8)
     return Batch(machine, program.parameters, states, codes, h, steps, outputs, TOLERANCE, ITERATIONS)

@@ -16,7 +16,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+BUSY = 0.5  # load of the last minute, before the benchmark itself
+
+
 def hardware() -> dict[str, Any]:
+    """Of the machine and the versions; `load`: of the last minute, so call this first."""
     import llvmlite
     import numba
 
@@ -41,7 +45,11 @@ def hardware() -> dict[str, Any]:
 
 
 def results(
-    cases: list[Case], samples: dict[str, np.ndarray], cold: dict[int, list[dict[str, float]]], checks: list[Check]
+    machine: dict[str, Any],
+    cases: list[Case],
+    samples: dict[str, np.ndarray],
+    cold: dict[int, list[dict[str, float]]],
+    checks: list[Check],
 ) -> dict[str, Any]:
     rows = {
         case.key: {
@@ -59,7 +67,7 @@ def results(
         str(k): {part: float(np.median([run[part] for run in runs])) for part in runs[0]} for k, runs in cold.items()
     }
     return {
-        "hardware": hardware(),
+        "hardware": machine,
         "checks": [asdict(check) | {"good": check.good} for check in checks],
         "rows": rows,
         "ratios": _ratios(cases, samples),
@@ -95,12 +103,14 @@ def show(found: dict[str, Any], console: "Console") -> None:
     from rich.table import Table
 
     h, rows, ratios = found["hardware"], found["rows"], found["ratios"]
-    load = "" if h["load"] is None else f", load {h['load']:.2f}"
+    load = "" if h["load"] is None else f", load before {h['load']:.2f}"
     console.print(
         f"{h['cpu']} ({h['target']}), {h['cores']} cores{load}; lienumba {h['lienumba']}, Python {h['python']}, "
         f"numba {h['numba']}, llvmlite {h['llvmlite']}, numpy {h['numpy']}",
         highlight=False,
     )
+    if h["load"] is not None and h["load"] > BUSY:
+        console.print("[yellow]The machine is busy: two threads and fractions of the peak come out too low.[/yellow]")
     table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps: ns per step and run, medians")
     table.add_column("", no_wrap=True)
     for name in ("threads", "ns", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):

@@ -48,6 +48,28 @@ def loop(runs: int = 20, **sections: Any) -> dict[str, Any]:
     return _with(data, sections)
 
 
+def two_rods(**sections: Any) -> dict[str, Any]:
+    """A body on a sphere and two rods to ground, whose ends there never meet, until a sample is edited."""
+    data = top(**sections)
+    del data["model"]["bodies"][0]["angular_velocity"]
+    data["model"]["joints"] += [
+        {"name": name, "type": "distance", "bodies": ["ground", "top"], "points": [[1, y, 0.5], [0.3, 0, 0.2]]}
+        for name, y in (("near", -0.6), ("far", -0.7))
+    ]
+    data["sweep"]["vary"] = {"joints.near.points[0][1]": {"distribution": "uniform", "low": -0.62, "high": -0.58}}
+    return data
+
+
+def a_rod(**sections: Any) -> dict[str, Any]:
+    """The body may turn, so that its rod, of varied length, fits."""
+    data = two_rods(**sections)
+    del data["model"]["bodies"][0]["rotation"]
+    del data["model"]["joints"][2]
+    data["model"]["joints"][1]["length"] = 1.77
+    data["sweep"]["vary"] = {"joints.near.length": {"distribution": "uniform", "low": 1.76, "high": 1.78}}
+    return data
+
+
 SWEEPS = {"top": top, "links": links, "loop": loop}
 
 

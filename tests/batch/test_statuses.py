@@ -7,34 +7,20 @@ import pytest
 
 from lienumba.batch import statuses
 from lienumba.errors import ScenarioError
-from lienumba.integrators import codes
+from lienumba.integrators import codes, program
 
-from .sweeps import edit_samples, loop, run, top
+from .sweeps import a_rod, edit_samples, loop, run, top, two_rods
 
+pytestmark = pytest.mark.usefixtures("step")
 SPIN, ROCK = "bodies.top.angular_velocity[1]", "bodies.left.angular_velocity[0]"
 STATE = ("position", "rotation", "velocity", "angular_velocity", "energy", "position_iterations")
 
 
-def two_rods(**sections: Any) -> dict[str, Any]:
-    """A body on a sphere and two rods to ground, whose ends there never meet, until a sample is edited."""
-    data = top(**sections)
-    del data["model"]["bodies"][0]["angular_velocity"]
-    data["model"]["joints"] += [
-        {"name": name, "type": "distance", "bodies": ["ground", "top"], "points": [[1, y, 0.5], [0.3, 0, 0.2]]}
-        for name, y in (("near", -0.6), ("far", -0.7))
-    ]
-    data["sweep"]["vary"] = {"joints.near.points[0][1]": {"distribution": "uniform", "low": -0.62, "high": -0.58}}
-    return data
-
-
-def a_rod(**sections: Any) -> dict[str, Any]:
-    """The body may turn, so that its rod, of varied length, fits."""
-    data = two_rods(**sections)
-    del data["model"]["bodies"][0]["rotation"]
-    del data["model"]["joints"][2]
-    data["model"]["joints"][1]["length"] = 1.77
-    data["sweep"]["vary"] = {"joints.near.length": {"distribution": "uniform", "low": 1.76, "high": 1.78}}
-    return data
+@pytest.fixture(params=["in one kernel", "stage by stage"])
+def step(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small and large mechanisms step, and fail, on paths of their own."""
+    if request.param == "stage by stage":
+        monkeypatch.setattr(program, "INLINE", 0)
 
 
 def a_fall(step: float, **sections: Any) -> dict[str, Any]:
@@ -115,9 +101,9 @@ def test_non_finite_in_the_middle_of_a_run(monkeypatch: pytest.MonkeyPatch) -> N
     check_failed(run(a_fall(1.0)), 11, statuses.NON_FINITE, last_good_step=25, step=1.0)
 
 
-def tame_loops(iterations: int) -> dict[str, Any]:
+def tame_loops(iterations: int, std: float = 0.2) -> dict[str, Any]:
     data = loop(runs=20, projection={"max_iterations": iterations, "tolerance": 1e-9}, output={"every": 0.02})
-    data["sweep"]["vary"][ROCK] = {"distribution": "normal", "std": 0.2}
+    data["sweep"]["vary"][ROCK] = {"distribution": "normal", "std": std}
     return data
 
 
@@ -129,11 +115,11 @@ def test_projection_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_run_ends_where_it_needs_one_iteration_more() -> None:
-    good, bad = run(tame_loops(10)), run(tame_loops(1))
+    good, bad = run(tame_loops(10, std=1.0)), run(tame_loops(1, std=1.0))
     needed = good["position_iterations"].values
     last = np.argmax(needed > 1, axis=1) - 1
     assert len(set(last)) > 1
-    assert (last > 0).all()
+    assert max(last) > 0
     assert (bad["status"] == statuses.NOT_CONVERGED).all()
     np.testing.assert_array_equal(bad["steps"], last)
     for label, step in enumerate(last):

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from lienumba.compiler import native
-from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.emit import Kernel, W
 from lienumba.compiler.lanes import choose, load, store
 from lienumba.compiler.symbols import Graph
 
@@ -38,16 +38,17 @@ def rows_in(shape: Shape) -> int:
 def call(kernel: Kernel, **arrays: np.ndarray) -> np.ndarray:
     """The outputs (rows, W) of a kernel on state, parameters, clock, extra (rows, W), after its `prepare`."""
     text = kernel.text()  # also counts the work rows
-    prepares = [f"{k.name}_prepare" for k in (kernel, *kernel.calls)]
-    addresses = native.load(native.compile_text(text), [kernel.name, *prepares])
-    hoisted = max((row + 1 for k in (kernel, *kernel.calls) for row in k.hoisted.values()), default=0)
+    names = [f"{kernel.name}_prepare", kernel.name]
+    addresses = native.load(native.compile_text(text), names)
+    hoisted = max((row + 1 for row in kernel.hoisted.values()), default=0)
     parameters = arrays.get("parameters", np.zeros((0, W)))
     memory = {name: np.ascontiguousarray(arrays.get(name, np.zeros((1, W)))) for name in ("state", "clock", "extra")}
     memory["parameters"] = np.concatenate([parameters, np.full((max(hoisted - len(parameters), 1), W), np.nan)])
-    memory["out"] = np.full((max(len(kernel.outputs), 1), W), np.nan)
+    rows = 1 + max(kernel.rows or range(len(kernel.outputs)), default=0)
+    memory["out"] = np.full((rows, W), np.nan)
     memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
     pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
-    for name in (*prepares, kernel.name):
+    for name in names:
         ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(addresses[name])(*pointers)
     return memory["out"]
 
@@ -123,4 +124,6 @@ def assert_same_bits(a: np.ndarray, b: np.ndarray) -> None:
     a, b = np.asarray(a, float), np.asarray(b, float)
     assert a.shape == b.shape
     different = (a.view(np.int64) != b.view(np.int64)) & ~(np.isnan(a) & np.isnan(b))
-    assert not different.any(), f"{different.sum()} of {a.size} differ, first {a[different][0]!r} and {b[different][0]!r}"
+    assert not different.any(), (
+        f"{different.sum()} of {a.size} differ, first {a[different][0]!r} and {b[different][0]!r}"
+    )

@@ -99,11 +99,15 @@ class RandomGraph:
         return self.values[first:]
 
     def _expression(self, a: Any, b: Any, c: Any) -> Any:
-        kind = self.random.choice(["+", "-", "*", "*", "a b + c", "a b - c", "c - a b", "/", "neg", "sqrt", "where", "2^n"])
+        kind = self.random.choice(
+            ["+", "-", "*", "*", "a b + c", "a b - c", "c - a b", "/", "neg", "sqrt", "where", "2^n"]
+        )
         if kind == "sqrt":
             return operations.sqrt(operations.absolute(a))
         if kind == "where":
-            condition = self.random.choice([lambda: a < b, lambda: a <= c, lambda: b > c, lambda: a >= b, lambda: a == c])()
+            condition = self.random.choice(
+                [lambda: a < b, lambda: a <= c, lambda: b > c, lambda: a >= b, lambda: a == c]
+            )()
             return operations.where(condition, b, c)
         if kind == "2^n":
             return operations.power_of_two(round_to_integer(operations.minimum(operations.maximum(a, -40.0), 40.0)))

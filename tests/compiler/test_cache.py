@@ -159,17 +159,21 @@ def test_an_entry_is_made_once(here):
     assert len(calls) == 2
 
 
-@pytest.mark.parametrize("damage", [
-    lambda b: b"",
-    lambda b: b[:10],
-    lambda b: b[:32],
-    lambda b: b[:-1],
-    lambda b: b + b"\0",
-    lambda b: bytes([b[0] ^ 1]) + b[1:],
-    lambda b: b[:-1] + bytes([b[-1] ^ 128]),
-    lambda b: b[:40] + bytes([b[40] ^ 1]) + b[41:],
-    lambda b: b"\0" * len(b),
-], ids=["empty", "head", "checksum only", "one short", "one more", "first bit", "last bit", "inner bit", "zeros"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda b: b"",
+        lambda b: b[:10],
+        lambda b: b[:32],
+        lambda b: b[:-1],
+        lambda b: b + b"\0",
+        lambda b: bytes([b[0] ^ 1]) + b[1:],
+        lambda b: b[:-1] + bytes([b[-1] ^ 128]),
+        lambda b: b[:40] + bytes([b[40] ^ 1]) + b[41:],
+        lambda b: b"\0" * len(b),
+    ],
+    ids=["empty", "head", "checksum only", "one short", "one more", "first bit", "last bit", "inner bit", "zeros"],
+)
 def test_a_damaged_entry_is_made_again(here, damage):
     make, calls = counted(bytes(range(256)))
     cache.remember("key", make)

@@ -7,7 +7,7 @@ import pytest
 
 from lienumba import operations
 from lienumba.compiler import emit
-from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.emit import Kernel, W
 from lienumba.compiler.symbols import Graph, Symbol
 
 from .evaluation import assert_same_bits, call
@@ -142,62 +142,17 @@ def test_invariants_of_random_graphs_are_hoisted(seed):
     assert rows == list(range(PARAMETERS, PARAMETERS + len(rows)))
 
 
-# ---------------------------------------------------------------- calls
-def stage(seed: int, arguments: int, results: int, first_hoisted: int, name: str = "stage") -> Kernel:
-    made = RandomGraph(seed)
-    made.values += made.graph.inputs("extra", arguments)
-    made.grow(60)
-    total = sum((x for x in made.graph.inputs("extra", arguments)), 0.0)
-    return Kernel(name, tuple(x + total for x in made.values[-results:]), first_hoisted)
-
-
+# ---------------------------------------------------------------- rows of the outputs
 @pytest.mark.parametrize("segment", [3, 800])
-@pytest.mark.parametrize("seed", range(300, 306))
-def test_calls_of_a_kernel_by_another(seed, segment, monkeypatch):
+def test_outputs_go_to_their_rows(segment, monkeypatch):
+    """Computed values, inputs, constants and invariants alike; other rows stay untouched."""
     monkeypatch.setattr(emit, "SEGMENT", segment)
-    callee = stage(seed, 3, 4, PARAMETERS)
-    made = RandomGraph(seed + 1000)
-    for _ in range(4):
-        made.grow(25)
-        arguments = (made.pick(), made.values[-1], made.values[-2])
-        made.values += made.graph.call(callee, arguments, 4)
-    made.grow(30)
-    outputs = tuple(x for x in made.values[STATE + PARAMETERS + CLOCK :: 3] if isinstance(x, Symbol))
-    kernel = Kernel("main", outputs, PARAMETERS + len(callee.hoisted))
-    given = arrays(seed)
-    assert len(kernel.calls) == 1
-    assert_same_bits(call(kernel, **given), interpret(outputs, **given))
-
-
-def test_a_kernel_may_call_two_others():
-    """The second takes more arguments than the first."""
-    small, large = stage(1, 1, 2, PARAMETERS, "small"), stage(2, 6, 2, PARAMETERS + 50, "large")
-    graph = Graph()
-    x = graph.inputs("state", STATE)
-    a = graph.call(small, (x[0] + x[1],), 2)
-    b = graph.call(large, tuple(a[0] * y for y in (*x, 2.0)), 2)
-    outputs = (*a, *b, a[0] + b[1])
-    given = arrays(9)
-    assert_same_bits(call(Kernel("main", outputs, PARAMETERS + 100), **given), interpret(outputs, **given))
-
-
-def test_a_kernel_without_arguments_may_be_called():
-    inner = Graph()
-    callee = Kernel("stage", (inner.input("state", 0) * inner.input("clock", 1) + 1.0,), PARAMETERS)
-    graph = Graph()
-    (y,) = graph.call(callee, (), 1)
-    outputs = (y + graph.input("state", 1),)
-    given = arrays(11)
-    assert_same_bits(call(Kernel("main", outputs, PARAMETERS), **given), interpret(outputs, **given))
-
-
-def test_operations_of_called_kernels_count():
-    inner = Graph()
-    e = inner.input("extra", 0)
-    callee = Kernel("stage", (e * e + 1.0,), 0)
-    graph = Graph()
-    x = graph.input("state", 0)
-    for _ in range(3):
-        (x,) = graph.call(callee, (x,), 1)
-    assert Kernel("main", (x / 2.0,), 0).counts()["fma"] == 3
-    assert Kernel("main", (x / 2.0,), 0).counts()["flops"] == 7
+    made = RandomGraph(301)
+    made.grow(40)
+    computed = [x for x in made.values[STATE + PARAMETERS + CLOCK :] if isinstance(x, Symbol)][-3:]
+    outputs = (*computed, made.values[0], 2.5)
+    given = arrays(301)
+    plain = call(Kernel("plain", outputs, PARAMETERS), **given)
+    spread = call(Kernel("spread", outputs, PARAMETERS, (7, 0, 3, 9, 2)), **given)
+    assert_same_bits(spread[[7, 0, 3, 9, 2]], plain)
+    assert np.isnan(spread[[1, 4, 5, 6, 8]]).all()

@@ -32,7 +32,7 @@ CONDITIONS = {
     "==": lambda x, y: x == y,
     "!=": lambda x, y: x != y,
     "< 0": lambda x, y: x < 0.0,
-    "0 <=": lambda x, y: 0 <= y,
+    "0 <=": lambda x, y: y >= 0,
     "and": lambda x, y: (x < y) & (y > 1.0),
     "or": lambda x, y: (x < y) | (y > 1.0),
 }

@@ -175,7 +175,7 @@ def test_comparisons_and_choices(abc):
     assert shown(a < b) == ("<", "a", "b")
     assert shown(a > b) == ("<", "b", "a")
     assert shown(a >= b) == ("<=", "b", "a")
-    assert shown(1.0 < a) == ("<", 1.0, "a")
+    assert shown(a > 1.0) == ("<", 1.0, "a")
     assert shown(operations.where(a < b, c, 1.0)) == ("where", ("<", "a", "b"), "c", 1.0)
     assert shown(operations.where(a < b, 1.0, 0.0)) == ("where", ("<", "a", "b"), 1.0, 0.0)
     assert operations.where(a < b, c, c) is c
@@ -233,4 +233,13 @@ def test_operation_counts(abc):
     a, b, c = abc
     x = operations.where(a < b, (a + b) / c, operations.sqrt(a * b - c)) * (a - b)
     counts = operation_counts(live((x,)))
-    assert counts == {"add": 2, "multiply": 1, "fma": 1, "divide": 1, "sqrt": 1, "select": 2, "operations": 8, "flops": 7}
+    assert counts == {
+        "add": 2,
+        "multiply": 1,
+        "fma": 1,
+        "divide": 1,
+        "sqrt": 1,
+        "select": 2,
+        "operations": 8,
+        "flops": 7,
+    }

@@ -43,7 +43,9 @@ def ulps(name: str, y: np.ndarray, *x: np.ndarray) -> np.ndarray:
 
 def angles() -> np.ndarray:
     rng = np.random.default_rng(1)
-    magnitudes = np.concatenate([rng.uniform(0.0, 1e5, 3000), 10.0 ** rng.uniform(-300, 5, 1500), [1e5, 5e-324, 2.0**-27]])
+    magnitudes = np.concatenate(
+        [rng.uniform(0.0, 1e5, 3000), 10.0 ** rng.uniform(-300, 5, 1500), [1e5, 5e-324, 2.0**-27]]
+    )
     return np.concatenate([magnitudes, -magnitudes, [0.0]])
 
 
@@ -68,14 +70,16 @@ def test_sin_and_cos_are_within_2_ulp(evaluate, name, points, way):
 @pytest.mark.parametrize("way", WAYS)
 def test_exp_is_within_2_ulp_from_the_smallest_to_the_largest_result(evaluate, way):
     rng = np.random.default_rng(2)
-    x = np.concatenate([
-        rng.uniform(-745.13, 709.78, 3000),
-        rng.uniform(-745.13, -708.0, 500),  # denormal results
-        rng.uniform(-1.0, 1.0, 500),
-        rng.choice([-1.0, 1.0], 300) * 10.0 ** rng.uniform(-320, -1, 300),
-        np.log(2.0) * (np.arange(-1070, 1023) + 0.5),  # where the reduction jumps
-        [709.782712893384, -745.1332191019411, -708.3964185322641, 0.0, 5e-324],
-    ])
+    x = np.concatenate(
+        [
+            rng.uniform(-745.13, 709.78, 3000),
+            rng.uniform(-745.13, -708.0, 500),  # denormal results
+            rng.uniform(-1.0, 1.0, 500),
+            rng.choice([-1.0, 1.0], 300) * 10.0 ** rng.uniform(-320, -1, 300),
+            np.log(2.0) * (np.arange(-1070, 1023) + 0.5),  # where the reduction jumps
+            [709.782712893384, -745.1332191019411, -708.3964185322641, 0.0, 5e-324],
+        ]
+    )
     error = ulps("exp", evaluate(way, "exp", x), x)
     assert error.max() <= 2.0, f"exp({x[error.argmax()]!r}) is off by {error.max():.2f} ulp"
 

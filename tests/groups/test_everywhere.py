@@ -65,7 +65,9 @@ def test_floats_arrays_njit_lanes_and_symbols_agree(name):
     for way in (arrays, under_njit(function, shape)(x), traced(function, shape)(x)):
         assert way.shape == expected.shape
         worst = np.abs(way - expected) / tolerance
-        assert worst.max() < 1.0, f"{name}: {way.T[worst.max(axis=0).argmax()]}, {expected.T[worst.max(axis=0).argmax()]}"
+        assert worst.max() < 1.0, (
+            f"{name}: {way.T[worst.max(axis=0).argmax()]}, {expected.T[worst.max(axis=0).argmax()]}"
+        )
     assert_same_bits(on_lanes(function, shape, results)(x), arrays)
 
 

@@ -8,7 +8,7 @@ import pytest
 from groups import oracles
 from reference import naive
 
-from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.emit import Kernel, W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import constraints, dynamics, kkt

@@ -8,7 +8,7 @@ import pytest
 from compiler.evaluation import call
 from reference import naive
 
-from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.emit import Kernel, W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import constraints, dynamics, kkt, order
@@ -52,7 +52,7 @@ def check(m, x, block_order, seed=0):
     condition = np.linalg.cond(D_) ** 2 * np.linalg.cond(M) if len(D_) else 1.0
     error = np.abs(np.array([*got.x, *got.mu]) - expected).max() / np.abs(expected).max()
     assert error < 1e-15 * max(condition, 100.0), f"off by {error:.1e} in the order {block_order}"
-    assert got.margin > 0.0
+    assert got.sound > 0.0
 
 
 def full_rank(m, x):
@@ -113,7 +113,7 @@ def test_compiled_solutions_are_those_on_floats(name):
     solution = dynamics.accelerations(m, kkt.Structure.of(m), symbols)
     states = [state(k, 10 + lane) for lane in range(W)]
     given = np.array([[y for body in x for y in body] for x in states]).T
-    out = call(Kernel("kkt", (*solution.x, *solution.mu, solution.margin), 0), state=given)
+    out = call(Kernel("kkt", (*solution.x, *solution.mu, solution.sound), 0), state=given)
     for lane, x in enumerate(states):
         plain = dynamics.accelerations(m, kkt.Structure.of(m), x)
         expected = np.array([*plain.x, *plain.mu])
@@ -163,7 +163,7 @@ def margin(m, x):
     symbols = tuple(graph.inputs("state", 18, 18 * i) for i in range(len(x)))
     solution = dynamics.accelerations(m, kkt.Structure.of(m), symbols)
     given = np.repeat(np.array(x).reshape(-1, 1), W, axis=1)
-    return call(Kernel("margin", (solution.margin,), 0), state=given)[0, 0]
+    return call(Kernel("margin", (solution.sound,), 0), state=given)[0, 0]
 
 
 def on_one_platform(*points):
