@@ -84,7 +84,7 @@ def where(condition: Any, x: Any, y: Any) -> Any:
     """x where the condition holds, else y; both are evaluated, neither may raise."""
     if isinstance(condition, bool):
         return x if condition else y
-    for number in (condition, x, y):
+    for number in (x, y, condition):
         if hasattr(number, "where"):
             return number.where(condition, x, y)
     import numpy as np

@@ -26,6 +26,7 @@ FLOORS = [
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
 LIGHT = ["__init__.py", "__main__.py", "errors.py", "cli.py", "operations.py", "scenario", "sweep/distributions.py"]
 LONGEST = 500
+BY_NAME = ("import_module", "__import__")
 
 
 def floor(name: str) -> int:
@@ -53,13 +54,9 @@ def imports(tree: ast.AST, path: Path) -> list[tuple[int, str]]:
             module = ".".join([*base, *([node.module] if node.module else [])])
             deeper = module == "lienumba"  # from lienumba import groups
             found += [(node.lineno, f"{module}.{alias.name}" if deeper else module) for alias in node.names]
-        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in (
-            "import_module",
-            "__import__",
-        ):
-            found += [
-                (node.lineno, a.value) for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)
-            ]
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in BY_NAME:
+            names = [a.value for a in node.args if isinstance(a, ast.Constant)]
+            found += [(node.lineno, name) for name in names if isinstance(name, str)]
     return found
 
 

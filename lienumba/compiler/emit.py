@@ -94,6 +94,7 @@ class _Writer:
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
         self.kernel, self.preparing, self.rows = kernel, preparing, 0
         self.lines: list[str] = []
+        self.accesses: list[tuple[int, str, int]] = []  # line, array, row of every pointer of the segment
         self.loaded: dict[tuple[str, int], str] = {}
         self.here: set[int] = set()
         self.slots: dict[int, int] = {}  # work rows of the values that cross a cut
@@ -116,7 +117,7 @@ class _Writer:
         signature = SIGNATURE.replace("readonly %parameters", "%parameters") if self.preparing else SIGNATURE
         text, calls = [], []
         for i, segment in enumerate(segments):
-            self.lines, self.loaded, self.here = [], {}, set()
+            self.lines, self.accesses, self.loaded, self.here = [], [], {}, set()
             for node in segment:
                 self._compute(node)
                 for array, row in stored.get(node.id, ()):
@@ -126,9 +127,9 @@ class _Writer:
             if i + 1 == len(segments):
                 for array, row, x in late:
                     self._store(array, row, self._value(x))
+            calls += self._call(f"{name}.{i}", i)
             body = "\n".join(self.lines)
             text.append(f"define internal void @{name}.{i}({signature}) noinline nounwind {{\n{body}\nret void\n}}\n")
-            calls.append(f"call void @{name}.{i}({ARGUMENTS})")
             for id_ in [id_ for id_ in self.slots if last_use[id_] <= i]:
                 self.free.append(self.slots.pop(id_))
         text.append(f"define void @{name}({ARGUMENTS}) nounwind {{\n" + "\n".join(calls) + "\nret void\n}\n")
@@ -143,9 +144,21 @@ class _Writer:
         return self.slots[node.id]
 
     def _pointer(self, array: str, row: int) -> str:
-        name = f"%p{len(self.lines)}"
-        self.lines.append(f"{name} = getelementptr double, ptr %{array}, i64 {W * row}")
-        return name
+        self.accesses.append((len(self.lines), array, row))
+        self.lines.append("")  # filled in by _call
+        return f"%p{len(self.lines) - 1}"
+
+    def _call(self, segment: str, number: int) -> list[str]:
+        """The call of a segment. It gets its pointers in the middle of the rows that it uses, since instructions are
+        shorter, and fetching them is what long kernels wait for, where an offset is within 127 rows."""
+        middle = {}
+        for array in (*ARRAYS, "out", "work"):
+            rows = sorted(row for _, name, row in self.accesses if name == array)
+            middle[array] = rows[len(rows) // 2] if rows else 0
+        for line, array, row in self.accesses:
+            self.lines[line] = f"%p{line} = getelementptr double, ptr %{array}, i64 {W * (row - middle[array])}"
+        shifts = [f"%{a}.{number} = getelementptr double, ptr %{a}, i64 {W * row}" for a, row in middle.items()]
+        return [*shifts, f"call void @{segment}({', '.join(f'ptr %{array}.{number}' for array in middle)})"]
 
     def _store(self, array: str, row: int, value: str) -> None:
         pointer = self._pointer(array, row)

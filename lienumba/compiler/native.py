@@ -71,7 +71,7 @@ def _machine(name: str, features: str) -> Any:
 
     target = binding.Target.from_default_triple()
     return target.create_target_machine(
-        cpu=name, features=features, opt=1, reloc="pic", codemodel="jitdefault", jit=True
+        cpu=name, features=features, opt=1, reloc="pic", codemodel="small", jit=True
     )
 
 

@@ -25,7 +25,7 @@ class Graph:
         return tuple(self.input(array, first + row) for row in range(rows))
 
     def node(self, op: str, *args: Any) -> "Symbol":
-        key = (op, *[a.id if a.__class__ is Symbol else (a,) for a in args])
+        key = (op, *[a.id if a.__class__ is Symbol else a.hex() if a.__class__ is float else (a,) for a in args])
         symbol = self._memo.get(key)
         if symbol is None:
             symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
@@ -166,6 +166,8 @@ class Symbol:
         raise TypeError("a kernel may not branch on a number: use where(condition, x, y)")
 
     def where(self, condition: Any, x: Any, y: Any) -> Any:
+        if not isinstance(y, Symbol) and hasattr(y, "where"):
+            return y.where(condition, x, y)  # a jet
         return x if x is y else self.graph.node("where", condition, x, y)
 
     def at_most(self, bound: float) -> "Symbol":

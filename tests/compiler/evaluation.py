@@ -35,34 +35,39 @@ def rows_in(shape: Shape) -> int:
     return sum(size or 1 for size in shape)
 
 
-def call(kernel: Kernel, **arrays: np.ndarray) -> np.ndarray:
-    """The outputs (rows, W) of a kernel on state, parameters, clock, extra (rows, W), after its `prepare`."""
+def machine_code(kernel: Kernel) -> Callable[..., np.ndarray]:
+    """Maps state, parameters, clock, extra (rows, W) to the outputs (rows, W) of a kernel, after its `prepare`."""
     text = kernel.text()  # also counts the work rows
-    names = [f"{kernel.name}_prepare", kernel.name]
-    addresses = native.load(native.compile_text(text), names)
+    addresses = native.load(native.compile_text(text), [f"{kernel.name}_prepare", kernel.name])
+    functions = [ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address) for address in addresses.values()]
     hoisted = max((row + 1 for row in kernel.hoisted.values()), default=0)
-    parameters = arrays.get("parameters", np.zeros((0, W)))
-    memory = {name: np.ascontiguousarray(arrays.get(name, np.zeros((1, W)))) for name in ("state", "clock", "extra")}
-    memory["parameters"] = np.concatenate([parameters, np.full((max(hoisted - len(parameters), 1), W), np.nan)])
     rows = 1 + max(kernel.rows or range(len(kernel.outputs)), default=0)
-    memory["out"] = np.full((rows, W), np.nan)
-    memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
-    pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
-    for name in names:
-        ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(addresses[name])(*pointers)
-    return memory["out"]
+
+    def evaluate(**arrays: np.ndarray) -> np.ndarray:
+        memory = {n: np.ascontiguousarray(arrays.get(n, np.zeros((1, W)))) for n in ("state", "clock", "extra")}
+        parameters = arrays.get("parameters", np.zeros((0, W)))
+        memory["parameters"] = np.concatenate([parameters, np.full((max(hoisted - len(parameters), 1), W), np.nan)])
+        memory["out"] = np.full((rows, W), np.nan)
+        memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
+        pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
+        for function in functions:
+            function(*pointers)
+        return memory["out"]
+
+    return evaluate
+
+
+def call(kernel: Kernel, **arrays: np.ndarray) -> np.ndarray:
+    """The outputs of a kernel, once."""
+    return machine_code(kernel)(**arrays)
 
 
 def traced(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:
     """The function as straight-line machine code; maps (rows, n) to (results, n)."""
     graph = Graph()
     outputs = flat(function(*grouped(graph.inputs("state", rows_in(shape)), shape)))
-    kernel = Kernel("traced", tuple(outputs), 0)
-
-    def evaluate(x: np.ndarray) -> np.ndarray:
-        return _by_blocks(x, lambda block: call(kernel, state=block))
-
-    return evaluate
+    run = machine_code(Kernel("traced", tuple(outputs), 0))
+    return lambda x: _by_blocks(x, lambda block: run(state=block))
 
 
 def on_lanes(function: Callable[..., Any], shape: Shape, results: int) -> Callable[[np.ndarray], np.ndarray]:
@@ -124,6 +129,4 @@ def assert_same_bits(a: np.ndarray, b: np.ndarray) -> None:
     a, b = np.asarray(a, float), np.asarray(b, float)
     assert a.shape == b.shape
     different = (a.view(np.int64) != b.view(np.int64)) & ~(np.isnan(a) & np.isnan(b))
-    assert not different.any(), (
-        f"{different.sum()} of {a.size} differ, first {a[different][0]!r} and {b[different][0]!r}"
-    )
+    assert not different.any(), f"{different.sum()} of {a.size} differ: {a[different][:3]} and {b[different][:3]}"

@@ -1,6 +1,7 @@
 """What a graph means, operation by operation, with exactly rounded fused multiply-adds; and random graphs."""
 
 import math
+import operator
 import random
 from fractions import Fraction
 from typing import Any
@@ -61,17 +62,12 @@ def interpret(outputs: tuple[Any, ...], **arrays: np.ndarray) -> np.ndarray:
         for node in live(outputs):
             if node.op == "input":
                 values[node.id] = arrays[node.args[0]][node.args[1]]
-            elif node.op == "call":
-                kernel, used = node.args
-                extra = np.full((max((row for row, _ in used), default=0) + 1, W), np.nan)
-                for row, x in used:
-                    extra[row] = value(x)
-                values[node.id] = interpret(kernel.outputs, **arrays | {"extra": extra})
-            elif node.op == "result":
-                values[node.id] = values[node.args[0].id][node.args[1]]
             else:
                 values[node.id] = ACTIONS[node.op](*map(value, node.args))
         return np.array([np.broadcast_to(np.asarray(value(x), float), (W,)) for x in outputs])
+
+
+KINDS = ["+", "-", "*", "*", "a b + c", "a b - c", "c - a b", "/", "neg", "sqrt", "where", "2^n"]
 
 
 class RandomGraph:
@@ -99,16 +95,12 @@ class RandomGraph:
         return self.values[first:]
 
     def _expression(self, a: Any, b: Any, c: Any) -> Any:
-        kind = self.random.choice(
-            ["+", "-", "*", "*", "a b + c", "a b - c", "c - a b", "/", "neg", "sqrt", "where", "2^n"]
-        )
+        kind = self.random.choice(KINDS)
         if kind == "sqrt":
             return operations.sqrt(operations.absolute(a))
         if kind == "where":
-            condition = self.random.choice(
-                [lambda: a < b, lambda: a <= c, lambda: b > c, lambda: a >= b, lambda: a == c]
-            )()
-            return operations.where(condition, b, c)
+            compare = self.random.choice([operator.lt, operator.le, operator.gt, operator.ge, operator.eq])
+            return operations.where(compare(a, b), b, c)
         if kind == "2^n":
             return operations.power_of_two(round_to_integer(operations.minimum(operations.maximum(a, -40.0), 40.0)))
         if kind == "/":

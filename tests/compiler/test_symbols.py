@@ -31,8 +31,10 @@ def shown(x):
 # ---------------------------------------------------------------- folding
 def test_exact_zeros_and_ones_fold_away(abc):
     a, b, _ = abc
-    for same in (a + 0.0, 0.0 + a, a - 0.0, a * 1.0, 1 * a, a / 1.0, -(-a), a * -1.0 * -1, a + 0, (a - b) * 1.0):
-        assert same is a or same is a - b
+    for same in (a + 0.0, 0.0 + a, a - 0.0, a * 1.0, 1 * a, a / 1.0, a * -1.0 * -1, a + 0):
+        assert same is a
+    opposite = -a
+    assert -opposite is a
     assert 0.0 - a is -a
     assert a / -1 is -a
     assert a * -1.0 is -a
@@ -233,13 +235,6 @@ def test_operation_counts(abc):
     a, b, c = abc
     x = operations.where(a < b, (a + b) / c, operations.sqrt(a * b - c)) * (a - b)
     counts = operation_counts(live((x,)))
-    assert counts == {
-        "add": 2,
-        "multiply": 1,
-        "fma": 1,
-        "divide": 1,
-        "sqrt": 1,
-        "select": 2,
-        "operations": 8,
-        "flops": 7,
-    }
+    assert counts.pop("operations") == sum(n for kind, n in counts.items() if kind != "flops") == 8
+    assert counts.pop("flops") == 2 + 1 + 2 * 1 + 1 + 1
+    assert counts == {"add": 2, "multiply": 1, "fma": 1, "divide": 1, "sqrt": 1, "select": 2}
