@@ -1,9 +1,9 @@
 """The named operations of kernels: what a number can do beside `+ - * /`.
 
 A kernel is a plain function of numbers. The same source runs on floats, on NumPy arrays (one value per run), on
-the compiler's jets and symbols, and on floats or lanes under `@njit`. On floats the operations are those of
-`math`, with IEEE results (NaN, not an exception, outside the domain). Arrays, symbols and lanes share the
-polynomials of `lienumba.vector_math`, so that a result never depends on a CPU's mathematics library.
+the compiler's jets and symbols, and on floats or lanes under `@njit`. Outside its domain an operation is NaN, never
+an exception. sin, cos, exp and atan2 are the polynomials of `lienumba.vector_math` on every kind of number, so that
+a result never depends on a mathematics library and the CPU that it looks for.
 """
 
 import math
@@ -35,49 +35,40 @@ def sqrt(x: Any) -> Any:
 
 
 def sin(x: Any) -> Any:
-    if _is_float(x):
-        return math.sin(x) if math.isfinite(x) else math.nan
-    from lienumba import vector_math
-
-    return x.sin() if hasattr(x, "sin") else vector_math.sin(x)
+    return x.sin() if hasattr(x, "sin") else vector_math().sin(x)
 
 
 def cos(x: Any) -> Any:
-    if _is_float(x):
-        return math.cos(x) if math.isfinite(x) else math.nan
-    from lienumba import vector_math
-
-    return x.cos() if hasattr(x, "cos") else vector_math.cos(x)
+    return x.cos() if hasattr(x, "cos") else vector_math().cos(x)
 
 
 def exp(x: Any) -> Any:
-    if _is_float(x):
-        return math.exp(x) if x < 709.782712893384 else x * math.inf
-    from lienumba import vector_math
-
-    return x.exp() if hasattr(x, "exp") else vector_math.exp(x)
+    return x.exp() if hasattr(x, "exp") else vector_math().exp(x)
 
 
 def atan2(y: Any, x: Any) -> Any:
-    if _is_float(x) and _is_float(y):
-        return math.atan2(y, x)
     for number in (y, x):
         if hasattr(number, "atan2"):
             return number.atan2(y, x)
+    return vector_math().atan2(y, x)
+
+
+def vector_math() -> Any:
+    """The polynomials; they stand on this module."""
     from lienumba import vector_math
 
-    return vector_math.atan2(y, x)
+    return vector_math
 
 
 def power_of_two(n: Any) -> Any:
     """2**n for an integral n in [-1022, 1023], exactly."""
     if _is_float(n):
-        return math.ldexp(1.0, int(n))
+        return math.ldexp(1.0, int(n)) if math.isfinite(n) else math.nan
     if hasattr(n, "power_of_two"):
         return n.power_of_two()
     import numpy as np
 
-    return np.ldexp(1.0, np.nan_to_num(n).astype(np.int64))
+    return np.where(np.isnan(n), np.nan, np.ldexp(1.0, np.nan_to_num(n).astype(np.int64)))
 
 
 def where(condition: Any, x: Any, y: Any) -> Any:

@@ -31,23 +31,20 @@ def register() -> None:
                 return lambda x: of_floats(x)
 
     unary(operations.sqrt, math.sqrt, lanes.sqrt)
-    unary(operations.sin, math.sin, vector_math.sin)
-    unary(operations.cos, math.cos, vector_math.cos)
-    unary(operations.exp, math.exp, vector_math.exp)
+    unary(operations.sin, vector_math.sin, vector_math.sin)
+    unary(operations.cos, vector_math.cos, vector_math.cos)
+    unary(operations.exp, vector_math.exp, vector_math.exp)
 
     @overload(operations.power_of_two, strict=False)
     def power_of_two(n: Any) -> Any:
         if n == lanes.lanes:
             return lambda n: lanes.power_of_two(n)
         if scalar(n):
-            return lambda n: math.ldexp(1.0, int(n))
+            return lambda n: math.ldexp(1.0, int(n)) if n == n else n
 
     @overload(operations.atan2, strict=False)
     def atan2(y: Any, x: Any) -> Any:
-        if lanes.lanes in (x, y):
-            return lambda y, x: vector_math.atan2(y, x)
-        if scalar(x) and scalar(y):
-            return lambda y, x: math.atan2(y, x)
+        return lambda y, x: vector_math.atan2(y, x)
 
     @overload(operations.where, strict=False)
     def where(condition: Any, x: Any, y: Any) -> Any:

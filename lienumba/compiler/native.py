@@ -70,9 +70,7 @@ def _machine(name: str, features: str) -> Any:
     from llvmlite import binding
 
     target = binding.Target.from_default_triple()
-    return target.create_target_machine(
-        cpu=name, features=features, opt=1, reloc="pic", codemodel="small", jit=True
-    )
+    return target.create_target_machine(cpu=name, features=features, opt=1, reloc="pic", codemodel="small", jit=True)
 
 
 def load(objects: bytes, names: list[str]) -> dict[str, int]:

@@ -15,7 +15,7 @@ from lienumba.mechanics import constraints
 from lienumba.mechanics.joints import JOINT_TYPES, separation
 from lienumba.mechanics.model import Model, Pose, map_numbers
 from lienumba.mechanics.projection import ROUNDING, placed
-from lienumba.operations import sqrt, where
+from lienumba.operations import cos, sqrt, where
 
 DEPENDENT = 1e-10  # a pivot below this fraction of its diagonal belongs to a row that adds nothing
 ACCEPTED = 1e-8  # largest violation of an assembled state, relative to its size
@@ -152,7 +152,7 @@ def _kicked(model: Model, state: Any, turns: set[int], angle: float, runs: int) 
     lost = _open(model, state, runs)
     x: list[Any] = [0.0] * (6 * len(state))
     for c in turns:  # axes spread by the golden angle: any fixed directions that no mechanism prefers
-        x[c] = angle * float(np.cos(2.399963 * (c + 1)))
+        x[c] = angle * cos(2.399963 * (c + 1))
     return _where(lost, placed(state, x), state)
 
 

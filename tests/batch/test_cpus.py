@@ -25,7 +25,9 @@ TARGETS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NPY_DISABLE_CPU_FEATURES", "
 def sweeps(**environment: str) -> dict[str, Any]:
     """CPU and hashes of the short sweeps in a process with these variables."""
     others = {key: value for key, value in os.environ.items() if key not in TARGETS}
-    done = subprocess.run([sys.executable, SCRIPT], env=others | environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, SCRIPT], env=others | environment, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr[-3000:]
     result: dict[str, Any] = json.loads(done.stdout)
     return result

@@ -51,7 +51,9 @@ def test_a_lane_that_needs_more_iterations_changes_no_other(monkeypatch: pytest.
     calm = run(data)
     edit_samples(monkeypatch, {3: {ROCK: 30.0}})
     wild = run(data)
-    more = wild["position_iterations"].sel(run=3) - wild["position_iterations"].drop_sel(run=3).isel(run=slice(0, 7)).max("run")
+    more = wild["position_iterations"].sel(run=3) - wild["position_iterations"].drop_sel(run=3).isel(
+        run=slice(0, 7)
+    ).max("run")
     assert (more.isel(time=slice(1, None)) >= 0).all()
     assert more.max() >= 1
     assert (wild["status"] == 0).all()

@@ -36,7 +36,12 @@ LINK = {"mass": 1.3, "inertia": [0.06, 0.05, 0.02, 0.004, -0.006, 0.005]}
 PENDULUM: dict[str, Any] = {  # two skew links, kicked out of their plane
     "model": {
         "bodies": [
-            {"name": "upper", **LINK, "rotation": {"rotation_vector": [0.4, 0.9, -0.2]}, "angular_velocity": [2, -3, 5]},
+            {
+                "name": "upper",
+                **LINK,
+                "rotation": {"rotation_vector": [0.4, 0.9, -0.2]},
+                "angular_velocity": [2, -3, 5],
+            },
             {
                 "name": "lower",
                 "mass": 0.8,
@@ -46,7 +51,12 @@ PENDULUM: dict[str, Any] = {  # two skew links, kicked out of their plane
             },
         ],
         "joints": [
-            {"name": "hang", "type": "spherical", "bodies": ["ground", "upper"], "points": [[0.1, 0, 0], [0, 0.02, 0.3]]},
+            {
+                "name": "hang",
+                "type": "spherical",
+                "bodies": ["ground", "upper"],
+                "points": [[0.1, 0, 0], [0, 0.02, 0.3]],
+            },
             {
                 "name": "elbow",
                 "type": "spherical",
@@ -71,11 +81,36 @@ LOOP: dict[str, Any] = {  # two bodies, a foot on the ground, four rods; five fr
             },
         ],
         "joints": [
-            {"name": "foot", "type": "spherical", "bodies": ["ground", "left"], "points": [[0, 0, 0], [-0.1, 0.05, 0.3]]},
-            {"name": "tie", "type": "distance", "bodies": ["left", "right"], "points": [[0.1, 0, -0.3], [0, 0.1, -0.2]]},
-            {"name": "rope", "type": "distance", "bodies": ["right", "ground"], "points": [[0, 0, 0.25], [1, 0.2, 0.4]]},
-            {"name": "stay", "type": "distance", "bodies": ["ground", "right"], "points": [[0.2, 0.9, 0], [0.1, 0.2, 0]]},
-            {"name": "brace", "type": "distance", "bodies": ["left", "right"], "points": [[0, 0.2, 0], [0.1, -0.1, 0.2]]},
+            {
+                "name": "foot",
+                "type": "spherical",
+                "bodies": ["ground", "left"],
+                "points": [[0, 0, 0], [-0.1, 0.05, 0.3]],
+            },
+            {
+                "name": "tie",
+                "type": "distance",
+                "bodies": ["left", "right"],
+                "points": [[0.1, 0, -0.3], [0, 0.1, -0.2]],
+            },
+            {
+                "name": "rope",
+                "type": "distance",
+                "bodies": ["right", "ground"],
+                "points": [[0, 0, 0.25], [1, 0.2, 0.4]],
+            },
+            {
+                "name": "stay",
+                "type": "distance",
+                "bodies": ["ground", "right"],
+                "points": [[0.2, 0.9, 0], [0.1, 0.2, 0]],
+            },
+            {
+                "name": "brace",
+                "type": "distance",
+                "bodies": ["left", "right"],
+                "points": [[0, 0.2, 0], [0.1, -0.1, 0.2]],
+            },
         ],
     }
 }

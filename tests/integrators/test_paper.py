@@ -102,9 +102,7 @@ def test_order_four_after_two_seconds_from_the_state(projection: tuple[str, str]
 
 def test_the_mass_centre_after_two_seconds() -> None:
     dataset = top(1e-5, MASS_WEIGHTED)
-    np.testing.assert_allclose(
-        state_at(dataset)[0][0], [-0.15041682, -0.72416559, -0.67302227], rtol=0, atol=6e-9
-    )
+    np.testing.assert_allclose(state_at(dataset)[0][0], [-0.15041682, -0.72416559, -0.67302227], rtol=0, atol=6e-9)
     assert errors(dataset).max() < 2e-11
     assert errors(top(1e-5, NONE)).max() < 2e-10
 

@@ -9,7 +9,11 @@ from scipy.optimize import root
 
 from .mechanisms import LOOP, PENDULUM, TOP, Twin, scenario, simulate, state_at, twin_of
 
-COARSE = {"top": (TOP, 8e-3), "pendulum": (PENDULUM, 0.06), "loop": (LOOP, 0.1)}  # steps of Heun that miss by millimetres
+COARSE = {
+    "top": (TOP, 8e-3),
+    "pendulum": (PENDULUM, 0.06),
+    "loop": (LOOP, 0.1),
+}  # steps of Heun that miss by millimetres
 
 
 def step(name: str, position: str, velocity: str) -> tuple[Any, Twin]:

@@ -215,15 +215,15 @@ def test_a_run_is_assembled_the_same_whichever_others_are_with_it():
 
 
 def test_a_run_that_cannot_be_assembled_moves_no_bit_elsewhere():
-    m, poses = varied(6)
-    alone = assembly.assemble(m, poses, 6)
-    for value in (-40.0, np.nan, np.inf):
+    m, poses = varied(4)
+    alone = assembly.assemble(m, poses, 4)
+    for value in (-40.0, np.nan):
         length = m.joints[3].length.copy()
         length[2] = value
         broken = replace(m, joints=(*m.joints[:3], replace(m.joints[3], length=length)))
-        done = assembly.assemble(broken, poses, 6)
-        assert done.good.tolist() == [True, True, False, True, True, True]
-        others = [0, 1, 3, 4, 5]
+        done = assembly.assemble(broken, poses, 4)
+        assert done.good.tolist() == [True, True, False, True]
+        others = [0, 1, 3]
         assert_same_bits(done.state[others], alone.state[others])
 
 
