@@ -13,7 +13,7 @@ from typing import Any
 from lienumba.compiler.symbols import Symbol, live, operation_counts
 
 W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
-SEGMENT = 600
+SEGMENT = 300
 ARRAYS = ("state", "parameters", "clock", "extra")
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"

@@ -128,7 +128,8 @@ class _Tracer:
     def stage(self, name: str) -> Kernel:
         """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
 
-        Its outputs go to the rows of one stage among those of all (see `slope_row`), behind them whether the KKT was sound.
+        Its outputs go to the rows of one stage among those of all (see `slope_row`); behind them stands whether the
+        KKT was sound.
         """
         graph, model = self.graph()
         sound: list[Any] = []

@@ -18,7 +18,7 @@ ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of the 
 
 
 def largest(rows: list[Any]) -> Any:
-    """The largest absolute value; NaN where any is NaN."""
+    """The largest absolute value of finite rows."""
     worst: Any = 0.0
     for row in rows:
         worst = maximum(worst, absolute(row))
