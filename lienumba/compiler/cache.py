@@ -5,10 +5,10 @@ of the package and of the versions below it. Inside, object code is found by the
 CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
 """
 
+import contextlib
 import functools
 import hashlib
 import os
-import pickle
 import platform
 import shutil
 import sys
@@ -29,7 +29,8 @@ def root() -> Path:
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "lienumba" / "cache"
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches" / "lienumba"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lienumba"
+    xdg = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache") / "lienumba"
 
 
 @functools.cache
@@ -60,12 +61,8 @@ def remember(key: str, make: Callable[[], bytes]) -> bytes:
     except OSError:
         pass
     made = make()
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(hashlib.sha256(made).digest() + made)
-        os.replace(file.name, path)
-    except OSError:
-        pass  # a full or read-only disk costs the next start its cache, nothing else
+    with contextlib.suppress(OSError):  # a full or read-only disk costs the next start its cache, nothing else
+        _write(path, hashlib.sha256(made).digest() + made)
     return made
 
 
@@ -76,14 +73,38 @@ def numba_cached(signature: Any, **options: Any) -> Callable[[Callable[..., Any]
         from numba import njit
         from numba.core import config
 
-        users = config.CACHE_DIR
-        config.CACHE_DIR = str(folder() / "numba")
+        users, path = config.CACHE_DIR, folder() / "numba"
+        if _checksums(path) != _written_checksums(path):
+            shutil.rmtree(path, ignore_errors=True)  # torn by a killed process, or damaged: it could crash this one
+        config.CACHE_DIR = str(path)
         try:
             return njit(signature, cache=True, **options)(function)
-        except (EOFError, OSError, ValueError, ImportError, AttributeError, pickle.UnpicklingError):
-            shutil.rmtree(config.CACHE_DIR, ignore_errors=True)  # a torn file of a killed process
-            return njit(signature, **options)(function)
+        except OSError:
+            return njit(signature, **options)(function)  # a full disk
         finally:
             config.CACHE_DIR = users
+            if (now := _checksums(path)) != _written_checksums(path):
+                with contextlib.suppress(OSError):
+                    _write(path.with_suffix(".sha256"), now.encode())
 
     return compile_now
+
+
+def _checksums(path: Path) -> str:
+    """The checksums of all files of a folder."""
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
+    return "".join(f"{hashlib.sha256(p.read_bytes()).hexdigest()} {p.name}\n" for p in files)
+
+
+def _written_checksums(path: Path) -> str:
+    try:
+        return path.with_suffix(".sha256").read_text()
+    except OSError:
+        return ""
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file in one step."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+        file.write(content)
+    os.replace(file.name, path)

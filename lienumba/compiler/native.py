@@ -1,7 +1,7 @@
 """LLVM text becomes machine code, through Numba's LLVM and for Numba's choice of CPU; kept in a cache on disk."""
 
-import ctypes
 import functools
+import hashlib
 import subprocess
 import sys
 from typing import Any
@@ -18,7 +18,7 @@ from lienumba.compiler.native import _emit
 sys.stdout.buffer.write(_emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
 """
 
-_engines: list[Any] = []  # machine code lives as long as its engine
+_loaded: dict[bytes, Any] = {}  # engines by object code: machine code lives as long as its engine
 
 
 @functools.cache
@@ -59,10 +59,12 @@ def _emit(text: str, name: str, features: str) -> bytes:
 def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
     command = [sys.executable, "-c", CHILD, name, features]
     try:
-        done = subprocess.run(command, input=text.encode(), capture_output=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
+        done = subprocess.run(command, input=text.encode(), capture_output=True)
+    except OSError:
         return _emit(text, name, features)  # no processes here: slower, the same code
-    return done.stdout
+    if done.returncode < 0:
+        raise RuntimeError(f"the compiling process was ended by signal {-done.returncode}")
+    return done.stdout if done.returncode == 0 else _emit(text, name, features)
 
 
 def _machine(name: str, features: str) -> Any:
@@ -77,9 +79,11 @@ def load(objects: bytes, names: list[str]) -> dict[str, int]:
     """The addresses of functions in object code. Calls the C library's `fma` where the CPU has none."""
     from llvmlite import binding
 
-    ctypes.CDLL(None)
-    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(*cpu()))
-    engine.add_object_file(binding.ObjectFileRef.from_data(objects))
-    engine.finalize_object()
-    _engines.append(engine)
+    key = hashlib.sha256(objects).digest()
+    if key not in _loaded:
+        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(*cpu()))
+        engine.add_object_file(binding.ObjectFileRef.from_data(objects))
+        engine.finalize_object()
+        _loaded[key] = engine
+    engine = _loaded[key]
     return {name: engine.get_function_address(name) for name in names}

@@ -111,7 +111,7 @@ def _staged_step(
     rows begin there.
     """
     stages = nodes.size
-    rotation, square, sound = splat(0.0), splat(0.0), splat(0.0)
+    rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
     for s in range(stages):
         store(clock, 0, splat(t + nodes[s] * h))
         combine = kernels[len(ORDER) + s]
@@ -119,14 +119,14 @@ def _staged_step(
             call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
             rotation = maximum(rotation, load(u, ALGEBRA * (i + 1)))
         call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
-        if s == 0:
-            sound = load(slopes, ALGEBRA * stages * k)
+        every = every * load(slopes + ROW * ALGEBRA * s, ALGEBRA * stages * k)
+        first = every if s == 0 else first
     for i in range(k):
         call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
              new + ROW * ELEMENT * i, work)  # fmt: skip
         rotation = maximum(rotation, load(new, ELEMENT * (i + 1)))
         square = square + load(new, ELEMENT * (i + 1) + 1)
-    store(new, ELEMENT * k, verdict(rotation, square, sound))
+    store(new, ELEMENT * k, verdict(rotation, square, first, every))
 
 
 @cache.numba_cached(

@@ -53,11 +53,13 @@ def advanced(h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[A
 
 
 @kernel
-def verdict(rotation: Any, square: Any, sound: Any) -> Any:
-    """The code of a step: from its largest squared rotation, its sum of squares, and whether its KKT was sound."""
-    code = where(rotation < LARGEST_STAGE, 0.0, codes.ROTATION)
-    code = where(sound > 0.0, code, codes.SINGULAR)
-    return where(square < codes.HUGE, code, codes.NON_FINITE)
+def verdict(rotation: Any, square: Any, first: Any, every: Any) -> Any:
+    """The code of a step, from its largest squared rotation, its sum of squares, and whether the KKT of its first stage
+    and of every stage was sound. Overflow makes later stages unsound: there it is the state that is not finite."""
+    code = where(every > 0.0, 0.0, codes.SINGULAR)
+    code = where(square < codes.HUGE, code, codes.NON_FINITE)
+    code = where(first > 0.0, code, codes.SINGULAR)
+    return where(rotation >= LARGEST_STAGE, codes.ROTATION, code)
 
 
 def step(

@@ -123,7 +123,11 @@ class _Tracer:
             h,
             lambda x, u, t: F(x) if u is None else munthe_kaas.slope(x, u, F, self.tableau.order),
         )
-        return {"step": self.kernel("step", (*flat(new), munthe_kaas.verdict(rotation, square, sound[0])))}
+        every = sound[0]
+        for stage_sound in sound[1:]:
+            every = every * stage_sound
+        code = munthe_kaas.verdict(rotation, square, sound[0], every)
+        return {"step": self.kernel("step", (*flat(new), code))}
 
     def stage(self, name: str) -> Kernel:
         """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
@@ -163,8 +167,7 @@ class _Tracer:
         solution = projection.position_correction(model, self.structure, now, list(x))
         rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(self.k)])
         new = projection.placed(hat, solution.x)
-        violation = projection.largest(constraints.residual(model, new))
-        violation = where(violation <= projection.position_floor(new), 0.0, violation)
+        violation = projection.position_violation(model, new)
         code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
         code = where(solution.sound > 0.0, code, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
@@ -178,8 +181,7 @@ class _Tracer:
             body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
             for i, body in enumerate(state)
         )
-        violation = projection.largest(constraints.rate_and_bias(model, new)[0])
-        violation = where(violation <= projection.velocity_floor(new), 0.0, violation)
+        violation = projection.velocity_violation(model, new)
         code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
         return self.kernel("velocity", (*flat(new), violation, code))
@@ -193,8 +195,8 @@ class _Tracer:
         named = {
             "kinetic_energy": [kinetic],
             "potential_energy": [potential],
-            "position_violation": [projection.largest(constraints.residual(model, state))],
-            "velocity_violation": [projection.largest(constraints.rate_and_bias(model, state)[0])],
+            "position_violation": [constraints.largest(constraints.residual(model, state))],
+            "velocity_violation": [constraints.largest(constraints.rate_and_bias(model, state)[0])],
             "multiplier": solution.mu,
             "joint_force": force,
             "joint_torque": torque,

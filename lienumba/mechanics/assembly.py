@@ -14,37 +14,36 @@ from lienumba.groups import so3
 from lienumba.mechanics import constraints
 from lienumba.mechanics.joints import JOINT_TYPES, separation
 from lienumba.mechanics.model import Model, Pose, map_numbers
-from lienumba.mechanics.projection import ROUNDING, placed
+from lienumba.mechanics.projection import ROUNDING, placed, position_violation
 from lienumba.operations import cos, sqrt, where
 
-DEPENDENT = 1e-10  # a pivot below this fraction of its diagonal belongs to a row that adds nothing
-ACCEPTED = 1e-8  # largest violation of an assembled state, relative to its size
+DEPENDENT = 1e-12  # a pivot below this fraction of its diagonal belongs to a row that adds nothing
+ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size of its joint, or speed of its points
 ITERATIONS = 50
 FAR = 10  # iterations that look for the least correction; where it is large they converge slowly, the rest fast
-KICKS = (0.0, 0.2, 0.7, 1.5)  # rad: where omitted rotations find no way from a straight start, they start again turned
+KICKS = (0.0, 0.2, 0.7, 1.5)  # rad: where no way leads from the start, the omitted bodies start again turned and moved
 
 Rows = dict[str, tuple[int, int]]
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """model: with every distance joint's length; state (runs, k, 18); per row of Phi (runs, m): the violations left.
-
-    `scale`, `speed` (runs,): the size of the positions (m) and velocities (m/s) that violations compare with.
+    """model: with every distance joint's length; state (runs, k, 18); per row of Phi (runs, m): the violations left
+    (m and m/s), and the limits up to which they are accepted.
     """
 
     model: Model
     state: np.ndarray
     position_violations: np.ndarray
     velocity_violations: np.ndarray
-    scale: np.ndarray
-    speed: np.ndarray
+    position_limits: np.ndarray
+    velocity_limits: np.ndarray
 
     @property
     def good(self) -> np.ndarray:
         """Whether each run fulfils its joints (runs,)."""
-        position = np.all(self.position_violations <= ACCEPTED * self.scale[:, None], axis=1)
-        velocity = np.all(self.velocity_violations <= ACCEPTED * self.speed[:, None], axis=1)
+        position = np.all(self.position_violations <= self.position_limits, axis=1)
+        velocity = np.all(self.velocity_violations <= self.velocity_limits, axis=1)
         return position & velocity & np.all(np.isfinite(self.state), axis=(1, 2))
 
 
@@ -141,28 +140,24 @@ def _solve_positions(model: Model, start: Any, free: set[int], runs: int) -> Any
 
 def _open(model: Model, state: Any, runs: int) -> np.ndarray:
     """Which runs do not fulfil their joints to rounding (runs,)."""
-    violation = np.max(np.abs(_stack(constraints.residual(model, state), runs)), axis=1, initial=0.0)
-    return ~(violation <= ROUNDING * _size([x for body in state for x in body[0:3]], runs))
+    return ~(np.broadcast_to(np.asarray(position_violation(model, state)), (runs,)) == 0.0)
 
 
-def _kicked(model: Model, state: Any, turns: set[int], angle: float, runs: int) -> Any:
-    """The state with the free rotations of the runs that are not assembled turned, each about an axis of its own."""
-    if angle == 0.0:
-        return state
+def _kicked(model: Model, state: Any, free: set[int], angle: float, runs: int) -> Any:
+    """The state with the free bodies of the runs that are not assembled turned, and moved by as much of their reach."""
     lost = _open(model, state, runs)
+    if angle == 0.0 or not np.any(lost):
+        return state
+    reach = constraints.largest(constraints.sizes(model, state)[0])
     x: list[Any] = [0.0] * (6 * len(state))
-    for c in turns:  # axes spread by the golden angle: any fixed directions that no mechanism prefers
-        x[c] = angle * cos(2.399963 * (c + 1))
+    for c in free:  # directions spread by the golden angle: any fixed ones that no mechanism prefers
+        x[c] = (angle * cos(2.399963 * (c + 1))) * (reach if c % 6 < 3 else 1.0)
     return _where(lost, placed(state, x), state)
 
 
 def _where(lost: np.ndarray, new: Any, old: Any) -> Any:
     """The new state in these runs, the old one in all others, bit for bit."""
     return tuple(tuple(where(lost, p, q) for p, q in zip(a, b, strict=True)) for a, b in zip(new, old, strict=True))
-
-
-def _size(numbers: list[Any], runs: int) -> np.ndarray:
-    return np.maximum(1.0, np.max(np.abs(_stack(numbers, runs)), axis=1, initial=0.0))
 
 
 def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
@@ -175,8 +170,8 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
     given = replace(model, joints=tuple(j for j in model.joints if j.type != "distance" or j.length is not None))
     with np.errstate(all="ignore"):
         state = _solve_positions(given, start, shifts, runs) if shifts else start
-        for kick in KICKS if turns else ():
-            state = _solve_positions(given, _kicked(given, state, turns, kick, runs), shifts | turns, runs)
+        for kick in KICKS if shifts or turns else ():
+            state = _solve_positions(given, _kicked(given, state, shifts | turns, kick, runs), shifts | turns, runs)
         model = _with_lengths(model, state)
         C = constraints.jacobian(model, state)
         velocities: list[Any] = []
@@ -196,6 +191,7 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
         velocities = [v + x for v, x in zip(velocities, change, strict=True)]
         final = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
         rates, _ = constraints.rate_and_bias(model, final)
+        reach, far, speed = constraints.sizes(model, final)
         phi = _stack(constraints.residual(model, final), runs)
         flat = _stack([x for body in final for x in body], runs)
     return Assembly(
@@ -203,8 +199,8 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
         flat.reshape(runs, len(poses), 18),
         np.abs(phi),
         np.abs(_stack(rates, runs)),
-        _size([x for body in final for x in body[0:3]], runs),
-        _size(velocities, runs),
+        ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
+        ACCEPTED * _stack(speed, runs) + ROUNDING * _stack([constraints.largest(velocities)], runs),
     )
 
 

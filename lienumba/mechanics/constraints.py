@@ -10,6 +10,7 @@ from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
 from lienumba.mechanics.joints import JOINT_TYPES, Placement
 from lienumba.mechanics.model import GROUND, Joint, Model
+from lienumba.operations import absolute, maximum
 
 Body = tuple[Any, ...]  # 18 numbers: an element of S
 AT_ORIGIN: Placement = ((0.0, 0.0, 0.0), so3.IDENTITY)
@@ -106,3 +107,38 @@ def loads(model: Model, bodies: tuple[Body, ...], multipliers: list[Any]) -> tup
         forces += force
         torques += so3.subtract(torque, so3.cross(arm, force))
     return forces, torques
+
+
+def sizes(model: Model, bodies: tuple[Body, ...]) -> tuple[list[Any], list[Any], list[Any]]:
+    """For every row of Phi: the size of its joint (m), of its bodies' positions (m), and of its points' speeds (m/s).
+
+    What a violation of the joint compares with, whatever else is in the model.
+    """
+    reach: list[Any] = []
+    far: list[Any] = []
+    speed: list[Any] = []
+    for joint in model.joints:
+        joint_reach: Any = 0.0 if joint.length is None else joint.length
+        joint_far: Any = 0.0
+        joint_speed: Any = 0.0
+        for i, p in zip(joint.bodies, joint.points, strict=True):
+            arm = largest(p)
+            joint_reach = maximum(joint_reach, arm)
+            if i == GROUND:
+                continue
+            joint_far = maximum(joint_far, largest(bodies[i][0:3]))
+            joint_speed = maximum(joint_speed, largest(bodies[i][12:15]))
+            joint_speed = maximum(joint_speed, arm * largest(bodies[i][15:18]))
+        rows = JOINT_TYPES[joint.type].rows
+        reach += [joint_reach] * rows
+        far += [joint_far] * rows
+        speed += [joint_speed] * rows
+    return reach, far, speed
+
+
+def largest(rows: Any) -> Any:
+    """The largest absolute value of finite rows."""
+    worst: Any = 0.0
+    for row in rows:
+        worst = maximum(worst, absolute(row))
+    return worst

@@ -11,28 +11,28 @@ from lienumba.groups import so3
 from lienumba.mechanics import constraints, kkt
 from lienumba.mechanics.dynamics import mass_matrix
 from lienumba.mechanics.model import Model
-from lienumba.operations import absolute, maximum
+from lienumba.operations import absolute, maximum, where
 
 EPSILON = 2.220446049250313e-16
-ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of the state, are rounding
+ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
-def largest(rows: list[Any]) -> Any:
-    """The largest absolute value of finite rows."""
+def position_violation(model: Model, state: tuple[Any, ...]) -> Any:
+    """The largest violation (m) that is more than the rounding of its joint; 0 if there is none."""
+    reach, far, _ = constraints.sizes(model, state)
     worst: Any = 0.0
-    for row in rows:
-        worst = maximum(worst, absolute(row))
+    for phi, p, r in zip(constraints.residual(model, state), reach, far, strict=True):
+        worst = maximum(worst, where(absolute(phi) <= ROUNDING * (p + r), 0.0, absolute(phi)))
     return worst
 
 
-def position_floor(state: tuple[Any, ...]) -> Any:
-    """The violation (m) that rounding alone makes."""
-    return ROUNDING * maximum(largest([x for body in state for x in body[0:3]]), 1.0)
-
-
-def velocity_floor(state: tuple[Any, ...]) -> Any:
-    """The violation (m/s) that rounding alone makes."""
-    return ROUNDING * maximum(largest([x for body in state for x in body[12:18]]), 1.0)
+def velocity_violation(model: Model, state: tuple[Any, ...]) -> Any:
+    """The largest rate of a violation (m/s) that is more than the rounding of its joint; 0 if there is none."""
+    _, _, speed = constraints.sizes(model, state)
+    worst: Any = 0.0
+    for rate, v in zip(constraints.rate_and_bias(model, state)[0], speed, strict=True):
+        worst = maximum(worst, where(absolute(rate) <= ROUNDING * v, 0.0, absolute(rate)))
+    return worst
 
 
 def placed(state: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:

@@ -27,6 +27,12 @@ def check_labels(labels: Sequence[int], runs: int) -> None:
     """Every label must be a run of the sweep, or -1, the nominal run."""
     if not labels:
         raise ScenarioError("runs = []: names no run; give labels such as 3,17, or leave it out for all runs")
+    strange = [label for label in labels if isinstance(label, bool) or not hasattr(label, "__index__")]
+    if strange:
+        raise ScenarioError(f"runs: {strange[0]!r} is not a label; give whole numbers such as 3 and 17")
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if list(labels).count(label) > 1)
+        raise ScenarioError(f"runs: {twice} is named twice; name each run once")
     wrong = [label for label in labels if not -1 <= label < runs]
     if wrong:
         raise ScenarioError(

@@ -140,16 +140,17 @@ def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
     """A number that the sweep varies has no single value to set."""
     if tokens[0] != "model":
         return
+    model = data["model"] if isinstance(data.get("model"), dict) else {}
+    tokens = paths.named(tokens, model)
     sweep = data.get("sweep")
     varied = sweep.get("vary") if isinstance(sweep, dict) else None
     for path in varied if isinstance(varied, dict) else ():
         try:
-            other = paths.parse(path)
+            other = paths.named(paths.parse(path), model)
         except paths.PathError:
             continue
-        other = other[1:] if other[0] == "model" else other
-        shared = min(len(other), len(tokens) - 1)
-        if other[:shared] == tokens[1 : shared + 1]:
+        shared = min(len(other), len(tokens))
+        if other[:shared] == tokens[:shared]:
             raise paths.PathError(
                 f'is varied by sweep.vary."{path}", so it cannot be set; '
                 f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary"

@@ -52,10 +52,20 @@ def text_of(tokens: list[Token]) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def canonical(text: str) -> str:
-    """The text by which a path of the model is known: without spaces and without `model.`."""
-    tokens = parse(text)
-    return text_of(tokens[1:] if tokens[0] == "model" else tokens)
+def canonical(text: str, model: dict[str, Any]) -> str:
+    """The text by which a path of the model is known: without spaces, without `model.`, bodies and joints by name."""
+    return text_of(named(parse(text), model))
+
+
+def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
+    """The path without `model`, and with the name of a body or joint that is given by its index."""
+    tokens = tokens[1:] if tokens[0] == "model" else tokens
+    items = model.get(tokens[0]) if tokens and isinstance(tokens[0], str) else None
+    if len(tokens) > 1 and isinstance(tokens[1], int) and isinstance(items, list) and tokens[1] < len(items):
+        item = items[tokens[1]]
+        if isinstance(item, dict) and isinstance(item.get("name"), str):
+            return [tokens[0], item["name"], *tokens[2:]]
+    return tokens
 
 
 def child(node: Any, token: Token) -> Any:

@@ -54,14 +54,15 @@ def _violations(done: assembly.Assembly, run: int) -> list[str]:
         first, rows = assembly.rows_of(done.model)[joint.name]
         gap = float(done.position_violations[run, first : first + rows].max())
         rate = float(done.velocity_violations[run, first : first + rows].max())
-        limit, speed = assembly.ACCEPTED * float(done.scale[run]), assembly.ACCEPTED * float(done.speed[run])
+        limit, speed = float(done.position_limits[run, first]), float(done.velocity_limits[run, first])
         where = f"model.joints.{joint.name}"
         bodies = " and ".join(done.model.bodies[i].name for i in joint.bodies if i >= 0)
         if not gap <= limit:
             what = "its points do not meet" if joint.type == "spherical" else "its points are not at its length"
             problems.append(
                 f"{where}: {what} at t = 0: they miss by {gap:.3g} m, at most {limit:.1g} m is allowed; correct the "
-                f"points or the position and rotation of {bodies}, or omit those that shall be solved for"
+                f"points or the position and rotation of {bodies}, or omit those that shall be solved for; where "
+                "all are omitted, give a position near the joints"
             )
         elif not rate <= speed:
             problems.append(
@@ -73,7 +74,8 @@ def _violations(done: assembly.Assembly, run: int) -> list[str]:
 
 
 def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
-    """Sample, build and assemble these runs. A run that does not fit is marked; if none fits, that is an error."""
+    """Sample, build and assemble these runs. A run that does not fit is marked; if none of a sweep fits, that is an
+    error of the scenario."""
     import numpy as np
 
     check_initial(scenario)
@@ -84,7 +86,7 @@ def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
     done = assembly.assemble(model, poses, runs)
     bad = unphysical(model, poses, runs)
     codes = np.where(bad, INVALID, np.where(done.good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
-    if np.all(codes == NOT_ASSEMBLED):
+    if runs > 1 and runs == data.sweep.runs and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
         reasons = "\n".join(_violations(done, 0))
         raise ScenarioError(

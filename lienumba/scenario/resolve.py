@@ -124,5 +124,6 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if output.every is None and output.times is None:
         every = timegrid.default_interval(integrator.end_time, integrator.step)
         output = output.model_copy(update={"every": every})
-    vary = {paths.canonical(path): distribution for path, distribution in sweep.vary.items()}
+    model = data.model.model_dump()
+    vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import ScenarioError
 from lienumba.scenario.arguments import check_labels
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
@@ -56,6 +57,8 @@ def run(
             warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
     labels = list(range(data.sweep.runs)) if runs is None else list(runs)
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
     check_labels(labels, data.sweep.runs)
     if output is not None:
         check_target(output, overwrite)
@@ -111,7 +114,7 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,
-        outputs=np.asarray(resolved.output_steps, np.int64),
+        outputs=np.unique([0, *resolved.output_steps]).astype(np.int64),  # the start too: energies count from it
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
     )
@@ -140,7 +143,7 @@ class _Collector:
     def take(self, chunk: Any) -> None:
         values = self.layout.unpack(chunk.records)
         for name, array in self.series.items():
-            array[chunk.runs] = values[name]
+            array[chunk.runs] = values[name][:, -array.shape[1] :]
         for name, array in self.summaries.items():
             array[chunk.runs] = self.layout.summarise(name, values)
         self.codes[chunk.runs] = chunk.codes

@@ -37,7 +37,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
             continue  # a path without its quotes, which `messages` explains
         try:
             nominal = _nominal(path, model)
-            name = paths.canonical(path)
+            name = paths.canonical(path, model)
             if name in seen:
                 raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
             seen[name] = path

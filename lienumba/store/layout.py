@@ -49,9 +49,9 @@ VARIABLES: dict[str, Variable] = {
     "end_time": Variable(RUN, "s", "simulated time that the run reached"),
     "steps": Variable(RUN, "1", "accepted steps", dtype="int64"),
     "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
-    "max_position_violation": Variable(RUN, "m", "largest position violation of the run"),
-    "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation of the run"),
-    "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual of the run"),
+    "max_position_violation": Variable(RUN, "m", "largest position violation at the stored times"),
+    "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation at the stored times"),
+    "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual at the stored times"),
 }
 # Counts are NaN after a failure, as everything is; the file holds them as integers, and NaN as this.
 NO_COUNT = -1
