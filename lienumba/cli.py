@@ -4,6 +4,7 @@ Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing 
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -97,7 +98,8 @@ def run(
         if not quiet:
             from lienumba.analysis.summary import summarise
 
-            console.print_summary(summarise(dataset), target)
+            with console.unheard():
+                console.print_summary(summarise(dataset), target)
         if failed:
             raise typer.Exit(console.SOME_FAILED)
 
@@ -155,4 +157,7 @@ def doctor() -> None:
 
 def main() -> None:
     """The entry point of the command `lienumba`."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a title may hold what this terminal's encoding cannot show
     app()

@@ -1,11 +1,12 @@
 """What a person sees while lienumba works: errors, warnings, progress and the summary."""
 
 import itertools
+import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
@@ -69,7 +70,7 @@ def print_warnings(warnings: list[str]) -> None:
 @contextmanager
 def progress(quiet: bool) -> Iterator[Callable[[Any], None] | None]:
     """A function that shows the runner's events: a bar on a terminal, else lines; None when quiet."""
-    if quiet:
+    if quiet or sys.stderr is None:
         yield None
     elif sys.stderr.isatty():
         yield from _bar()
@@ -77,6 +78,16 @@ def progress(quiet: bool) -> Iterator[Callable[[Any], None] | None]:
         lines = ProgressLines(sys.stderr)
         with lines:
             yield lines
+
+
+@contextmanager
+def unheard() -> Iterator[None]:
+    """Nobody may be listening (a closed or full stream): that stops no run and changes no exit code."""
+    try:
+        yield
+    except (OSError, ValueError, AttributeError):
+        with suppress(Exception):
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
 
 
 def _bar() -> Iterator[Callable[[Event], None]]:
@@ -147,7 +158,8 @@ class ProgressLines:
 
     def _print(self, text: str) -> None:
         self.printed = self.clock()
-        print(text, file=self.stream, flush=True)
+        with suppress(OSError, ValueError):  # whoever listened has gone: that stops no run
+            print(text, file=self.stream, flush=True)
 
 
 def _is_over(event: Event | None) -> bool:

@@ -69,8 +69,10 @@ class Layout:
         values["position_iterations"] = records[:, :, -2]
         values["velocity_iterations"] = records[:, :, -1]
         values["energy"] = values["kinetic_energy"] + values["potential_energy"]
-        values["work"] = 0.0 * values["energy"]  # no driver, actuator or damper yet; NaN after a failure
-        values["energy_residual"] = values["energy"] - values["work"] - values["energy"][:, :1]
+        energy = values["energy"]
+        values["work"] = np.where(np.isnan(energy), np.nan, 0.0)  # there is no driver, actuator or damper
+        with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
+            values["energy_residual"] = energy - values["work"] - energy[:, :1]
         return values
 
     def summarise(self, name: str, values: Values) -> np.ndarray:

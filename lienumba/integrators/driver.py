@@ -117,14 +117,14 @@ def _staged_step(
         combine = kernels[len(ORDER) + s]
         for i in range(k if combine != 0 else 0):
             call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
-            rotation = maximum(rotation, load(u, ALGEBRA * (i + 1)))
+            rotation = maximum(load(u, ALGEBRA * (i + 1)), rotation)
         call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
         every = every * load(slopes + ROW * ALGEBRA * s, ALGEBRA * stages * k)
         first = every if s == 0 else first
     for i in range(k):
         call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
              new + ROW * ELEMENT * i, work)  # fmt: skip
-        rotation = maximum(rotation, load(new, ELEMENT * (i + 1)))
+        rotation = maximum(load(new, ELEMENT * (i + 1)), rotation)
         square = square + load(new, ELEMENT * (i + 1) + 1)
     store(new, ELEMENT * k, verdict(rotation, square, first, every))
 

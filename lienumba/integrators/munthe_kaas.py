@@ -30,7 +30,7 @@ def promised(u: Algebra) -> Any:
     """The largest squared rotation of u, which the driver keeps below LARGEST_STAGE."""
     worst: Any = 0.0
     for z in u:
-        worst = maximum(worst, at_most(so3.dot(z[3:6], z[3:6]), LARGEST_STAGE))
+        worst = maximum(at_most(so3.dot(z[3:6], z[3:6]), LARGEST_STAGE), worst)
     return worst
 
 
@@ -78,14 +78,14 @@ def step(
         u = []
         for f in slopes if any(row) else ():
             z, turned = combination(h, row, f)
-            rotation = maximum(rotation, turned)
+            rotation = maximum(turned, rotation)
             u.append(z)
         for f, new in zip(slopes, stage(x, tuple(u) or None, t + float(c) * h), strict=True):
             f.append(new)
     end = []
     for body, f in zip(x, slopes, strict=True):
         state_, turned, length = advanced(h, tableau, body, f)
-        rotation = maximum(rotation, turned)
+        rotation = maximum(turned, rotation)
         square = square + length
         end.append(state_)
     return tuple(end), rotation, square

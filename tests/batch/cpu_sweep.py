@@ -29,7 +29,6 @@ def rotations() -> str:
 
 def main() -> None:
     from batch import sweeps
-
     from lienumba.compiler import native
 
     found = {name: hashes(sweeps.run(sweep(runs=12))) for name, sweep in sweeps.SWEEPS.items()}

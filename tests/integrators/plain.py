@@ -6,7 +6,7 @@ import numpy as np
 
 from lienumba.integrators import munthe_kaas
 from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics import constraints, dynamics, kkt, projection
+from lienumba.mechanics import dynamics, kkt, projection
 from lienumba.scenario.resolve import resolve
 
 from .mechanisms import start_of
@@ -49,8 +49,8 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, toleran
     for iteration in range(1, 20):
         x = projection.position_correction(model, structure, state, x).x
         state = projection.placed(hat, x)
-        violation = projection.largest(constraints.residual(model, state))
-        if violation <= max(tolerance, projection.position_floor(state)):
+        violation = projection.position_violation(model, state)
+        if violation <= tolerance:
             return state, iteration
     raise RuntimeError(f"left {violation}")
 
@@ -61,8 +61,8 @@ def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, sett
         state = tuple(
             (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)
         )
-        violation = projection.largest(constraints.rate_and_bias(model, state)[0])
-        if violation <= max(settings.tolerance, projection.velocity_floor(state)):
+        violation = projection.velocity_violation(model, state)
+        if violation <= settings.tolerance:
             return state, iteration
     raise RuntimeError(f"left {violation}")
 

@@ -33,7 +33,7 @@ def solve(S: Any, b: Any) -> Any:
 
 
 def field(x: Any) -> Any:
-    """F of the heavy top: the force l in the pivot, body frame, from (I/m - p~ J^-1 p~) l = the points' acceleration."""
+    """F of the heavy top: the pivot's force l, body frame, from (I/m - p~ J^-1 p~) l = the points' acceleration."""
     R, v, w = x[3:12], x[12:15], x[15:18]
     gyro = over(so3.cross(times(INERTIA, w), w), INERTIA)
     b = so3.subtract(

@@ -25,10 +25,12 @@ MODEL = {
         ("bodies.b.inertia[1][0]", "bodies.b.inertia[1][0]", 0.0),
         ("joints.j.points[1][2]", "joints.j.points[1][2]", 5.0),
         ('bodies."a".mass', "bodies.a.mass", 1.0),
+        ("bodies[1].mass", "bodies.b.mass", 2.0),
+        ("model.joints[0].points[1][2]", "joints.j.points[1][2]", 5.0),
     ],
 )
 def test_get(text: str, canonical: str, value: float) -> None:
-    assert paths.canonical(text) == canonical
+    assert paths.canonical(text, MODEL) == canonical
     assert paths.get(MODEL, paths.parse(canonical)) == value
 
 
@@ -48,7 +50,7 @@ def test_every_numeric_path_leads_to_its_number() -> None:
     found = paths.numeric_paths(MODEL)
     assert len(found) == len(set(found)) == 3 + 5 + 5 + 6
     for path in found:
-        assert paths.canonical(path) == path
+        assert paths.canonical(path, MODEL) == path
         assert isinstance(paths.get(MODEL, paths.parse(path)), float)
 
 
