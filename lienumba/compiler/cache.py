@@ -5,6 +5,7 @@ of the package and of the versions below it. Inside, object code is found by the
 CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
 """
 
+import atexit
 import contextlib
 import functools
 import hashlib
@@ -48,7 +49,9 @@ def folder() -> Path:
         with tempfile.TemporaryFile(dir=path):
             return path
     except OSError:
-        return Path(tempfile.mkdtemp(prefix="lienumba-cache-"))
+        path = Path(tempfile.mkdtemp(prefix="lienumba-cache-"))
+        atexit.register(shutil.rmtree, path, ignore_errors=True)
+        return path
 
 
 def remember(key: str, make: Callable[[], bytes]) -> bytes:
