@@ -113,6 +113,27 @@ def test_a_torn_file_of_numba_is_made_again(folder):
             assert python(JITTED, folder) in ("0", "1")
 
 
+def test_a_flipped_byte_in_a_file_of_numba_is_seen(folder):
+    """Its machine code would run, and crash, without a word."""
+    python(JITTED, folder)
+    (code,) = folder.rglob("*.nbc")
+    for place in (0.3, 0.6, 0.9):
+        content = bytearray(code.read_bytes())
+        content[int(place * len(content))] ^= 0x55
+        code.write_bytes(content)
+        assert python(JITTED, folder) == "0"  # no hit: compiled again
+        assert python(JITTED, folder) == "1"
+        (code,) = folder.rglob("*.nbc")
+
+
+def test_an_empty_or_relative_xdg_cache_home_is_none(monkeypatch):
+    """As its specification says; else the cache would lie in the working directory."""
+    monkeypatch.delenv("LIENUMBA_CACHE_DIR", raising=False)
+    for value in ("", "relative"):
+        monkeypatch.setenv("XDG_CACHE_HOME", value)
+        assert cache.root().is_absolute()
+
+
 # ---------------------------------------------------------------- an edited package
 def test_an_edit_of_any_source_file_leads_to_another_folder(tmp_path, folder):
     """Also in another module than the one that holds the kernel: numba's own cache is blind to that."""
@@ -199,7 +220,7 @@ def test_without_a_writable_folder_it_still_works(tmp_path):
     count, path = compiled(tmp_path / "file" / "cache", SCRIPTS=str(tmp_path))
     assert count == 1
     assert tmp_path not in path.parents
-    shutil.rmtree(path)
+    assert not path.exists()  # it went with its process
 
 
 def test_a_folder_that_vanishes_costs_the_entry_only(here):
