@@ -77,6 +77,21 @@ def test_a_stage_may_turn_by_five_radians_but_not_by_six(monkeypatch: pytest.Mon
     assert dataset["status"].values.tolist() == [statuses.SUCCESS, statuses.ROTATION, statuses.SUCCESS]
 
 
+def test_a_stage_counts_even_where_the_whole_step_turns_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Heun's second stage turns by 6 rad; gravity all but stops the body meanwhile, so that the step turns by 3."""
+    data = top(runs=3, end=0.001, output={"every": 0.001}, projection={"position": "none", "velocity": "none"})
+    data["integrator"]["method"] = "heun"
+    data["model"]["bodies"][0]["angular_velocity"] = [6000, 0, 0]
+    data["sweep"]["vary"] = {"gravity[2]": {"distribution": "normal", "std": 0.01}}
+    edit_samples(monkeypatch, {1: {"gravity[2]": -6e6}})
+    heavy = run(data)
+    assert heavy["status"].values.tolist() == [statuses.ROTATION] * 3
+    data["model"]["bodies"][0]["angular_velocity"] = [5800, 0, 0]
+    slower = run(data)
+    assert slower["status"].values.tolist() == [statuses.SUCCESS] * 3
+    assert float(slower["angular_velocity"].sel(run=1)[-1, 0, 0]) < 2000
+
+
 @pytest.mark.parametrize("weight", [1e200, -1e306])
 def test_non_finite(weight: float, monkeypatch: pytest.MonkeyPatch) -> None:
     data = top(runs=20)
