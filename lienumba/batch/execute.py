@@ -56,7 +56,7 @@ class Chunk:
 def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) -> Iterator[Chunk]:
     """Yield the chunks as they finish. `report(runs done, runs failed)` is called a few times per second.
 
-    An interrupt stops all workers at their next output and is raised again.
+    An interrupt stops all workers at their next step and is raised again.
     """
     stop = np.zeros(1, np.int64)
     slices = list(_slices(batch, workers))

@@ -80,10 +80,11 @@ def _cut(order: list[Symbol]) -> list[list[Symbol]]:
     segments: list[list[Symbol]] = [[]]
     size = 0
     for node in order:
-        size += 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
-        if size > SEGMENT:
+        cost = 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
+        if size + cost > SEGMENT and segments[-1]:
             segments.append([])
             size = 0
+        size += cost
         segments[-1].append(node)
     return segments
 

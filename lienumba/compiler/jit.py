@@ -22,18 +22,21 @@ def register() -> None:
     def scalar(x: Any) -> bool:
         return isinstance(x, types.Number)
 
-    def unary(operation: Any, of_floats: Any, of_lanes: Any) -> None:
+    @overload(operations.sqrt, strict=False)
+    def sqrt(x: Any) -> Any:
+        if x == lanes.lanes:
+            return lambda x: lanes.sqrt(x)
+        if scalar(x):
+            return lambda x: math.sqrt(x)
+
+    def polynomial(operation: Any, of_any_number: Any) -> None:
         @overload(operation, strict=False)
         def choose(x: Any) -> Any:
-            if x == lanes.lanes:
-                return lambda x: of_lanes(x)
-            if scalar(x):
-                return lambda x: of_floats(x)
+            return lambda x: of_any_number(x)
 
-    unary(operations.sqrt, math.sqrt, lanes.sqrt)
-    unary(operations.sin, vector_math.sin, vector_math.sin)
-    unary(operations.cos, vector_math.cos, vector_math.cos)
-    unary(operations.exp, vector_math.exp, vector_math.exp)
+    polynomial(operations.sin, vector_math.sin)
+    polynomial(operations.cos, vector_math.cos)
+    polynomial(operations.exp, vector_math.exp)
 
     @overload(operations.power_of_two, strict=False)
     def power_of_two(n: Any) -> Any:

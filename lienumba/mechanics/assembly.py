@@ -12,7 +12,7 @@ import numpy as np
 
 from lienumba.groups import so3
 from lienumba.mechanics import constraints
-from lienumba.mechanics.joints import JOINT_TYPES, separation
+from lienumba.mechanics.joints import rows_of, separation
 from lienumba.mechanics.model import Model, Pose, map_numbers
 from lienumba.mechanics.projection import ROUNDING, placed, position_violation
 from lienumba.operations import cos, sqrt, where
@@ -22,8 +22,6 @@ ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size
 ITERATIONS = 50
 FAR = 10  # iterations that look for the least correction; where it is large they converge slowly, the rest fast
 KICKS = (0.0, 0.2, 0.7, 1.5)  # rad: where no way leads from the start, the omitted bodies start again turned and moved
-
-Rows = dict[str, tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -45,16 +43,6 @@ class Assembly:
         position = np.all(self.position_violations <= self.position_limits, axis=1)
         velocity = np.all(self.velocity_violations <= self.velocity_limits, axis=1)
         return position & velocity & np.all(np.isfinite(self.state), axis=(1, 2))
-
-
-def rows_of(model: Model) -> Rows:
-    """First row and number of rows of every joint."""
-    rows: Rows = {}
-    first = 0
-    for joint in model.joints:
-        rows[joint.name] = (first, JOINT_TYPES[joint.type].rows)
-        first += JOINT_TYPES[joint.type].rows
-    return rows
 
 
 def _stack(rows: list[Any], runs: int) -> np.ndarray:
@@ -180,13 +168,14 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
             velocities += (p.velocity or zero) + (p.angular_velocity or zero)
             free |= {6 * i + c for c in range(3)} if p.velocity is None else set()
             free |= {6 * i + c for c in range(3, 6)} if p.angular_velocity is None else set()
-        rows = _rates(C, velocities, len(constraints.residual(model, state)))
+        held = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
+        rates, _ = constraints.rate_and_bias(model, held)
         inverse: dict[tuple[int, int], Any] = {}
         for i, body in enumerate(model.bodies):
             every = {(6 * i + c, 6 * i + c): 1.0 / body.mass for c in range(3)} | _inverse_inertia(model, i)
             inverse |= {key: value for key, value in every.items() if key[0] in free}
         change = _least(
-            {key: v for key, v in C.items() if key[1] in free}, inverse, [-r for r in rows], len(velocities)
+            {key: v for key, v in C.items() if key[1] in free}, inverse, [-rate for rate in rates], len(velocities)
         )
         velocities = [v + x for v, x in zip(velocities, change, strict=True)]
         final = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
@@ -202,13 +191,6 @@ def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
         ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
         ACCEPTED * _stack(speed, runs) + ROUNDING * _stack([constraints.largest(velocities)], runs),
     )
-
-
-def _rates(C: dict[tuple[int, int], Any], velocities: list[Any], m: int) -> list[Any]:
-    rows: list[Any] = [0.0] * m
-    for (row, c), value in C.items():
-        rows[row] = rows[row] + value * velocities[c]
-    return rows
 
 
 def _with_lengths(model: Model, state: Any) -> Model:
@@ -228,13 +210,14 @@ def dependent_joint(model: Model, state: np.ndarray) -> tuple[str, int, int] | N
 
     `state` (k, 18) is that of the first run, which decides for all.
     """
-    C = np.zeros((sum(n for _, n in rows_of(model).values()), 6 * len(model.bodies)))
+    rows = rows_of(model)
+    C = np.zeros((rows[-1].stop if rows else 0, 6 * len(model.bodies)))
     for key, value in constraints.jacobian(model, tuple(tuple(float(x) for x in body) for body in state)).items():
         C[key] = np.asarray(value, float).reshape(-1)[0]
     if not len(C) or np.linalg.matrix_rank(C, tol=1e-9 * np.abs(C).max()) == len(C):
         return None
-    for name, (first, rows) in rows_of(model).items():
-        rank = int(np.linalg.matrix_rank(C[: first + rows], tol=1e-9 * np.abs(C).max()))
-        if rank < first + rows:
-            return name, rank, first + rows
+    for joint, own in zip(model.joints, rows, strict=True):
+        rank = int(np.linalg.matrix_rank(C[: own.stop], tol=1e-9 * np.abs(C).max()))
+        if rank < own.stop:
+            return joint.name, rank, own.stop
     return None

@@ -8,7 +8,7 @@ from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
-from lienumba.mechanics.joints import JOINT_TYPES, Placement
+from lienumba.mechanics.joints import JOINT_TYPES, Placement, rows_of
 from lienumba.mechanics.model import GROUND, Joint, Model
 from lienumba.operations import absolute, maximum
 
@@ -75,8 +75,7 @@ def columns(joint: Joint, a: Placement, b: Placement, side: int) -> list[list[An
 def jacobian(model: Model, bodies: tuple[Body, ...]) -> dict[tuple[int, int], Any]:
     """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5."""
     entries: dict[tuple[int, int], Any] = {}
-    first = 0
-    for joint in model.joints:
+    for joint, rows in zip(model.joints, rows_of(model), strict=True):
         a, b = (placement(bodies, i) for i in joint.bodies)
         for side, i in enumerate(joint.bodies):
             if i == GROUND:
@@ -84,8 +83,7 @@ def jacobian(model: Model, bodies: tuple[Body, ...]) -> dict[tuple[int, int], An
             for row, values in enumerate(columns(joint, a, b, side)):
                 for c, x in enumerate(values):
                     if not (isinstance(x, float) and x == 0.0):
-                        entries[first + row, 6 * i + c] = x
-        first += JOINT_TYPES[joint.type].rows
+                        entries[rows.start + row, 6 * i + c] = x
     return entries
 
 
@@ -93,11 +91,9 @@ def loads(model: Model, bodies: tuple[Body, ...], multipliers: list[Any]) -> tup
     """Force (N) and torque (N m) of every joint on its second body at its point there, global frame, 3 each."""
     forces: list[Any] = []
     torques: list[Any] = []
-    first = 0
-    for joint in model.joints:
+    for joint, rows in zip(model.joints, rows_of(model), strict=True):
         a, b = (placement(bodies, i) for i in joint.bodies)
-        mu = multipliers[first : first + JOINT_TYPES[joint.type].rows]
-        first += len(mu)
+        mu = multipliers[rows]
         load: list[Any] = [0.0] * 6
         for row, m in zip(columns(joint, a, b, 1), mu, strict=True):
             load = [total - x * m for total, x in zip(load, row, strict=True)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.model import Joint
+from lienumba.mechanics.model import Joint, Model
 
 Placement = tuple[Any, Any]  # r (3), R (9)
 
@@ -41,3 +41,13 @@ JOINT_TYPES: dict[str, JointType] = {
     "spherical": JointType(3, spherical),
     "distance": JointType(1, distance),
 }
+
+
+def rows_of(model: Model) -> list[slice]:
+    """Which rows of Phi belong to each joint."""
+    slices: list[slice] = []
+    first = 0
+    for joint in model.joints:
+        slices.append(slice(first, first + JOINT_TYPES[joint.type].rows))
+        first = slices[-1].stop
+    return slices

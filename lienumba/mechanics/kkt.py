@@ -7,7 +7,7 @@ pivoting unnecessary (`lienumba.mechanics.order`); the smallest pivot tells whet
 from dataclasses import dataclass
 from typing import Any
 
-from lienumba.mechanics.joints import JOINT_TYPES
+from lienumba.mechanics.joints import rows_of
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.order import elimination_order
 from lienumba.operations import where
@@ -27,14 +27,17 @@ class Structure:
 
     @staticmethod
     def of(model: Model) -> "Structure":
-        k = len(model.bodies)
-        rows = [JOINT_TYPES[joint.type].rows for joint in model.joints]
-        first = [sum(rows[:j]) for j in range(len(rows))]
+        k, rows = len(model.bodies), rows_of(model)
         order: list[int] = []
-        for block in elimination_order(k, list(zip([j.bodies for j in model.joints], rows, strict=True))):
-            start, size = (6 * block, 6) if block < k else (6 * k + first[block - k], rows[block - k])
-            order += range(start, start + size)
-        return Structure(k, sum(rows), tuple(order))
+        ends: list[tuple[tuple[int, ...], int]] = [
+            (joint.bodies, r.stop - r.start) for joint, r in zip(model.joints, rows, strict=True)
+        ]
+        for block in elimination_order(k, ends):
+            if block < k:
+                order += range(6 * block, 6 * block + 6)
+            else:
+                order += range(6 * k + rows[block - k].start, 6 * k + rows[block - k].stop)
+        return Structure(k, rows[-1].stop if rows else 0, tuple(order))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ class _Group:
     bodies: set[int]
     joints: set[int] = field(default_factory=set)
     waiting: set[int] = field(default_factory=set)  # eliminated joints with a body still to come
-    tied: bool = False
 
     def joined(self, others: "list[_Group]", joint: int | None) -> "_Group":
         every = [self, *others]
@@ -30,14 +29,14 @@ class _Group:
             set().union(*(g.bodies for g in every)),
             set().union(*(g.joints for g in every)) | (set() if joint is None else {joint}),
             set().union(*(g.waiting for g in every)),
-            any(g.tied for g in every),
         )
 
     def is_safe(self) -> bool:
+        """Nothing waits; or one joint does, and the others make a tree: a tie to ground would be one joint too many."""
         if not self.waiting:
             return True
         inner = len(self.joints) - len(self.waiting)
-        return len(self.waiting) == 1 and not self.tied and inner == len(self.bodies) - 1
+        return len(self.waiting) == 1 and inner == len(self.bodies) - 1
 
 
 class _Elimination:
@@ -89,7 +88,6 @@ class _Elimination:
             return None
         first, *others = {id(g): g for g in (self.group[b] for b in gone)}.values()
         group = first.joined(others, node)
-        group.tied = group.tied or GROUND in ends
         if coming:
             group.waiting = group.waiting | {node}
         return group if group.is_safe() else None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.mechanics import assembly
+from lienumba.mechanics.joints import rows_of
 from lienumba.mechanics.model import Model
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.resolve import Scenario
@@ -50,11 +51,10 @@ def check_initial(scenario: Scenario) -> None:
 def _violations(done: assembly.Assembly, run: int) -> list[str]:
     """One sentence for every joint that the initial state of this run does not fulfil."""
     problems = []
-    for joint in done.model.joints:
-        first, rows = assembly.rows_of(done.model)[joint.name]
-        gap = float(done.position_violations[run, first : first + rows].max())
-        rate = float(done.velocity_violations[run, first : first + rows].max())
-        limit, speed = float(done.position_limits[run, first]), float(done.velocity_limits[run, first])
+    for joint, rows in zip(done.model.joints, rows_of(done.model), strict=True):
+        gap = float(done.position_violations[run, rows].max())
+        rate = float(done.velocity_violations[run, rows].max())
+        limit, speed = float(done.position_limits[run, rows.start]), float(done.velocity_limits[run, rows.start])
         where = f"model.joints.{joint.name}"
         bodies = " and ".join(done.model.bodies[i].name for i in joint.bodies if i >= 0)
         if not gap <= limit:

@@ -15,6 +15,7 @@ from lienumba.scenario.resolve import Scenario, resolve
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.batch.execute import Batch
     from lienumba.integrators.program import Program
 
 __all__ = ["Progress", "check_initial", "operation_counts", "run"]
@@ -47,7 +48,7 @@ def run(
     simulate, by default all (-1: the nominal run); progress: called with a Progress a few times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
-    from lienumba.batch.execute import Batch, execute
+    from lienumba.batch.execute import execute
     from lienumba.integrators.machine import compile_program
     from lienumba.store.files import check_target, write
 
@@ -67,7 +68,7 @@ def run(
     tell(Progress("compile", 0, len(labels), 0))
     program = _program(resolved, prepared)
     machine = compile_program(program)
-    batch = _batch(resolved, prepared, program, machine, Batch)
+    batch = _batch(resolved, prepared, program, machine)
     tell(Progress("run", 0, len(labels), 0))
     collected = _Collector(resolved, prepared, program)
     for chunk in execute(
@@ -103,11 +104,13 @@ def _program(resolved: Scenario, prepared: Prepared) -> "Program":
     return build(prepared.model, Method(data.integrator.method, data.projection.position, data.projection.velocity))
 
 
-def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any, kind: Any) -> Any:
+def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
     import numpy as np
 
+    from lienumba.batch.execute import Batch
+
     data: Any = resolved.data
-    return kind(
+    return Batch(
         machine=machine,
         parameters=program.parameters,
         states=prepared.states,
