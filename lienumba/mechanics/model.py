@@ -1,17 +1,25 @@
-"""A mechanism as data: bodies, joints, gravity, and what is known of the initial state.
+"""A mechanism as data: bodies, joints, drivers, forces, gravity, and what is known of the initial state.
 
-A *number* is a float, or an array of shape (runs,) where a sweep varies it.
+A *number* is a float, an array of shape (runs,) where a sweep varies it, or where the field says so a function of
+time (a `Formula`: anything that is called with t).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 GROUND = -1
 
 Number = Any  # float | numpy.ndarray of shape (runs,) | Symbol | Jet: whatever the kernels compute with
+Timed = Any  # a Number or a function of time
 Vec3 = tuple[Number, Number, Number]
 Matrix3 = tuple[Number, ...]  # nine numbers, row major
+Frame = tuple[Vec3, Vec3, Vec3]  # x (reference), y, z (axis): orthonormal, in a body's own frame
+
+
+def at_time(x: Timed, t: Any) -> Any:
+    """The number that a timed number is at time t."""
+    return x(t) if callable(x) else x
 
 
 @dataclass(frozen=True)
@@ -24,61 +32,181 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Coordinate:
+    """A coordinate of a joint (index): "angle" (rad) or "displacement" (m)."""
+
+    joint: int
+    kind: str
+
+
+@dataclass(frozen=True)
 class Joint:
-    """A joint between two bodies (indices, GROUND = -1); `points` are given in each body's own frame."""
+    """A joint between two bodies (indices, GROUND = -1); `points` and `frames` are given in each body's own frame.
+
+    frames: x counts the angle, z is the axis; None where the type has no axis, or as long as the start has not
+    decided it. A gear or coupler joins two coordinates instead: second = ratio * first + offset, and its `bodies` are
+    those of both joints, without repetition.
+    """
 
     name: str
     type: str
-    bodies: tuple[int, int]
-    points: tuple[Vec3, Vec3]
+    bodies: tuple[int, ...]
+    points: tuple[Vec3, Vec3] | None = None
+    frames: tuple[Frame, Frame] | None = None
     length: Number | None = None
+    pitch: Number | None = None  # m per turn
+    coordinates: tuple[Coordinate, Coordinate] | None = None
+    ratio: Number | None = None
+    offset: Number | None = None
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A prescribed motion of a joint's coordinate, or of a body.
+
+    motion: "value" or "rate" (of `coordinate`; one number), "point" (global position of `point`; 3), "orientation"
+    (rotation vector from body to global; 3), "angular_velocity" (in `frame`, "global" or "body"; 3).
+    """
+
+    name: str
+    motion: str
+    bodies: tuple[int, ...]
+    value: tuple[Timed, ...]
+    coordinate: Coordinate | None = None
+    point: Vec3 | None = None
+    frame: str = "global"
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force law on bodies; see `lienumba.mechanics.forces` for the types and the numbers that each has.
+
+    rest: what the start decides where it is omitted (a free length; the relative rotation of a bushing, 9 numbers).
+    """
+
+    name: str
+    type: str
+    bodies: tuple[int, ...]
+    points: tuple[Vec3, ...] = ()
+    coordinate: Coordinate | None = None
+    frame: str = "global"
+    numbers: dict[str, Timed] = field(default_factory=dict)  # a tuple for a vector
+    rest: tuple[Number, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Model:
-    gravity: Vec3
+    gravity: tuple[Timed, Timed, Timed]
     bodies: tuple[Body, ...]
-    joints: tuple[Joint, ...]
+    joints: tuple[Joint, ...] = ()
+    drivers: tuple[Driver, ...] = ()
+    forces: tuple[Force, ...] = ()
 
 
 @dataclass(frozen=True)
 class Pose:
-    """The initial state of one body; None is solved for from the joints.
+    """The initial state of one body. None, or what `guess` marks, is solved for from the joints.
 
     position, velocity: mass centre, global frame; rotation: body to global, row major; angular_velocity: body frame.
+    relative_to: the body (index) in whose frame all four are given instead (angular_velocity: in the own body frame).
+    guess: where the solution starts for what is omitted, in the same terms.
     """
 
     position: Vec3 | None = None
     rotation: Matrix3 | None = None
     velocity: Vec3 | None = None
     angular_velocity: Vec3 | None = None
+    relative_to: int | None = None
+    guess: "Pose | None" = None
+
+
+@dataclass(frozen=True)
+class JointStart:
+    """How a joint is placed, and what is known of its coordinates at the start.
+
+    Either `axes` (a pair, in each body's own frame; a type that needs one axis takes the first) or `axis` (global, at
+    the start; a pair for universal and perpendicular axes); `at` (global, at the start) instead of the joint's points.
+    """
+
+    axes: tuple[Vec3, Vec3] | None = None
+    references: tuple[Vec3, Vec3] | None = None
+    at: Vec3 | None = None
+    axis: tuple[Vec3, ...] | None = None
+    angle: Number | None = None
+    rate: Number | None = None
+    displacement: Number | None = None
+    speed: Number | None = None
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a scenario says of the initial state: one entry per body, one per joint."""
+
+    poses: tuple[Pose, ...]
+    joints: tuple[JointStart, ...]
 
 
 def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model:
     """The same model with number(value, structural) for each of its numbers, in a fixed order.
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
-    inertia, a component of gravity), where a mass or a length is always a parameter.
+    inertia, a component of gravity), where a mass or a length is always a parameter. Of drivers and forces, only an
+    exact 0 does. Functions of time stay as they are.
     """
 
-    def vector(v: Vec3) -> Vec3:
-        return (number(v[0], True), number(v[1], True), number(v[2], True))
+    def vector(v: Any) -> Any:
+        return tuple(timed(x, True) for x in v)
 
-    gravity = vector(model.gravity)
-    bodies = tuple(
-        replace(
-            body,
-            mass=number(body.mass, False),
-            inertia=tuple(number(x, i >= 3) for i, x in enumerate(body.inertia)),
-        )
-        for body in model.bodies
+    def timed(x: Any, structural: bool) -> Any:
+        return x if callable(x) else number(x, structural)
+
+    def law(x: Any) -> Any:
+        if isinstance(x, tuple):
+            return tuple(law(y) for y in x)
+        return timed(x, isinstance(x, float | int) and x == 0)
+
+    def optional(x: Any, structural: bool = False) -> Any:
+        return None if x is None else number(x, structural)
+
+    return Model(
+        gravity=vector(model.gravity),
+        bodies=tuple(
+            replace(
+                body,
+                mass=number(body.mass, False),
+                inertia=tuple(number(x, i >= 3) for i, x in enumerate(body.inertia)),
+            )
+            for body in model.bodies
+        ),
+        joints=tuple(
+            replace(
+                joint,
+                points=None if joint.points is None else (vector(joint.points[0]), vector(joint.points[1])),
+                frames=None
+                if joint.frames is None
+                else tuple((vector(x), vector(y), vector(z)) for x, y, z in joint.frames),
+                length=optional(joint.length),
+                pitch=optional(joint.pitch),
+                ratio=optional(joint.ratio),
+                offset=optional(joint.offset, True),
+            )
+            for joint in model.joints
+        ),
+        drivers=tuple(
+            replace(
+                driver,
+                value=law(driver.value),
+                point=None if driver.point is None else vector(driver.point),
+            )
+            for driver in model.drivers
+        ),
+        forces=tuple(
+            replace(
+                force,
+                points=tuple(vector(p) for p in force.points),
+                numbers={key: law(x) for key, x in force.numbers.items()},
+                rest=None if force.rest is None else law(force.rest),
+            )
+            for force in model.forces
+        ),
     )
-    joints = tuple(
-        replace(
-            joint,
-            points=(vector(joint.points[0]), vector(joint.points[1])),
-            length=None if joint.length is None else number(joint.length, False),
-        )
-        for joint in model.joints
-    )
-    return Model(gravity, bodies, joints)
