@@ -24,7 +24,7 @@ POLL = 0.1  # s between two looks at the progress
 class Batch:
     """Everything the runs need.
 
-    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k) at the start; codes (runs,):
+    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k + held) at the start; codes (runs,):
     0 for the runs to be integrated; h: step (s); outputs: the steps that are stored, from 0 to `steps` at most.
     """
 
@@ -89,10 +89,15 @@ def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) ->
             raise
 
 
+def _record_rows(machine: Machine) -> int:
+    """A state, what is seen of it, and the iterations of the two projections."""
+    return ELEMENT * machine.bodies + machine.held.rows + machine.seen + 2
+
+
 def _slices(batch: Batch, workers: int) -> Iterator[slice]:
     """The runs of each chunk: whole blocks, enough chunks for all workers, none too large for the memory."""
     blocks = -(-batch.runs // W)
-    record = 8 * W * len(batch.outputs) * (ELEMENT * batch.machine.bodies + batch.machine.seen + 2)
+    record = 8 * W * len(batch.outputs) * _record_rows(batch.machine)
     per_chunk = max(1, min(CHUNK_BYTES // record, blocks // (CHUNKS_PER_WORKER * workers)))
     for first in range(0, batch.runs, per_chunk * W):
         yield slice(first, min(first + per_chunk * W, batch.runs))
@@ -110,6 +115,7 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     from lienumba.integrators.driver import drive
 
     machine, count = batch.machine, runs.stop - runs.start
+    held = machine.held
     blocks = -(-count // W)
     states = _lanes(batch.states[runs], blocks)
     table = np.stack(
@@ -119,13 +125,14 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     parameters = aligned(blocks, max(machine.parameter_rows, 1), W)
     parameters[:, : table.shape[1]] = _lanes(table, blocks)
     prepare(machine, parameters)
-    rows = ELEMENT * machine.bodies + machine.seen + 2
+    rows = _record_rows(machine)
     records = aligned(blocks, len(batch.outputs), rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
     drive(
-        machine.kernels, machine.nodes, machine.bodies, machine.seen, batch.steps, batch.iterations, batch.h,
-        batch.tolerance, batch.outputs, states, parameters, records, codes, steps, machine.buffer(), progress, stop,
+        machine.kernels, machine.nodes, machine.bodies, held.rows, held.first_mask, len(held.masks), machine.seen,
+        batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters, records, codes,
+        steps, machine.buffer(), progress, stop,
     )  # fmt: skip
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
     return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))

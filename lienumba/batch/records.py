@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
-from lienumba.mechanics.joints import JOINT_TYPES
+from lienumba.integrators.held import Held
+from lienumba.mechanics.constraints import constraints_of
 from lienumba.mechanics.model import Model
 
 Values = dict[str, np.ndarray]
@@ -30,17 +31,25 @@ class Layout:
     bodies: int
     joints: int
     constraints: list[str]
+    efforts: list[str]
+    held: Held
     observed: dict[str, tuple[int, int]]
 
     @staticmethod
-    def of(model: Model, observed: dict[str, tuple[int, int]]) -> "Layout":
-        constraints = [f"{j.name}[{i}]" for j in model.joints for i in range(JOINT_TYPES[j.type].rows)]
-        return Layout(len(model.bodies), len(model.joints), constraints, observed)
+    def of(model: Model, held: Held, observed: dict[str, tuple[int, int]]) -> "Layout":
+        every = constraints_of(model)
+        constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
+        efforts = [
+            f"{c.name}.{axis}" if c.rows > 1 else c.name
+            for c in every[len(model.joints) :]
+            for axis in "xyz"[: c.rows]
+        ]
+        return Layout(len(model.bodies), len(model.joints), constraints, efforts, held, observed)
 
     @property
     def names(self) -> list[str]:
         return [
-            *STATE, "joint_force", "joint_torque", "multiplier", "energy", "kinetic_energy", "potential_energy", "work",
+            *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort", "energy", "kinetic_energy", "potential_energy", "work",
             "energy_residual", "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
         ]  # fmt: skip
 
@@ -53,7 +62,8 @@ class Layout:
             return (self.bodies, *STATE[name][2])
         if name in ("joint_force", "joint_torque"):
             return (self.joints, 3)
-        return (len(self.constraints),) if name == "multiplier" else ()
+        labels = {"multiplier": self.constraints, "driver_effort": self.efforts}
+        return (len(labels[name]),) if name in labels else ()
 
     def unpack(self, records: np.ndarray) -> Values:
         """Every variable of records (runs, times, rows)."""
@@ -63,14 +73,15 @@ class Layout:
             name: state[..., first:end].reshape(runs, times, self.bodies, *shape)
             for name, (first, end, shape) in STATE.items()
         }
-        start = ELEMENT * self.bodies
+        start = ELEMENT * self.bodies + self.held.rows
         for name, (first, rows) in self.observed.items():
             values[name] = records[:, :, start + first : start + first + rows].reshape(runs, times, *self.shape(name))
         values["position_iterations"] = records[:, :, -2]
         values["velocity_iterations"] = records[:, :, -1]
         values["energy"] = values["kinetic_energy"] + values["potential_energy"]
         energy = values["energy"]
-        values["work"] = np.where(np.isnan(energy), np.nan, 0.0)  # there is no driver, actuator or damper
+        work = records[:, :, ELEMENT * self.bodies + len(self.held.angles)] if self.held.work else 0.0
+        values["work"] = np.where(np.isnan(energy), np.nan, work)
         with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
             values["energy_residual"] = energy - values["work"] - energy[:, :1]
         return values

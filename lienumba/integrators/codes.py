@@ -6,3 +6,4 @@ SINGULAR = 3.0
 ROTATION = 4.0
 
 HUGE = 1e300  # a sum of squares below this is finite
+REPORTS = 3  # rows behind the slopes of a stage: whether its KKT was sound, the power, the margin

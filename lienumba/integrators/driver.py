@@ -15,21 +15,34 @@ from lienumba.compiler.emit import W
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.groups.state import ALGEBRA, ELEMENT
 from lienumba.integrators import codes
+from lienumba.integrators.exchange import WEAKENED, choose_rows
 from lienumba.integrators.munthe_kaas import verdict
 from lienumba.operations import maximum
 
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
-ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance")
-STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE = range(len(ORDER))
+ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange")
+STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE = range(len(ORDER))
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 ROW = 8 * W  # bytes
 
 jit.register()  # `verdict` is a kernel
 
 
-def scratch_rows(k: int, stages: int) -> int:
+@njit(**OPTIONS)
+def table_rows(q: int) -> int:
+    """S, the scales, the masks, and which lanes are asked for (see `exchange.choose_rows`)."""
+    return q * (q + 1) // 2 + 2 * q + 1
+
+
+def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
-    return 3 * (24 * k + 4) + 4 + (ALGEBRA * k + 1) + ALGEBRA * stages * (k + 1) + 1
+    return 3 * _state_rows(k, held) + 4 + (ALGEBRA * k + 1) + ALGEBRA * stages * (k + 1) + codes.REPORTS + table_rows(q)
+
+
+@njit(**OPTIONS)
+def _state_rows(k: int, held: int) -> int:
+    """Of a state with what a kernel says behind it, or of a projection's iterate."""
+    return 24 * k + held + 4
 
 
 @njit(**OPTIONS)
@@ -76,42 +89,90 @@ def _iterate(
     new: int,
     work: int,
     status: int,
+    pending: Any,
     limit: int,
     tolerance: float,
     violation: int,
     committed: int,
 ) -> Any:
-    """Iterate a projection until every lane is within the tolerance; returns each lane's iterations.
+    """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
 
     `violation`: its row in `new`, followed by the code; `committed`: how many rows of `new` go to `now`.
     """  # fmt: skip
     used = splat(0.0)
-    pending = load(status, 0) == 0.0
     for _ in range(limit):
+        if not any_lane(pending):
+            return used
         call(kernel, hat, parameters, clock, now, new, work)
         _commit(pending, now, new, committed)
         used = used + choose(pending, 1.0, 0.0)
         code = load(new, violation + 1)
         store(status, 0, choose(pending, choose(code == 0.0, load(status, 0), code), load(status, 0)))
         pending = pending & (load(status, 0) == 0.0) & (load(new, violation) > tolerance)
-        if not any_lane(pending):
-            return used
     store(status, 0, choose(pending, splat(codes.NOT_CONVERGED), load(status, 0)))
     return used
 
 
 @njit(**OPTIONS)
+def _exchange(
+    kernel: int, state: int, p: int, clock: int, lanes: Any, work: int, table: Any, q: int, target: int, first: int
+) -> None:
+    """Choose the constraint rows anew at a state in these lanes; the masks go to `target`, its rows from `first`."""
+    address = table.ctypes.data
+    masks, asked = q * (q + 1) // 2 + q, q * (q + 1) // 2 + 2 * q
+    call(kernel, state, p, clock, 0, address, work)
+    for i in range(q):
+        store(address, masks + i, load(target, first + i))
+    store(address, asked, choose(lanes, splat(1.0), splat(0.0)))
+    for lane in range(W):
+        if table[asked, lane] != 0.0:
+            choose_rows(table, lane, q)
+    for i in range(q):
+        store(target, first + i, choose(lanes, load(address, masks + i), load(target, first + i)))
+    store(target, first + q, choose(lanes, splat(0.0), load(target, first + q)))
+
+
+@njit(**OPTIONS)
+def _project(
+    kernels: Any, k: int, held: int, q: int, masks: int, p: int, clock: int, new: int, now: int, following: int, work: int,
+    status: int, table: Any, limit: int, tolerance: float,
+) -> Any:  # fmt: skip
+    """Project the positions of `new`; returns each lane's iterations.
+
+    Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
+    the rows are chosen anew where the iteration has come to, and it starts again.
+    """
+    rows = ELEMENT * k
+    used, pending = splat(0.0), load(status, 0) == 0.0
+    for attempt in range(2):
+        _copy(now, new, rows)
+        for row in range(rows, rows + 6 * k):
+            store(now, row, splat(0.0))
+        used = used + _iterate(kernels[POSITION], p, clock, new, now, following, work, status, pending, limit, tolerance,
+                               rows + 6 * k, rows + 6 * k)  # fmt: skip
+        _commit(pending & (load(status, 0) == 0.0), new, now, rows)
+        pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
+        if attempt == 1 or q == 0 or not any_lane(pending):
+            break
+        _copy(now + ROW * rows, new + ROW * rows, held)
+        _exchange(kernels[EXCHANGE], now, p, clock, pending, work, table, q, new, masks)
+        store(status, 0, choose(pending, splat(0.0), load(status, 0)))
+    return used
+
+
+@njit(**OPTIONS)
 def _staged_step(
-    kernels: Any, k: int, nodes: Any, t: float, h: float, x: int, p: int, clock: int, new: int, u: int, slopes: int,
-    work: int,
+    kernels: Any, k: int, held: int, nodes: Any, t: float, h: float, x: int, p: int, clock: int, new: int, u: int,
+    slopes: int, work: int,
 ) -> None:  # fmt: skip
-    """One step stage by stage, for mechanisms whose step is too long for one kernel; the code goes behind `new`.
+    """One step stage by stage, for mechanisms whose step is too long for one kernel; code and margin go behind `new`.
 
     The kernels of one body put what they report behind the body's rows: it is read before the next body's call, whose
     rows begin there.
     """
     stages = nodes.size
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
+    said = slopes + ROW * ALGEBRA * stages * k
     for s in range(stages):
         store(clock, 0, splat(t + nodes[s] * h))
         combine = kernels[len(ORDER) + s]
@@ -119,46 +180,57 @@ def _staged_step(
             call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
             rotation = maximum(load(u, ALGEBRA * (i + 1)), rotation)
         call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
-        every = every * load(slopes + ROW * ALGEBRA * s, ALGEBRA * stages * k)
+        every = every * load(said, ALGEBRA * s)
         first = every if s == 0 else first
     for i in range(k):
         call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
              new + ROW * ELEMENT * i, work)  # fmt: skip
         rotation = maximum(load(new, ELEMENT * (i + 1)), rotation)
         square = square + load(new, ELEMENT * (i + 1) + 1)
-    store(new, ELEMENT * k, verdict(rotation, square, first, every))
+    rows = ELEMENT * k
+    _copy(new + ROW * rows, x + ROW * rows, held)
+    if held > 0:
+        call(kernels[FINISH], new, p, clock, said, u, work)
+        _copy(new + ROW * rows, u, held)
+    store(new, rows + held, verdict(rotation, square, first, every))
+    store(new, rows + held + 1, load(said, 2))
 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.float64,
-        types.float64,
+        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.int64,
+        types.int64, types.int64, types.float64, types.float64,
         types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
         types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, k: int, seen: int, steps: int, limit: int, h: float, tolerance: float, output_steps: Any,
-    states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
+    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, seen: int, steps: int, limit: int, h: float,
+    tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any,
+    buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
-    states (blocks, 18 k, W): initial, left at the last good state; parameters (blocks, P, W), invariants prepared;
-    records (blocks, outputs, 18 k + seen + 2, W): what is stored, at the steps `output_steps`;
+    states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
+    masks from row `first_mask` of what is held; parameters (blocks, P, W), invariants prepared;
+    records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
     buffer: `scratch_rows` rows and the kernels' work; progress[0]: outputs done so far;
     stop[0]: set from outside to end early. Every array is contiguous.
     """
     rows = ELEMENT * k
-    now = buffer.ctypes.data
-    new = now + ROW * (24 * k + 4)
-    hat = new + ROW * (24 * k + 4)
-    clock = hat + ROW * (24 * k + 4)
+    masks = rows + first_mask
+    new = buffer.ctypes.data
+    now = new + ROW * _state_rows(k, held)
+    following = now + ROW * _state_rows(k, held)
+    clock = following + ROW * _state_rows(k, held)
     counts = clock + ROW * 2
     u = counts + ROW * 2
     slopes = u + ROW * (ALGEBRA * k + 1)
-    work = slopes + ROW * (ALGEBRA * nodes.size * (k + 1) + 1)
+    exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
+    table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
+    work = table.ctypes.data + ROW * table_rows(q)
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
         status, ends = statuses[block].ctypes.data, end_steps[block].ctypes.data
@@ -167,6 +239,8 @@ def drive(
         store(ends, 0, splat(0.0))
         store(clock, 0, splat(0.0))
         store(clock, 1, splat(h))
+        if q > 0:
+            _exchange(kernels[EXCHANGE], x, p, clock, load(status, 0) == 0.0, work, table, q, x, masks)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:
@@ -177,29 +251,29 @@ def drive(
                     store(clock, 0, splat((n - 1) * h))
                     call(kernels[STEP], x, p, clock, 0, new, work)
                 else:
-                    _staged_step(kernels, k, nodes, (n - 1) * h, h, x, p, clock, new, u, slopes, work)
-                code = load(new, rows)
+                    _staged_step(kernels, k, held, nodes, (n - 1) * h, h, x, p, clock, new, u, slopes, work)
+                store(clock, 0, splat(n * h))
+                code = load(new, rows + held)
+                margin = load(new, rows + held + 1)
                 store(status, 0, choose(alive, code, load(status, 0)))
-                now, new = new, now
                 if kernels[POSITION] != 0:
-                    _copy(hat, now, rows)
-                    for row in range(rows, rows + 6 * k):
-                        store(now, row, splat(0.0))
-                    used = _iterate(kernels[POSITION], p, clock, hat, now, new, work, status, limit, tolerance,
-                                    rows + 6 * k, rows + 6 * k)  # fmt: skip
+                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status, table, limit,
+                                    tolerance)  # fmt: skip
                     store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
                 if kernels[VELOCITY] != 0:
-                    used = _iterate(
-                        kernels[VELOCITY], p, clock, now, now, new, work, status, limit, tolerance, rows, rows
-                    )
+                    used = _iterate(kernels[VELOCITY], p, clock, new, new, following, work, status, load(status, 0) == 0.0,
+                                    limit, tolerance, rows, rows)  # fmt: skip
                     store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
                 alive = load(status, 0) == 0.0
-                _commit(alive, x, now, rows)
+                _commit(alive, x, new, rows + held)
                 store(ends, 0, choose(alive, splat(float(n)), load(ends, 0)))
+                if q > 0:
+                    weak = alive & (margin < WEAKENED * load(x, masks + q))
+                    if any_lane(weak):
+                        _exchange(kernels[EXCHANGE], x, p, clock, weak, work, table, q, x, masks)
             if done < output_steps.size and output_steps[done] == n:
                 record = records[block, done].ctypes.data
-                store(clock, 0, splat(n * h))
-                _record(record, kernels[OBSERVE], x, p, clock, work, rows, seen, alive, counts)
+                _record(record, kernels[OBSERVE], x, p, clock, work, rows + held, seen, alive, counts)
                 store(counts, 0, splat(0.0))
                 store(counts, 1, splat(0.0))
                 done += 1
@@ -207,6 +281,6 @@ def drive(
                 if not any_lane(alive):
                     break
         for rest in range(done, output_steps.size):
-            for row in range(rows + seen + 2):
+            for row in range(rows + held + seen + 2):
                 store(records[block, rest].ctypes.data, row, splat(np.nan))
         progress[0] += output_steps.size - done

@@ -9,6 +9,7 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.emit import W
+from lienumba.integrators.held import Held
 from lienumba.integrators.program import Program
 
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
@@ -31,6 +32,7 @@ class Machine:
     prepares: tuple[int, ...]
     nodes: np.ndarray
     bodies: int
+    held: Held
     parameter_rows: int
     seen: int
     buffer_rows: int
@@ -58,9 +60,11 @@ def compile_program(program: Program) -> Machine:
         tuple(prepares),
         np.array(program.nodes),
         program.bodies,
+        program.held,
         program.parameter_rows,
         sum(rows for _, rows in program.observed.values()),
-        driver.scratch_rows(program.bodies, stages) + max(k.work_rows for k in program.kernels.values()),
+        driver.scratch_rows(program.bodies, program.held.rows, len(program.held.masks), stages)
+        + max(k.work_rows for k in program.kernels.values()),
     )
 
 

@@ -1,140 +1,199 @@
-"""What follows from the residuals: Phi, its rate, the Jacobian C and the bias of its second derivative.
+"""The flat system's constraints: Phi and psi, their rates, the Jacobian C and the bias, all derived from the laws.
 
-A residual is run on jets along the motion  r(t), R(t)  with  r' = v, R' = R hat(w). Unit velocities give the columns
-of C; the motion with frozen velocities gives the rate C v and the bias, so that  C v' = xi = -bias.
+Rows come joint by joint, then driver by driver. A constraint holds on one of three levels: "position" (Phi = 0),
+"rate" (Phi exists only up to a constant: its rate is prescribed) or "velocity" (psi(q, v, t) = 0, affine in v).
+C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
-from lienumba.mechanics.joints import JOINT_TYPES, Placement, rows_of
-from lienumba.mechanics.model import GROUND, Joint, Model
+from lienumba.mechanics import joints, motion
+from lienumba.mechanics.model import GROUND, Driver, Model, at_time
+from lienumba.mechanics.motion import Instant, Law, View, is_zero
 from lienumba.operations import absolute, maximum
 
-Body = tuple[Any, ...]  # 18 numbers: an element of S
-AT_ORIGIN: Placement = ((0.0, 0.0, 0.0), so3.IDENTITY)
-UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-AT_REST = (0.0, 0.0, 0.0)
+
+@dataclass(frozen=True)
+class Constraint:
+    """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level)."""
+
+    name: str
+    bodies: tuple[int, ...]
+    kinds: str
+    level: str
+    law: Law
+
+    @property
+    def rows(self) -> int:
+        return len(self.kinds)
 
 
-def placement(bodies: tuple[Body, ...], index: int) -> Placement:
-    """r and R of a body; the ground is at the origin."""
-    return AT_ORIGIN if index == GROUND else (bodies[index][0:3], bodies[index][3:12])
+def constraints_of(model: Model) -> list[Constraint]:
+    """All constraints in the order of their rows."""
+    found = []
+    for index, joint in enumerate(model.joints):
+        kinds = joints.row_kinds(model, joint)
+        found.append(Constraint(joint.name, joint.bodies, kinds, "position", partial(joints.residual, model, index)))
+    for driver in model.drivers:
+        found.append(_driver(model, driver))
+    return found
 
 
-def _times_hat(R: Any, w: Any) -> Any:
-    """R hat(w): each row crossed with w."""
-    return so3.cross(R[0:3], w) + so3.cross(R[3:6], w) + so3.cross(R[6:9], w)
+def _driver(model: Model, driver: Driver) -> Constraint:
+    if driver.coordinate is not None:
+        kind = "r" if driver.coordinate.kind == "angle" else "m"
+        level, law = ("rate", _rate) if driver.motion == "rate" else ("position", _value)
+        ends = model.joints[driver.coordinate.joint].bodies
+        return Constraint(driver.name, ends, kind, level, partial(law, model, driver))
+    level, kind, motion_law = BODY_MOTIONS[driver.motion]
+    body = driver.bodies[-1]
+    return Constraint(driver.name, (GROUND, body), 3 * kind, level, partial(motion_law, driver, body))
 
 
-def _moving(place: Placement, v: Any, w: Any, order: int) -> Placement:
-    """The placement as jets up to first or second order, moving with constant v (global) and w (body frame)."""
-    r, R = place
-    first = _times_hat(R, w)
-    second = _times_hat(first, w) if order == 2 else (0.0,) * 9
-    return (
-        tuple(Jet(x, dx) for x, dx in zip(r, v, strict=True)),
-        tuple(Jet(x, dx, ddx) for x, dx, ddx in zip(R, first, second, strict=True)),
-    )
+def _value(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
+    """The coordinate has the prescribed value."""
+    assert driver.coordinate is not None
+    return (joints.coordinate(model, driver.coordinate, view) - at_time(driver.value[0], view.t),)
 
 
-def residual(model: Model, bodies: tuple[Body, ...]) -> list[Any]:
-    """Phi (m), every row of every joint."""
+def _rate(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
+    """The coordinate grows at the prescribed rate: coordinate - integral of the rate, whose own value nobody needs."""
+    assert driver.coordinate is not None
+    rate, t = lift(at_time(driver.value[0], view.t)), lift(view.t)
+    return (joints.coordinate(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
+
+
+def _point(driver: Driver, body: int, view: View) -> Any:
+    """A point is where the prescription has it."""
+    target = tuple(at_time(x, view.t) for x in driver.value)
+    return so3.subtract(view[body].point(driver.point), target)
+
+
+def _orientation(driver: Driver, body: int, view: View) -> Any:
+    """R = exp(value): the sine vector of the rotation between them, body frame."""
+    target = so3.exp(tuple(at_time(x, view.t) for x in driver.value))  # type: ignore[arg-type]
+    return so3.vee(so3.multiply(so3.transpose(target), view[body].R))
+
+
+def _angular_velocity(driver: Driver, body: int, view: View) -> Any:
+    """w (body frame) or R w (global) is as prescribed."""
+    m = view[body]
+    w = m.w if driver.frame == "body" else so3.rotate(m.R, m.w)
+    return so3.subtract(w, tuple(at_time(x, view.t) for x in driver.value))  # type: ignore[arg-type]
+
+
+BODY_MOTIONS = {
+    "point": ("position", "m", _point),
+    "orientation": ("position", "r", _orientation),
+    "angular_velocity": ("velocity", "r", _angular_velocity),
+}
+
+
+def rows_of(model: Model) -> list[slice]:
+    """Which rows belong to each constraint."""
+    slices: list[slice] = []
+    first = 0
+    for constraint in constraints_of(model):
+        slices.append(slice(first, first + constraint.rows))
+        first = slices[-1].stop
+    return slices
+
+
+def residual(model: Model, now: Instant) -> list[Any]:
+    """Phi (m, or 1 for angles), every row; 0 where there is none."""
     rows: list[Any] = []
-    for joint in model.joints:
-        a, b = (placement(bodies, i) for i in joint.bodies)
-        rows += JOINT_TYPES[joint.type].residual(joint, a, b)
+    for c in constraints_of(model):
+        rows += c.law(motion.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
     return rows
 
 
-def rate_and_bias(model: Model, bodies: tuple[Body, ...]) -> tuple[list[Any], list[Any]]:
-    """The rate C v (m/s) of every row, and its second derivative where all velocities stay constant."""
+def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative where all velocities stay constant."""
     rates: list[Any] = []
     biases: list[Any] = []
-    for joint in model.joints:
-        moving = []
-        for i in joint.bodies:
-            v, w = (AT_REST, AT_REST) if i == GROUND else (bodies[i][12:15], bodies[i][15:18])
-            moving.append(_moving(placement(bodies, i), v, w, 2))
-        for row in JOINT_TYPES[joint.type].residual(joint, *moving):
-            rates.append(lift(row).b)
-            biases.append(lift(row).c)
+    for c in constraints_of(model):
+        for row in map(lift, c.law(motion.moving(now, c.bodies))):
+            rates.append(row.a if c.level == "velocity" else row.b)
+            biases.append(row.b if c.level == "velocity" else row.c)
     return rates, biases
 
 
-def columns(joint: Joint, a: Placement, b: Placement, side: int) -> list[list[Any]]:
-    """The block of C of one side's body (0 first, 1 second): rows x 6 (v global, w in the body frame)."""
-    block: list[list[Any]] = []
-    for v, w in [(e, AT_REST) for e in UNIT] + [(AT_REST, e) for e in UNIT]:
-        moving = (_moving(a, v, w, 1), b) if side == 0 else (a, _moving(b, v, w, 1))
-        block.append([lift(row).b for row in JOINT_TYPES[joint.type].residual(joint, *moving)])
-    return [list(row) for row in zip(*block, strict=True)]
+def time_rate(model: Model, now: Instant) -> list[Any]:
+    """Phi_t or psi(q, 0, t) of every row: what the prescription moves by itself."""
+    rates: list[Any] = []
+    for c in constraints_of(model):
+        for row in map(lift, c.law(motion.waiting(now, c.bodies))):
+            rates.append(row.a if c.level == "velocity" else row.b)
+    return rates
 
 
-def jacobian(model: Model, bodies: tuple[Body, ...]) -> dict[tuple[int, int], Any]:
+def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:
+    return motion.columns(c.law, now, c.bodies, body, c.level == "velocity")
+
+
+def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
     """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5."""
     entries: dict[tuple[int, int], Any] = {}
-    for joint, rows in zip(model.joints, rows_of(model), strict=True):
-        a, b = (placement(bodies, i) for i in joint.bodies)
-        for side, i in enumerate(joint.bodies):
-            if i == GROUND:
-                continue
-            for row, values in enumerate(columns(joint, a, b, side)):
-                for c, x in enumerate(values):
-                    if not (isinstance(x, float) and x == 0.0):
-                        entries[rows.start + row, 6 * i + c] = x
+    first = 0
+    for c in constraints_of(model):
+        for i in c.bodies:
+            if i != GROUND:
+                for row, values in enumerate(_columns(c, now, i)):
+                    entries |= {(first + row, 6 * i + n): x for n, x in enumerate(values) if not is_zero(x)}
+        first += c.rows
     return entries
 
 
-def loads(model: Model, bodies: tuple[Body, ...], multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
-    """Force (N) and torque (N m) of every joint on its second body at its point there, global frame, 3 each."""
+def loads(model: Model, now: Instant, multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
+
+    A joint without points acts at the mass centre.
+    """
     forces: list[Any] = []
     torques: list[Any] = []
-    for joint, rows in zip(model.joints, rows_of(model), strict=True):
-        a, b = (placement(bodies, i) for i in joint.bodies)
-        mu = multipliers[rows]
+    for joint, c, rows in zip(model.joints, constraints_of(model), rows_of(model), strict=False):
+        body = joint.bodies[-1]
         load: list[Any] = [0.0] * 6
-        for row, m in zip(columns(joint, a, b, 1), mu, strict=True):
-            load = [total - x * m for total, x in zip(load, row, strict=True)]
+        for row, mu in zip(_columns(c, now, body), multipliers[rows], strict=True):
+            load = [total - x * mu for total, x in zip(load, row, strict=True)]
+        place = motion.still(now, joint.bodies)[body]
         force = (load[0], load[1], load[2])
-        arm = so3.rotate(b[1], joint.points[1])
-        torque = so3.rotate(b[1], (load[3], load[4], load[5]))
+        torque = so3.rotate(place.R, (load[3], load[4], load[5]))
+        if joint.points is not None:
+            torque = so3.subtract(torque, so3.cross(so3.rotate(place.R, joint.points[1]), force))
         forces += force
-        torques += so3.subtract(torque, so3.cross(arm, force))
+        torques += torque
     return forces, torques
 
 
-def sizes(model: Model, bodies: tuple[Body, ...]) -> tuple[list[Any], list[Any], list[Any]]:
-    """For every row of Phi: the size of its joint (m), of its bodies' positions (m), and of its points' speeds (m/s).
-
-    What a violation of the joint compares with, whatever else is in the model.
-    """
+def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
+    """For every row: the size of its joint (m), of its bodies' positions (m), and of its points' speeds (m/s); for
+    angles 1, 0, and the bodies' angular velocities. What a violation compares with, whatever else is in the model."""
     reach: list[Any] = []
     far: list[Any] = []
     speed: list[Any] = []
-    for joint in model.joints:
-        joint_reach: Any = 0.0 if joint.length is None else joint.length
-        joint_far: Any = 0.0
-        joint_speed: Any = 0.0
-        for i, p in zip(joint.bodies, joint.points, strict=True):
-            arm = largest(p)
-            joint_reach = maximum(joint_reach, arm)
-            if i == GROUND:
-                continue
-            joint_far = maximum(joint_far, largest(bodies[i][0:3]))
-            joint_speed = maximum(joint_speed, largest(bodies[i][12:15]))
-            joint_speed = maximum(joint_speed, arm * largest(bodies[i][15:18]))
-        rows = JOINT_TYPES[joint.type].rows
-        reach += [joint_reach] * rows
-        far += [joint_far] * rows
-        speed += [joint_speed] * rows
+    points: list[Any] = [(j.points or (), j.length) for j in model.joints] + [((d.point,), None) for d in model.drivers]
+    for c, (arms, length) in zip(constraints_of(model), points, strict=True):
+        arm = largest([x for p in arms if p is not None for x in p])
+        motions = [now.motion(i) for i in c.bodies if i != GROUND]
+        position = largest([x for m in motions for x in m.r])
+        turning = largest([x for m in motions for x in m.w])
+        moving = largest([x for m in motions for x in m.v])
+        for kind in c.kinds:
+            angular = kind == "r"
+            reach.append(1.0 if angular else arm if length is None else maximum(length, arm))
+            far.append(0.0 if angular else position)
+            speed.append(turning if angular else maximum(moving, arm * turning))
     return reach, far, speed
 
 
-def largest(rows: Any) -> Any:
-    """The largest absolute value of finite rows."""
-    worst: Any = 0.0
-    for row in rows:
+def largest(rows: list[Any]) -> Any:
+    """The largest absolute value of finite rows; 0 of none."""
+    worst: Any = absolute(rows[0]) if rows else 0.0
+    for row in rows[1:]:
         worst = maximum(worst, absolute(row))
     return worst

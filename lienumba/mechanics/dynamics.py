@@ -1,10 +1,12 @@
-"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15)."""
+"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power."""
 
 from typing import Any
 
+from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, kkt
-from lienumba.mechanics.model import Body, Model
+from lienumba.mechanics import constraints, forces, kkt
+from lienumba.mechanics.model import Body, Model, at_time
+from lienumba.mechanics.motion import Instant, is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -26,34 +28,54 @@ def mass_matrix(model: Model) -> kkt.Entries:
         for c in range(3):
             entries[6 * i + c, 6 * i + c] = body.mass
         for (a, b), x in zip(INERTIA_ELEMENTS, body.inertia, strict=True):
-            if not (isinstance(x, float) and x == 0.0):
+            if not is_zero(x):
                 entries[6 * i + 3 + max(a, b), 6 * i + 3 + min(a, b)] = x
     return entries
 
 
-def forces(model: Model, state: tuple[Any, ...]) -> list[Any]:
-    """Q: weight (global) and gyroscopic torque (body frame) of every body."""
+def gravity(model: Model, t: Any) -> Any:
+    return tuple(at_time(g, t) for g in model.gravity)
+
+
+def loads(model: Model, now: Instant) -> list[Any]:
+    """Q: weight (global), gyroscopic torque (body frame) and force laws of every body."""
     Q: list[Any] = []
-    for body, x in zip(model.bodies, state, strict=True):
+    g = gravity(model, now.t)
+    for body, x in zip(model.bodies, now.bodies, strict=True):
         w = x[15:18]
-        Q += so3.scale(body.mass, model.gravity)
+        Q += so3.scale(body.mass, g)
         Q += so3.cross(inertia_times(body, w), w)
-    return Q
+    return [q + x for q, x in zip(Q, forces.generalized(model, now), strict=True)] if model.forces else Q
 
 
-def accelerations(model: Model, structure: kkt.Structure, state: tuple[Any, ...]) -> kkt.Solution:
-    """v' (global) and w' (body frame) of every body, and the multipliers; `state`: an element of S per body."""
-    C = constraints.jacobian(model, state)
-    _, bias = constraints.rate_and_bias(model, state)
-    return kkt.solve(structure, mass_matrix(model), C, forces(model, state), [-x for x in bias])
+def accelerations(
+    model: Model, structure: kkt.Structure, now: Instant, mask: list[Any] | None = None
+) -> kkt.Solution:
+    """v' (global) and w' (body frame) of every body, and the multipliers."""
+    C = constraints.jacobian(model, now)
+    _, bias = constraints.rate_and_bias(model, now)
+    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), [-x for x in bias], mask)
 
 
-def energies(model: Model, state: tuple[Any, ...]) -> tuple[Any, Any]:
+def energies(model: Model, now: Instant) -> tuple[Any, Any]:
     """Kinetic and potential energy (J)."""
     kinetic: Any = 0.0
-    potential: Any = 0.0
-    for body, x in zip(model.bodies, state, strict=True):
+    potential: Any = forces.potential(model, now) if model.forces else 0.0
+    for body, x in zip(model.bodies, now.bodies, strict=True):
         v, w = x[12:15], x[15:18]
         kinetic = kinetic + 0.5 * (body.mass * so3.dot(v, v) + so3.dot(w, inertia_times(body, w)))
-        potential = potential - body.mass * so3.dot(model.gravity, x[0:3])
+        potential = potential - body.mass * so3.dot(gravity(model, now.t), x[0:3])
     return kinetic, potential
+
+
+def power(model: Model, now: Instant, multipliers: list[Any]) -> Any:
+    """What changes the energy (W): drivers by lambda.Phi_t or lambda.psi(q, 0, t), forces, and gravity that varies."""
+    total: Any = forces.power(model, now) if model.forces else 0.0
+    for rate, mu in zip(constraints.time_rate(model, now), multipliers, strict=True):
+        if not is_zero(rate):
+            total = total + mu * rate
+    growth = tuple(lift(g).b for g in gravity(model, Jet(now.t, 1.0)))
+    for body, x in zip(model.bodies, now.bodies, strict=True):
+        if not all(is_zero(g) for g in growth):
+            total = total - body.mass * so3.dot(growth, x[0:3])
+    return total

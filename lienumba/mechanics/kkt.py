@@ -1,92 +1,228 @@
 """[A C^T; C 0] [x; mu] = [f; g] by a sparse L D L^T, executed on whatever the numbers are.
 
 On symbols the elimination unrolls to exactly the operations that its pattern needs. The order of the blocks makes
-pivoting unnecessary (`lienumba.mechanics.order`); the smallest pivot tells whether C has lost its rank.
+pivoting unnecessary (`lienumba.mechanics.order`). A row whose mask is 0 is left out: its multiplier is 0.
+
+Closed loops may pass positions where C loses rank. There a vanishing pivot is moved by EPSILON of its scale, and two
+refinements with the same factors take the error of that back wherever C has its rank.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from lienumba.mechanics.joints import rows_of
-from lienumba.mechanics.model import Model
+from lienumba.mechanics.constraints import constraints_of, rows_of
+from lienumba.mechanics.model import GROUND, Model
+from lienumba.mechanics.motion import is_zero
 from lienumba.mechanics.order import elimination_order
-from lienumba.operations import where
+from lienumba.operations import minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
+WEAK = 1e-3  # a pivot below this fraction is moved
+EPSILON = 1e-6  # by this fraction
+REFINEMENTS = 2
 
 Entries = dict[tuple[int, int], Any]
 
 
 @dataclass(frozen=True)
 class Structure:
-    """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated."""
+    """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated.
+
+    looped: the constraints close loops; masked: the rows that may be left out, because others say the same.
+    """
 
     bodies: int
     rows: int
     order: tuple[int, ...]
+    looped: bool = False
+    masked: tuple[int, ...] = ()
 
     @staticmethod
-    def of(model: Model) -> "Structure":
-        k, rows = len(model.bodies), rows_of(model)
+    def of(model: Model, masked: tuple[int, ...] = ()) -> "Structure":
+        k, blocks = len(model.bodies), _blocks(model)
         order: list[int] = []
-        ends: list[tuple[tuple[int, ...], int]] = [
-            (joint.bodies, r.stop - r.start) for joint, r in zip(model.joints, rows, strict=True)
-        ]
-        for block in elimination_order(k, ends):
+        for block in elimination_order(k, [(ends, len(rows)) for ends, rows in blocks]):
             if block < k:
                 order += range(6 * block, 6 * block + 6)
             else:
-                order += range(6 * k + rows[block - k].start, 6 * k + rows[block - k].stop)
-        return Structure(k, rows[-1].stop if rows else 0, tuple(order))
+                order += [6 * k + row for row in blocks[block - k][1]]
+        looped = bool(masked) or _has_loop([ends for ends, _ in blocks])
+        return Structure(k, len(order) - 6 * k, tuple(order), looped, masked)
+
+
+def _blocks(model: Model) -> list[tuple[tuple[int, ...], list[int]]]:
+    """The rows that tie the same bodies together are eliminated together."""
+    blocks: dict[frozenset[int], tuple[tuple[int, ...], list[int]]] = {}
+    for constraint, rows in zip(constraints_of(model), rows_of(model), strict=True):
+        _, own = blocks.setdefault(frozenset(constraint.bodies), (constraint.bodies, []))
+        own += range(rows.start, rows.stop)
+    return list(blocks.values())
+
+
+def _has_loop(ends: list[tuple[int, ...]]) -> bool:
+    """Whether a constraint ties bodies that others have tied already."""
+    group: dict[int, int] = {}
+
+    def root(body: int) -> int:
+        while body in group:
+            body = group[body]
+        return body
+
+    for bodies in ends:
+        first, *others = bodies
+        for other in others:
+            a, b = root(first), root(other)
+            if a == b:
+                return True
+            group[a] = b
+    return False
 
 
 @dataclass(frozen=True)
 class Solution:
-    """x (6 k), mu (m), and `sound`: 1, or 0 where a constraint depends on the others."""
+    """x (6 k), mu (m); `sound`: 1, or 0 where a constraint depends on the others; `margin`: the smallest pivot of a
+    constraint relative to its scale (only where rows are masked)."""
 
     x: list[Any]
     mu: list[Any]
     sound: Any
+    margin: Any = 1.0
 
 
-def solve(structure: Structure, A: Entries, C: Entries, f: list[Any], g: list[Any]) -> Solution:
-    """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column)."""
-    n = 6 * structure.bodies
-    size = n + structure.rows
-    place = {variable: position for position, variable in enumerate(structure.order)}
-    by_bodies: list[Any] = [0.0] * size  # the diagonal, kept in two sums for the constraint rows: what the bodies
-    by_joints: list[Any] = [0.0] * size  # contribute, which is the scale, and what other constraints take away
-    column: list[dict[int, Any]] = [{} for _ in range(size)]
-    for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
-        low, high = sorted((place[i], place[j]))
-        if low == high:
-            by_bodies[low] = value
-        else:
-            column[low][high] = value
-    y = [(f[v] if v < n else g[v - n]) for v in structure.order]
-    inverse: list[Any] = [None] * size
-    sound: Any = 1.0
-    for j in range(size):
-        is_joint = structure.order[j] >= n
-        pivot = by_bodies[j] + by_joints[j]
-        if is_joint:
-            sound = where(SINGULAR * by_bodies[j] - pivot > 0.0, sound, 0.0)  # NaN is not
-        inverse[j] = 1.0 / pivot
-        entries = sorted(column[j].items())
-        factors = [(i, value * inverse[j]) for i, value in entries]
-        diagonal = by_joints if is_joint else by_bodies
+@dataclass
+class _Factors:
+    """The elimination while it goes on: positions are those of the order."""
+
+    order: tuple[int, ...]
+    n: int  # velocities
+    by_bodies: list[Any] = field(default_factory=list)  # the diagonal, kept in two sums for the constraint rows: what
+    by_joints: list[Any] = field(default_factory=list)  # the bodies give, the scale, and what constraints take away
+    column: list[dict[int, Any]] = field(default_factory=list)
+    inverse: list[Any] = field(default_factory=list)
+
+    @staticmethod
+    def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Any]) -> "_Factors":
+        size = len(order)
+        place = {variable: position for position, variable in enumerate(order)}
+        factors = _Factors(order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size)
+        for row, x in diagonal.items():
+            factors.by_bodies[place[n + row]] = x
+        for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
+            low, high = sorted((place[i], place[j]))
+            if low == high:
+                factors.by_bodies[low] = value
+            else:
+                factors.column[low][high] = value
+        return factors
+
+    def eliminate(self, j: int, pivot: Any) -> None:
+        self.inverse[j] = 1.0 / pivot
+        entries = sorted(self.column[j].items())
+        scaled = [(i, value * self.inverse[j]) for i, value in entries]
+        diagonal = self.by_joints if self.order[j] >= self.n else self.by_bodies
         for a, (i, value) in enumerate(entries):
-            for i2, factor in factors[a:]:
+            for i2, factor in scaled[a:]:
                 if i2 == i:
                     diagonal[i] = diagonal[i] - factor * value
                 else:
-                    column[i][i2] = column[i].get(i2, 0.0) - factor * value
-        for i, factor in factors:
-            y[i] = y[i] - factor * y[j]
-        column[j] = dict(factors)
-    for j in reversed(range(size)):
-        y[j] = y[j] * inverse[j]
-        for i, factor in column[j].items():
-            y[j] = y[j] - factor * y[i]
-    solved = [y[place[v]] for v in range(size)]
-    return Solution(solved[:n], solved[n:], sound)
+                    self.column[i][i2] = self.column[i].get(i2, 0.0) - factor * value
+        self.column[j] = dict(scaled)
+
+    def solve(self, f: list[Any], g: list[Any]) -> tuple[list[Any], list[Any]]:
+        y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
+        for j in range(len(y)):
+            for i, factor in self.column[j].items():
+                y[i] = y[i] - factor * y[j]
+        for j in reversed(range(len(y))):
+            y[j] = y[j] * self.inverse[j]
+            for i, factor in self.column[j].items():
+                y[j] = y[j] - factor * y[i]
+        solved: list[Any] = [None] * len(y)
+        for position, variable in enumerate(self.order):
+            solved[variable] = y[position]
+        return solved[: self.n], solved[self.n :]
+
+
+def solve(
+    structure: Structure,
+    A: Entries,
+    C: Entries,
+    f: list[Any],
+    g: list[Any],
+    mask: list[Any] | None = None,
+    shift: float | None = None,
+) -> Solution:
+    """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column).
+
+    mask: 1 or 0 for each row; shift: move every constraint's pivot by this instead of the weak ones.
+    """
+    n = 6 * structure.bodies
+    mask = mask or [1.0] * structure.rows
+    C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
+    g = [m * x for m, x in zip(mask, g, strict=True)]
+    diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
+    factors = _Factors.of(structure.order, n, A, C, diagonal)
+    refined = structure.looped or shift is not None
+    sound: Any = 1.0
+    margin: Any = 1.0
+    for j, variable in enumerate(structure.order):
+        scale = factors.by_bodies[j]
+        pivot = scale + factors.by_joints[j]
+        if variable >= n:
+            if structure.masked:
+                margin = minimum(pivot / scale, margin)
+            if shift is not None:
+                pivot = pivot - shift
+            elif refined:
+                pivot = where(pivot > WEAK * scale, pivot + EPSILON * scale, pivot)
+                sound = where(pivot < 0.0, sound, 0.0)  # NaN is not
+            else:
+                sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)
+        factors.eliminate(j, pivot)
+    x, mu = factors.solve(f, g)
+    for _ in range(REFINEMENTS if refined else 0):
+        rest_f, rest_g = _rest(A, C, f, g, x, mu)
+        dx, dmu = factors.solve(rest_f, rest_g)
+        x = [a + b for a, b in zip(x, dx, strict=True)]
+        mu = [a + b for a, b in zip(mu, dmu, strict=True)]
+    return Solution(x, mu, sound, margin)
+
+
+def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> tuple[list[Any], ...]:
+    """What a solution leaves of the right-hand sides."""
+    rest_f, rest_g = list(f), list(g)
+    for (i, j), value in A.items():
+        rest_f[i] = rest_f[i] - value * x[j]
+        if i != j:
+            rest_f[j] = rest_f[j] - value * x[i]
+    for (row, c), value in C.items():
+        rest_f[c] = rest_f[c] - value * mu[row]
+        rest_g[row] = rest_g[row] - value * x[c]
+    return rest_f, rest_g
+
+
+def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[Any]:
+    """The multipliers of minimum norm with the same C^T mu, over all rows (iterated Tikhonov regularisation)."""
+    n = 6 * structure.bodies
+    f: list[Any] = [0.0] * n
+    for (row, c), value in C.items():
+        f[c] = f[c] + value * mu[row]
+    identity = {(i, i): 1.0 for i in range(n)}
+    return solve(structure, identity, C, f, [0.0] * structure.rows, shift=1e-8).mu
+
+
+def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
+    """The Schur complement of the rows that may be masked, once all else is eliminated (lower triangle, row by row),
+    and the scale of each: its diagonal before other constraints took away from it."""
+    n, masked = 6 * structure.bodies, set(structure.masked)
+    needed = [v for v in structure.order if v >= n and v - n not in masked]
+    order = (*range(n), *needed, *(n + row for row in structure.masked))
+    factors = _Factors.of(order, n, A, C, {})
+    for j in range(n + len(needed)):
+        factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j])
+    last = range(n + len(needed), len(order))
+    triangle = []
+    for i in last:
+        triangle += [-factors.column[j].get(i, 0.0) for j in last if j < i]
+        triangle.append(-(factors.by_bodies[i] + factors.by_joints[i]))
+    return triangle, [-factors.by_bodies[i] for i in last]

@@ -57,7 +57,7 @@ class View:
     angles: dict[int, Any]
 
     def __getitem__(self, i: int) -> Motion:
-        return FIXED if i == GROUND else self.motions[i]
+        return self.motions.get(i, FIXED)
 
 
 Law = Callable[[View], Any]  # a sequence of rows

@@ -84,7 +84,7 @@ class _Elimination:
         ends = self._ends(node)
         gone = [b for b in ends if b != GROUND and b not in self.left]
         coming = [b for b in ends if b != GROUND and b in self.left]
-        if not gone or len(coming) > 1:
+        if not gone or len(coming) > (1 if len(ends) < 3 else 0):
             return None
         first, *others = {id(g): g for g in (self.group[b] for b in gone)}.values()
         group = first.joined(others, node)

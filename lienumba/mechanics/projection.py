@@ -11,54 +11,62 @@ from lienumba.groups import so3
 from lienumba.mechanics import constraints, kkt
 from lienumba.mechanics.dynamics import mass_matrix
 from lienumba.mechanics.model import Model
+from lienumba.mechanics.motion import Instant
 from lienumba.operations import absolute, maximum, where
 
 EPSILON = 2.220446049250313e-16
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
-def position_violation(model: Model, state: tuple[Any, ...]) -> Any:
-    """The largest violation (m) that is more than the rounding of its joint; 0 if there is none."""
-    reach, far, _ = constraints.sizes(model, state)
+def position_violation(model: Model, now: Instant) -> Any:
+    """The largest violation (m, or 1) that is more than the rounding of its joint; 0 if there is none."""
+    reach, far, _ = constraints.sizes(model, now)
     worst: Any = 0.0
-    for phi, p, r in zip(constraints.residual(model, state), reach, far, strict=True):
+    for phi, p, r in zip(constraints.residual(model, now), reach, far, strict=True):
         worst = maximum(worst, where(absolute(phi) <= ROUNDING * (p + r), 0.0, absolute(phi)))
     return worst
 
 
-def velocity_violation(model: Model, state: tuple[Any, ...]) -> Any:
-    """The largest rate of a violation (m/s) that is more than the rounding of its joint; 0 if there is none."""
-    _, _, speed = constraints.sizes(model, state)
+def velocity_violation(model: Model, now: Instant) -> Any:
+    """The largest rate of a violation (m/s or rad/s) that is more than the rounding of its joint; 0 if there is none."""
+    _, _, speed = constraints.sizes(model, now)
     worst: Any = 0.0
-    for rate, v in zip(constraints.rate_and_bias(model, state)[0], speed, strict=True):
+    for rate, v in zip(constraints.rate_and_bias(model, now)[0], speed, strict=True):
         worst = maximum(worst, where(absolute(rate) <= ROUNDING * v, 0.0, absolute(rate)))
     return worst
 
 
-def placed(state: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:
+def placed(bodies: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:
     """The state with its positions moved by the correction x (6 k: global shift, body-frame rotation)."""
     return tuple(
         so3.add(body[0:3], tuple(x[6 * i : 6 * i + 3]))
         + so3.multiply(body[3:12], so3.exp(tuple(x[6 * i + 3 : 6 * i + 6])))
         + body[12:18]
-        for i, body in enumerate(state)
+        for i, body in enumerate(bodies)
     )
 
 
-def position_correction(model: Model, structure: kkt.Structure, state: tuple[Any, ...], x: list[Any]) -> kkt.Solution:
-    """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `state` is q^ moved by x."""
-    C = constraints.jacobian(model, state)
+def position_correction(
+    model: Model, structure: kkt.Structure, now: Instant, x: list[Any], mask: list[Any]
+) -> kkt.Solution:
+    """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `now` is q^ moved by x."""
+    C = constraints.jacobian(model, now)
     W = {(i, i): 1.0 if i % 6 < 3 else 2.0 for i in range(6 * structure.bodies)}
-    g = [-phi for phi in constraints.residual(model, state)]
+    g = [-phi for phi in constraints.residual(model, now)]
     for (row, c), entry in C.items():
         g[row] = g[row] + entry * x[c]
-    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g)
+    for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
+        if c.level != "position":
+            mask = [*mask[: rows.start], *[0.0] * c.rows, *mask[rows.stop :]]
+    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, mask)
 
 
-def velocity_correction(model: Model, structure: kkt.Structure, state: tuple[Any, ...], weight: str) -> kkt.Solution:
-    """The change x of all velocities with  W x + C^T mu = 0,  C (v + x) = 0;  W = M ("mass") or I ("identity")."""
-    C = constraints.jacobian(model, state)
+def velocity_correction(
+    model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: list[Any]
+) -> kkt.Solution:
+    """The change x of all velocities with  W x + C^T mu = 0,  C (v + x) = -Phi_t;  W = M ("mass") or I."""
+    C = constraints.jacobian(model, now)
     identity = {(i, i): 1.0 for i in range(6 * structure.bodies)}
     W = mass_matrix(model) if weight == "mass" else identity
-    rates, _ = constraints.rate_and_bias(model, state)
-    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), [-rate for rate in rates])
+    rates, _ = constraints.rate_and_bias(model, now)
+    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), [-rate for rate in rates], mask)

@@ -132,7 +132,7 @@ class _Collector:
         from lienumba.batch.records import Layout
 
         self.resolved, self.prepared = resolved, prepared
-        self.layout = Layout.of(prepared.model, program.observed)
+        self.layout = Layout.of(prepared.model, program.held, program.observed)
         data: Any = resolved.data
         runs, times = len(prepared.labels), len(resolved.times)
         wanted = self.layout.names if data.output.variables is None else data.output.variables
@@ -170,6 +170,7 @@ class _Collector:
             bodies=[body.name for body in model.bodies],
             joints=[joint.name for joint in model.joints],
             constraints=self.layout.constraints,
+            efforts=self.layout.efforts,
             inputs=self.prepared.samples,
             input_units={path: units(path) for path in self.prepared.samples},
             attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),

@@ -35,7 +35,8 @@ VARIABLES: dict[str, Variable] = {
     "angular_velocity": Variable(STATE, "rad s-1", "angular velocity", "body"),
     "joint_force": Variable(JOINT, "N", "force of the joint on its second body, at its point", "global"),
     "joint_torque": Variable(JOINT, "N m", "torque of the joint on its second body, about its point", "global"),
-    "multiplier": Variable(("run", "time", "constraint"), "N", "Lagrange multiplier of the constraint"),
+    "multiplier": Variable(("run", "time", "constraint"), "1", "Lagrange multiplier (N, or N m of an angle)"),
+    "driver_effort": Variable(("run", "time", "effort"), "1", "force (N) or torque (N m) of the driver"),
     "energy": Variable(SERIES, "J", "total energy"),
     "kinetic_energy": Variable(SERIES, "J", "kinetic energy"),
     "potential_energy": Variable(SERIES, "J", "potential energy"),
@@ -63,6 +64,7 @@ COORDINATES = {
     "body": ("1", "name of the body"),
     "joint": ("1", "name of the joint"),
     "constraint": ("1", "name of the joint and number of its constraint equation"),
+    "effort": ("1", "name of the driver, and axis where it drives three"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
@@ -76,6 +78,7 @@ def dataset(
     bodies: Sequence[str],
     joints: Sequence[str],
     constraints: Sequence[str],
+    efforts: Sequence[str],
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
@@ -93,6 +96,7 @@ def dataset(
         "body": np.asarray(bodies, dtype=str),
         "joint": np.asarray(joints, dtype=str),
         "constraint": np.asarray(constraints, dtype=str),
+        "effort": np.asarray(efforts, dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }

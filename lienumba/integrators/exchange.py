@@ -1,0 +1,63 @@
+"""Which of the constraint rows that say the same are used: a set of independent ones, chosen anew where it gets weak.
+
+Works on the Schur complement S of these rows (`kkt.exchange`), run by run: a Cholesky factorisation that takes the
+strongest row first finds the rank and a well-conditioned set.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+INDEPENDENT = 1e-10  # a pivot of the scaled S below this is a row that adds nothing
+NEARLY = 0.5  # rows within this fraction of the strongest are equals: the first of them is taken
+BETTER = 4.0  # another set of the same number replaces the present one if its weakest pivot is stronger by this
+WEAKENED = 0.1  # a choice is looked at again when its margin falls below this fraction of the largest that it had
+
+
+@njit(nogil=True, error_model="numpy")
+def _strongest(S: Any, allowed: Any, taken: Any) -> Any:
+    """Mark the independent rows among the allowed ones in `taken`; returns their number and the weakest pivot."""
+    q = allowed.size
+    S = S.copy()
+    left = allowed.copy()
+    count, weakest = 0, 1.0
+    while True:
+        best = 0.0
+        for i in range(q):
+            if left[i] and S[i, i] > best:
+                best = S[i, i]
+        if not best > INDEPENDENT:
+            return count, weakest
+        chosen = 0
+        while not (left[chosen] and S[chosen, chosen] >= NEARLY * best):
+            chosen += 1
+        left[chosen] = False
+        taken[chosen] = 1.0
+        count += 1
+        pivot = S[chosen, chosen]
+        weakest = min(weakest, pivot)
+        for i in range(q):
+            if left[i]:
+                factor = S[i, chosen] / pivot
+                for j in range(q):
+                    if left[j]:
+                        S[i, j] -= factor * S[chosen, j]
+
+
+@njit(nogil=True, error_model="numpy")
+def choose_rows(table: Any, lane: int, q: int) -> None:
+    """Choose for one lane. table: rows of lanes: the lower triangle of S, the scale of each row, the masks (updated)."""
+    S = np.empty((q, q))
+    scales, masks = q * (q + 1) // 2, q * (q + 1) // 2 + q
+    n = 0
+    for i in range(q):
+        for j in range(i + 1):
+            S[i, j] = S[j, i] = table[n, lane] / np.sqrt(table[scales + i, lane] * table[scales + j, lane])
+            n += 1
+    present = np.zeros(q)
+    count, weakest = _strongest(S, table[masks : masks + q, lane] > 0.5, present)
+    better = np.zeros(q)
+    new_count, new_weakest = _strongest(S, np.ones(q, np.bool_), better)
+    if new_count > count or (new_count == count and new_weakest > BETTER * weakest):
+        table[masks : masks + q, lane] = better

@@ -1,0 +1,55 @@
+"""What a run carries from step to step beside its bodies: rows behind the 18 k rows of the state.
+
+angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
+masks: which of the rows of C that may be exchanged are in use, and behind them the largest margin that this choice
+has had.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from lienumba.mechanics import forces, joints, motion
+from lienumba.mechanics.model import Model
+from lienumba.mechanics.motion import Instant
+
+
+@dataclass(frozen=True)
+class Held:
+    """angles: joints; work: whether there is any; masks: rows of C."""
+
+    angles: tuple[int, ...]
+    work: bool
+    masks: tuple[int, ...]
+
+    @property
+    def rows(self) -> int:
+        return self.first_mask + (len(self.masks) + 1 if self.masks else 0)
+
+    @property
+    def first_mask(self) -> int:
+        return len(self.angles) + self.work
+
+    def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:
+        return Instant(bodies, t, dict(zip(self.angles, held, strict=False)))
+
+    def mask(self, held: tuple[Any, ...], rows: int) -> list[Any]:
+        """1 or 0 for each row of C."""
+        mask: list[Any] = [1.0] * rows
+        for row, x in zip(self.masks, held[self.first_mask :], strict=False):
+            mask[row] = x
+        return mask
+
+    def counted(self, model: Model, now: Instant) -> list[Any]:
+        """The angles, each counted near where `now` has it."""
+        every = [(model.joints[j], now.angles[j]) for j in self.angles]
+        return [joints.angle(joint, motion.still(now, joint.bodies), near) for joint, near in every]
+
+
+def counted_angles(model: Model) -> tuple[int, ...]:
+    """The joints whose turns are counted: couplings, drivers and forces read their angle."""
+    driven = {
+        driver.coordinate.joint
+        for driver in model.drivers
+        if driver.coordinate is not None and driver.coordinate.kind == "angle" and driver.motion == "value"
+    }
+    return tuple(sorted(driven | joints.counted_angles(model) | forces.angle_joints(model)))
