@@ -36,7 +36,7 @@ def table_rows(q: int) -> int:
 
 def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
-    return 3 * _state_rows(k, held) + 4 + (ALGEBRA * k + 1) + ALGEBRA * stages * (k + 1) + codes.REPORTS + table_rows(q)
+    return 3 * _state_rows(k, held) + 4 + (ALGEBRA * k + held + 1) + ALGEBRA * stages * (k + 1) + codes.REPORTS + table_rows(q)
 
 
 @njit(**OPTIONS)
@@ -190,7 +190,7 @@ def _staged_step(
     rows = ELEMENT * k
     _copy(new + ROW * rows, x + ROW * rows, held)
     if held > 0:
-        call(kernels[FINISH], new, p, clock, said, u, work)
+        call(kernels[FINISH], new, p, clock, slopes, u, work)
         _copy(new + ROW * rows, u, held)
     store(new, rows + held, verdict(rotation, square, first, every))
     store(new, rows + held + 1, load(said, 2))
@@ -227,7 +227,7 @@ def drive(
     clock = following + ROW * _state_rows(k, held)
     counts = clock + ROW * 2
     u = counts + ROW * 2
-    slopes = u + ROW * (ALGEBRA * k + 1)
+    slopes = u + ROW * (ALGEBRA * k + held + 1)
     exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
     table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
     work = table.ctypes.data + ROW * table_rows(q)

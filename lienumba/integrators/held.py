@@ -1,8 +1,8 @@
 """What a run carries from step to step beside its bodies: rows behind the 18 k rows of the state.
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
-masks: which of the rows of C that may be exchanged are in use, and behind them the largest margin that this choice
-has had.
+accelerations: of the last stage, 6 per body, in closed loops; masks: which of the rows of C that may be exchanged are
+in use, and behind them the largest margin that this choice has had.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,11 @@ from lienumba.mechanics.motion import Instant
 
 @dataclass(frozen=True)
 class Held:
-    """angles: joints; work: whether there is any; masks: rows of C."""
+    """angles: joints; work: whether there is any; accelerations: their number; masks: rows of C."""
 
     angles: tuple[int, ...]
     work: bool
+    accelerations: int
     masks: tuple[int, ...]
 
     @property
@@ -27,7 +28,7 @@ class Held:
 
     @property
     def first_mask(self) -> int:
-        return len(self.angles) + self.work
+        return len(self.angles) + self.work + self.accelerations
 
     def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:
         return Instant(bodies, t, dict(zip(self.angles, held, strict=False)))
@@ -38,6 +39,11 @@ class Held:
         for row, x in zip(self.masks, held[self.first_mask :], strict=False):
             mask[row] = x
         return mask
+
+    def expected(self, held: tuple[Any, ...]) -> list[Any] | None:
+        """The accelerations; None if they are not held."""
+        first = len(self.angles) + self.work
+        return list(held[first : self.first_mask]) or None
 
     def counted(self, model: Model, now: Instant) -> list[Any]:
         """The angles, each counted near where `now` has it."""

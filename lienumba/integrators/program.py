@@ -16,7 +16,7 @@ own, so that what is observed can never change how a step is computed.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
@@ -83,6 +83,7 @@ class _Reports:
     sound: list[Any] = field(default_factory=list)
     power: list[Any] = field(default_factory=list)
     margin: list[Any] = field(default_factory=list)
+    accelerations: list[Any] = field(default_factory=list)  # of the last stage
 
 
 class _Tracer:
@@ -95,8 +96,9 @@ class _Tracer:
         self.method = method
         self.k = len(model.bodies)
         self.rows = len(self.values)  # of parameters and what is hoisted behind them
-        self.held = Held(counted_angles(model), True, masked)
-        self.held = Held(self.held.angles, not is_zero(self._any_power()), masked)
+        accelerations = 6 * self.k if self.structure.looped else 0
+        self.held = Held(counted_angles(model), False, accelerations, masked)
+        self.held = replace(self.held, work=not is_zero(self._any_power()))
 
     def _any_power(self) -> Any:
         """The power at any state: zero by its structure if nothing ever works on the system."""
@@ -128,16 +130,16 @@ class _Tracer:
 
     def field(self, model: Model, held: tuple[Any, ...], reports: _Reports) -> Callable[[Any, Any], Any]:
         """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside."""
-        mask = self.held.mask(held, self.structure.rows)
+        mask, expected = self.held.mask(held, self.structure.rows), self.held.expected(held)
 
         def F(bodies: Any, t: Any) -> Any:
             now = self.held.instant(bodies, held, t)
-            solution = dynamics.accelerations(model, self.structure, now, mask)
+            solution = dynamics.accelerations(model, self.structure, now, mask, expected)
             reports.sound.append(solution.sound)
             reports.margin.append(solution.margin)
             if self.held.work:
                 reports.power.append(dynamics.power(model, now, solution.mu))
-            a = solution.x
+            reports.accelerations = a = solution.x
             return tuple((*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(bodies))
 
         return F
@@ -150,6 +152,8 @@ class _Tracer:
             for b, power in zip(self.tableau.b, reports.power, strict=True):
                 work = work + (h * float(b)) * power if b else work
             rows.append(work)
+        if self.held.accelerations:
+            rows += reports.accelerations
         if self.held.masks:
             rows += [*held[self.held.first_mask : -1], maximum(reports.margin[0], held[-1])]
         return rows
@@ -201,11 +205,17 @@ class _Tracer:
         return self.kernel(name, (*flat(f), *said), tuple(rows))
 
     def finish(self) -> Kernel:
-        """What is held after a step; state: the new bodies, and what was held; extra: what the stages reported."""
+        """What is held after a step; state: the new bodies, and what was held; extra: what the stages gave."""
         graph, model = self.graph()
         t, h = graph.inputs("clock", 2)
-        said = [graph.inputs("extra", codes.REPORTS, ALGEBRA * s) for s in range(len(self.tableau.b))]
-        reports = _Reports(power=[x[1] for x in said], margin=[x[2] for x in said])
+        stages = len(self.tableau.b)
+        said = [graph.inputs("extra", codes.REPORTS, slope_row(self.k, stages) + ALGEBRA * s) for s in range(stages)]
+        last = [slope_row(i, stages) + ALGEBRA * (stages - 1) + 6 for i in range(self.k)]
+        reports = _Reports(
+            power=[x[1] for x in said],
+            margin=[x[2] for x in said],
+            accelerations=[x for first in last for x in graph.inputs("extra", 6, first)],
+        )
         held = self.held_rows(graph)
         now = self.held.instant(self.bodies(graph, "state"), held, t)
         return self.kernel("finish", self.held_after(model, held, now, h, reports))
@@ -237,7 +247,8 @@ class _Tracer:
         solution = projection.position_correction(model, self.structure, at, list(x), mask)
         rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(self.k)])
         new = projection.placed(hat.bodies, solution.x)
-        violation = projection.position_violation(model, self.held.instant(new, held, hat.t))
+        counts = projection.counted(solution, mask) if self.structure.looped else None
+        violation = projection.position_violation(model, self.held.instant(new, held, hat.t), counts)
         code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
         code = where(solution.sound > 0.0, code, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
@@ -251,7 +262,8 @@ class _Tracer:
             body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
             for i, body in enumerate(now.bodies)
         )
-        violation = projection.velocity_violation(model, Instant(new, now.t, now.angles))
+        counts = projection.counted(solution, mask) if self.structure.looped else None
+        violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
         code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
         return self.kernel("velocity", (*flat(new), violation, code))
@@ -267,7 +279,8 @@ class _Tracer:
     def observe(self) -> tuple[Kernel, dict[str, tuple[int, int]]]:
         graph, model = self.graph()
         now, mask = self.now(graph)
-        mu = dynamics.accelerations(model, self.structure, now, mask).mu
+        expected = self.held.expected(self.held_rows(graph))
+        mu = dynamics.accelerations(model, self.structure, now, mask, expected).mu
         if self.held.masks:
             mu = kkt.least_multipliers(self.structure, constraints.jacobian(model, now), mu)
         kinetic, potential = dynamics.energies(model, now)

@@ -49,12 +49,16 @@ def loads(model: Model, now: Instant) -> list[Any]:
 
 
 def accelerations(
-    model: Model, structure: kkt.Structure, now: Instant, mask: list[Any] | None = None
+    model: Model,
+    structure: kkt.Structure,
+    now: Instant,
+    mask: list[Any] | None = None,
+    expected: list[Any] | None = None,
 ) -> kkt.Solution:
-    """v' (global) and w' (body frame) of every body, and the multipliers."""
+    """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`."""
     C = constraints.jacobian(model, now)
     _, bias = constraints.rate_and_bias(model, now)
-    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), [-x for x in bias], mask)
+    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), [-x for x in bias], mask, expected)
 
 
 def energies(model: Model, now: Instant) -> tuple[Any, Any]:

@@ -3,8 +3,10 @@
 On symbols the elimination unrolls to exactly the operations that its pattern needs. The order of the blocks makes
 pivoting unnecessary (`lienumba.mechanics.order`). A row whose mask is 0 is left out: its multiplier is 0.
 
-Closed loops may pass positions where C loses rank. There a vanishing pivot is moved by EPSILON of its scale, and two
-refinements with the same factors take the error of that back wherever C has its rank.
+Closed loops may pass positions where C loses rank. There a pivot vanishes, and its equation, divided by it, is noise:
+Runge-Kutta stages lie beside the constraints, by more than the pivot. So the solution is sought as an expected one plus
+a correction, and what the weak equation says of the correction is faded out. (A pivot moved by a small number, the
+usual remedy, forgets the constraint force instead, which costs energy.)
 """
 
 from dataclasses import dataclass, field
@@ -17,9 +19,10 @@ from lienumba.mechanics.order import elimination_order
 from lienumba.operations import minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
-WEAK = 1e-3  # a pivot below this fraction is moved
-EPSILON = 1e-6  # by this fraction
-REFINEMENTS = 2
+WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
+FADED = 1e-7  # is faded, to one half here
+LEAST = 1e-13  # and the pivot is at least this fraction
+SHIFT = 1e-8  # of least_multipliers
 
 Entries = dict[tuple[int, int], Any]
 
@@ -80,13 +83,14 @@ def _has_loop(ends: list[tuple[int, ...]]) -> bool:
 
 @dataclass(frozen=True)
 class Solution:
-    """x (6 k), mu (m); `sound`: 1, or 0 where a constraint depends on the others; `margin`: the smallest pivot of a
-    constraint relative to its scale (only where rows are masked)."""
+    """x (6 k), mu (m); `sound`: 1, or 0 where a constraint depends on the others; in closed loops `firm`: for each row
+    1, or less where it is faded; `margin`: the smallest pivot of a constraint relative to its scale."""
 
     x: list[Any]
     mu: list[Any]
     sound: Any
-    margin: Any = 1.0
+    firm: list[Any]
+    margin: Any
 
 
 @dataclass
@@ -128,11 +132,16 @@ class _Factors:
                     self.column[i][i2] = self.column[i].get(i2, 0.0) - factor * value
         self.column[j] = dict(scaled)
 
-    def solve(self, f: list[Any], g: list[Any]) -> tuple[list[Any], list[Any]]:
+    def forward(self, f: list[Any], g: list[Any], firm: list[Any]) -> list[Any]:
         y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
-        for j in range(len(y)):
+        for j, variable in enumerate(self.order):
+            if variable >= self.n:
+                y[j] = firm[variable - self.n] * y[j]
             for i, factor in self.column[j].items():
                 y[i] = y[i] - factor * y[j]
+        return y
+
+    def backward(self, y: list[Any]) -> tuple[list[Any], list[Any]]:
         for j in reversed(range(len(y))):
             y[j] = y[j] * self.inverse[j]
             for i, factor in self.column[j].items():
@@ -150,42 +159,41 @@ def solve(
     f: list[Any],
     g: list[Any],
     mask: list[Any] | None = None,
-    shift: float | None = None,
+    expected: list[Any] | None = None,
 ) -> Solution:
     """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column).
 
-    mask: 1 or 0 for each row; shift: move every constraint's pivot by this instead of the weak ones.
+    mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops.
     """
-    n = 6 * structure.bodies
-    mask = mask or [1.0] * structure.rows
+    n, rows = 6 * structure.bodies, structure.rows
+    every = [1.0] * rows
+    mask = mask or every
     C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
     g = [m * x for m, x in zip(mask, g, strict=True)]
     diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
     factors = _Factors.of(structure.order, n, A, C, diagonal)
-    refined = structure.looped or shift is not None
+    firm: list[Any] = list(every)
     sound: Any = 1.0
     margin: Any = 1.0
     for j, variable in enumerate(structure.order):
         scale = factors.by_bodies[j]
         pivot = scale + factors.by_joints[j]
-        if variable >= n:
-            if structure.masked:
-                margin = minimum(pivot / scale, margin)
-            if shift is not None:
-                pivot = pivot - shift
-            elif refined:
-                pivot = where(pivot > WEAK * scale, pivot + EPSILON * scale, pivot)
-                sound = where(pivot < 0.0, sound, 0.0)  # NaN is not
-            else:
-                sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)
+        if variable >= n and structure.looped:
+            part = pivot / scale
+            margin = minimum(part, margin)
+            firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
+            pivot = where(part > LEAST, pivot, LEAST * scale)
+        elif variable >= n:
+            sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
         factors.eliminate(j, pivot)
-    x, mu = factors.solve(f, g)
-    for _ in range(REFINEMENTS if refined else 0):
-        rest_f, rest_g = _rest(A, C, f, g, x, mu)
-        dx, dmu = factors.solve(rest_f, rest_g)
-        x = [a + b for a, b in zip(x, dx, strict=True)]
-        mu = [a + b for a, b in zip(mu, dmu, strict=True)]
-    return Solution(x, mu, sound, margin)
+    if not structure.looped:
+        return Solution(*factors.backward(factors.forward(f, g, every)), sound, firm, margin)
+    x0 = expected or [0.0] * n
+    f, g = _rest(A, C, f, g, x0, [0.0] * rows)
+    by_forces = factors.forward(f, [0.0] * rows, every)
+    by_constraints = factors.forward([0.0] * n, g, firm)
+    x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
+    return Solution([a + b for a, b in zip(x0, x, strict=True)], mu, sound, firm, margin)
 
 
 def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> tuple[list[Any], ...]:
@@ -202,13 +210,20 @@ def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: 
 
 
 def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[Any]:
-    """The multipliers of minimum norm with the same C^T mu, over all rows (iterated Tikhonov regularisation)."""
-    n = 6 * structure.bodies
-    f: list[Any] = [0.0] * n
-    for (row, c), value in C.items():
-        f[c] = f[c] + value * mu[row]
+    """The multipliers of minimum norm with the same C^T mu, over all rows: iterated Tikhonov regularisation."""
+    n, rows = 6 * structure.bodies, structure.rows
     identity = {(i, i): 1.0 for i in range(n)}
-    return solve(structure, identity, C, f, [0.0] * structure.rows, shift=1e-8).mu
+    factors = _Factors.of(structure.order, n, identity, C, {})
+    for j, variable in enumerate(structure.order):
+        factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j] - (SHIFT if variable >= n else 0.0))
+    f, g = _rest(identity, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
+    x: list[Any] = [0.0] * n
+    least: list[Any] = [0.0] * rows
+    for _ in range(3):
+        dx, dmu = factors.backward(factors.forward(*_rest(identity, C, f, g, x, least), [1.0] * rows))
+        x = [a + b for a, b in zip(x, dx, strict=True)]
+        least = [a + b for a, b in zip(least, dmu, strict=True)]
+    return least
 
 
 def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:

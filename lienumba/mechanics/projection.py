@@ -12,27 +12,32 @@ from lienumba.mechanics import constraints, kkt
 from lienumba.mechanics.dynamics import mass_matrix
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
-from lienumba.operations import absolute, maximum, where
+from lienumba.operations import absolute, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
-def position_violation(model: Model, now: Instant) -> Any:
-    """The largest violation (m, or 1) that is more than the rounding of its joint; 0 if there is none."""
+def position_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
+    """The largest violation (m, or 1) that is more than the rounding of its joint; 0 if there is none.
+
+    counts: for each row whether it counts, above one half.
+    """
     reach, far, _ = constraints.sizes(model, now)
-    worst: Any = 0.0
-    for phi, p, r in zip(constraints.residual(model, now), reach, far, strict=True):
-        worst = maximum(worst, where(absolute(phi) <= ROUNDING * (p + r), 0.0, absolute(phi)))
-    return worst
+    return _worst(constraints.residual(model, now), [ROUNDING * (p + r) for p, r in zip(reach, far, strict=True)], counts)
 
 
-def velocity_violation(model: Model, now: Instant) -> Any:
+def velocity_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
     """The largest rate of a violation (m/s or rad/s) that is more than the rounding of its joint; 0 if there is none."""
     _, _, speed = constraints.sizes(model, now)
+    return _worst(constraints.rate_and_bias(model, now)[0], [ROUNDING * v for v in speed], counts)
+
+
+def _worst(rows: list[Any], rounding: list[Any], counts: list[Any] | None) -> Any:
     worst: Any = 0.0
-    for rate, v in zip(constraints.rate_and_bias(model, now)[0], speed, strict=True):
-        worst = maximum(worst, where(absolute(rate) <= ROUNDING * v, 0.0, absolute(rate)))
+    for row, limit, count in zip(rows, rounding, counts or [1.0] * len(rows), strict=True):
+        violation = where(absolute(row) <= limit, 0.0, absolute(row))
+        worst = maximum(worst, where(count > 0.5, violation, 0.0))
     return worst
 
 
@@ -59,6 +64,14 @@ def position_correction(
         if c.level != "position":
             mask = [*mask[: rows.start], *[0.0] * c.rows, *mask[rows.stop :]]
     return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, mask)
+
+
+def counted(solution: kkt.Solution, mask: list[Any]) -> list[Any]:
+    """Which rows a position must fulfil: not those that are faded; and while some are, not the masked ones either."""
+    all_firm: Any = 1.0
+    for firm in solution.firm:
+        all_firm = minimum(firm, all_firm)
+    return [where(m > 0.5, firm, all_firm) for m, firm in zip(mask, solution.firm, strict=True)]
 
 
 def velocity_correction(
