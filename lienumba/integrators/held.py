@@ -5,8 +5,11 @@ accelerations: of the last stage, 6 per body, in closed loops; masks: which of t
 in use, and behind them the largest margin that this choice has had.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from lienumba.mechanics import forces, joints, motion
 from lienumba.mechanics.model import Model
@@ -29,6 +32,13 @@ class Held:
     @property
     def first_mask(self) -> int:
         return len(self.angles) + self.work + self.accelerations
+
+    def start(self, angles: Mapping[int, Any], runs: int) -> np.ndarray:
+        """(runs, rows) at the start; angles: by joint. The masks are chosen by the driver."""
+        rows = np.zeros((runs, self.rows))
+        for place, joint in enumerate(self.angles):
+            rows[:, place] = angles[joint]
+        return rows
 
     def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:
         return Instant(bodies, t, dict(zip(self.angles, held, strict=False)))

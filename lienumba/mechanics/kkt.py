@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lienumba.mechanics.constraints import constraints_of, rows_of
-from lienumba.mechanics.model import GROUND, Model
+from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import is_zero
 from lienumba.mechanics.order import elimination_order
 from lienumba.operations import minimum, where
@@ -44,25 +44,34 @@ class Structure:
     def of(model: Model, masked: tuple[int, ...] = ()) -> "Structure":
         k, blocks = len(model.bodies), _blocks(model)
         order: list[int] = []
-        for block in elimination_order(k, [(ends, len(rows)) for ends, rows in blocks]):
+        for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks]):
             if block < k:
                 order += range(6 * block, 6 * block + 6)
             else:
-                order += [6 * k + row for row in blocks[block - k][1]]
-        looped = bool(masked) or _has_loop([ends for ends, _ in blocks])
-        return Structure(k, len(order) - 6 * k, tuple(order), looped, masked)
+                order += [6 * k + row for row in blocks[block - k].rows]
+        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked)
 
 
-def _blocks(model: Model) -> list[tuple[tuple[int, ...], list[int]]]:
-    """The rows that tie the same bodies together are eliminated together."""
-    blocks: dict[frozenset[int], tuple[tuple[int, ...], list[int]]] = {}
-    for constraint, rows in zip(constraints_of(model), rows_of(model), strict=True):
-        _, own = blocks.setdefault(frozenset(constraint.bodies), (constraint.bodies, []))
-        own += range(rows.start, rows.stop)
+@dataclass
+class _Block:
+    """The rows that tie the same bodies together, eliminated together; `ties`: how many constraints could do without
+    the others, which a driver of a joint's own coordinate or of a body's orientation could not."""
+
+    bodies: tuple[int, ...]
+    rows: list[int] = field(default_factory=list)
+    ties: int = 0
+
+
+def _blocks(model: Model) -> list[_Block]:
+    blocks: dict[frozenset[int], _Block] = {}
+    for i, (constraint, rows) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+        block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies))
+        block.rows += range(rows.start, rows.stop)
+        block.ties += i < len(model.joints) or model.drivers[i - len(model.joints)].motion == "point"
     return list(blocks.values())
 
 
-def _has_loop(ends: list[tuple[int, ...]]) -> bool:
+def _has_loop(blocks: list[_Block]) -> bool:
     """Whether a constraint ties bodies that others have tied already."""
     group: dict[int, int] = {}
 
@@ -71,8 +80,10 @@ def _has_loop(ends: list[tuple[int, ...]]) -> bool:
             body = group[body]
         return body
 
-    for bodies in ends:
-        first, *others = bodies
+    for block in blocks:
+        first, *others = block.bodies
+        if block.ties > 1:
+            return True
         for other in others:
             a, b = root(first), root(other)
             if a == b:

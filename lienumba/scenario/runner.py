@@ -101,7 +101,8 @@ def _program(resolved: Scenario, prepared: Prepared) -> "Program":
     from lienumba.integrators.program import Method, build
 
     data: Any = resolved.data
-    return build(prepared.model, Method(data.integrator.method, data.projection.position, data.projection.velocity))
+    method = Method(data.integrator.method, data.projection.position, data.projection.velocity)
+    return build(prepared.model, method, prepared.exchangeable)
 
 
 def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
@@ -113,7 +114,7 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
     return Batch(
         machine=machine,
         parameters=program.parameters,
-        states=prepared.states,
+        states=np.concatenate([prepared.states, program.held.start(prepared.angles, len(prepared.states))], axis=1),
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators import munthe_kaas
+from lienumba.mechanics.motion import Instant
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt, projection
 from lienumba.scenario.resolve import resolve
@@ -25,7 +26,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
 
     def stage(x: Bodies, u: Any, t: float) -> Any:
         def F(bodies: Bodies) -> Any:
-            a = dynamics.accelerations(model, structure, bodies).x
+            a = dynamics.accelerations(model, structure, Instant(bodies)).x
             return tuple((*body[12:18], *a[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))
 
         return F(x) if u is None else munthe_kaas.slope(x, u, F, TABLEAUS[settings.integrator.method].order)
@@ -47,9 +48,9 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
 def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, tolerance: float) -> tuple[Bodies, int]:
     state, x = hat, [0.0] * (6 * len(hat))
     for iteration in range(1, 20):
-        x = projection.position_correction(model, structure, state, x).x
+        x = projection.position_correction(model, structure, Instant(state), x, [1.0] * structure.rows).x
         state = projection.placed(hat, x)
-        violation = projection.position_violation(model, state)
+        violation = projection.position_violation(model, Instant(state))
         if violation <= tolerance:
             return state, iteration
     raise RuntimeError(f"left {violation}")
@@ -57,11 +58,11 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, toleran
 
 def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, settings: Any) -> tuple[Bodies, int]:
     for iteration in range(1, 20):
-        x = projection.velocity_correction(model, structure, state, settings.velocity).x
+        x = projection.velocity_correction(model, structure, Instant(state), settings.velocity, [1.0] * structure.rows).x
         state = tuple(
             (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)
         )
-        violation = projection.velocity_violation(model, state)
+        violation = projection.velocity_violation(model, Instant(state))
         if violation <= settings.tolerance:
             return state, iteration
     raise RuntimeError(f"left {violation}")

@@ -101,7 +101,7 @@ def vector(rng: np.random.Generator, scale: float = 1.0) -> tuple[float, ...]:
 def model(k: int, ends: Ends, seed: int = 0) -> Model:
     rng = np.random.default_rng(seed)
     joints = tuple(
-        Joint(f"j{n}", kind, (a, b), (vector(rng), vector(rng)), float(rng.uniform(0.5, 2.0)) if kind == D else None)
+        Joint(f"j{n}", kind, (a, b), (vector(rng), vector(rng)), length=float(rng.uniform(0.5, 2.0)) if kind == D else None)
         for n, (kind, a, b) in enumerate(ends)
     )
     return Model(GRAVITY, tuple(body(rng, f"b{i}") for i in range(k)), joints)
@@ -120,7 +120,7 @@ def arrays(x: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def rows(m: Model) -> int:
-    return sum(JOINT_TYPES[joint.type].rows for joint in m.joints)
+    return sum(len(JOINT_TYPES[joint.type].rows) for joint in m.joints)
 
 
 def dense(entries: dict[tuple[int, int], Any], shape: tuple[int, int]) -> np.ndarray:
