@@ -46,11 +46,24 @@ def exp(x: Any) -> Any:
     return x.exp() if hasattr(x, "exp") else vector_math().exp(x)
 
 
+def log(x: Any) -> Any:
+    return x.log() if hasattr(x, "log") else vector_math().log(x)
+
+
 def atan2(y: Any, x: Any) -> Any:
     for number in (y, x):
         if hasattr(number, "atan2"):
             return number.atan2(y, x)
     return vector_math().atan2(y, x)
+
+
+def tanh(x: Any) -> Any:
+    """By its continued fraction near 0, else from exp(-2 |x|): accurate beside 0, and never too large."""
+    y = x * x
+    near = x / (1.0 + y / (3.0 + y / (5.0 + y / (7.0 + y / (9.0 + y / (11.0 + y / 13.0))))))
+    e = exp(-2.0 * absolute(x))
+    far = (1.0 - e) / (1.0 + e)
+    return where(y < 0.25, near, where(x < 0.0, -far, far))
 
 
 def vector_math() -> Any:
@@ -91,6 +104,25 @@ def minimum(x: Any, y: Any) -> Any:
 def maximum(x: Any, y: Any) -> Any:
     """The larger of two numbers; y where either is NaN."""
     return where(x > y, x, y)
+
+
+def divide(x: Any, y: Any) -> Any:
+    """x / y; infinite or NaN where y is 0."""
+    if _is_float(x) and _is_float(y) and y == 0.0:
+        return math.nan if x == 0.0 or math.isnan(x) else math.copysign(math.inf, x) * math.copysign(1.0, y)
+    return x / y
+
+
+def power(x: Any, p: Any) -> Any:
+    """x**p: repeated multiplication where p is a whole number known beforehand, else exp(p log x)."""
+    if not _is_float(p) or not float(p).is_integer():
+        return sqrt(x) if _is_float(p) and p == 0.5 else exp(p * log(x))
+    result: Any = 1.0
+    factor, n = x, abs(int(p))
+    while n:
+        result = result * factor if n % 2 else result
+        factor, n = factor * factor, n // 2
+    return result if p >= 0 else divide(1.0, result)
 
 
 def absolute(x: Any) -> Any:

@@ -1,4 +1,4 @@
-"""sin, cos, exp and atan2 from `+ - * /` alone: at most 2 ulp for |x| up to 1e5, and the same bits on every CPU.
+"""sin, cos, exp, log and atan2 from `+ - * /` alone: at most 2 ulp for |x| up to 1e5, and the same bits on every CPU.
 
 Used by arrays, symbols and lanes. No branch, no table, no call into a mathematics library. Angles are reduced by
 pi/2 in four parts (Cody and Waite, 151 bits), so that results stay relatively exact beside the zeros.
@@ -115,3 +115,30 @@ def atan2(y: Any, x: Any) -> Any:
     angle = where(a < b, 1.5707963267948966 - (angle - 6.123233995736766e-17), angle)
     angle = where(x < 0.0, 3.141592653589793 - (angle - 1.2246467991473532e-16), angle)
     return where(y < 0.0, -angle, angle)
+
+
+@kernel
+def log(x: Any) -> Any:
+    """The natural logarithm; -inf at 0, NaN below. x = m 2^n with m near 1 by exact steps, then the series of atanh."""
+    tiny = x < 2.2250738585072014e-308
+    m = where(x > 0.0, x, 1.0) * where(tiny, 18014398509481984.0, 1.0)
+    n = where(tiny, -54.0, 0.0)
+    for step in (512.0, 256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0):
+        high = m >= power_of_two(step)
+        low = m < power_of_two(1.0 - step)
+        m = m * where(high, power_of_two(-step), where(low, power_of_two(step), 1.0))
+        n = where(high, n + step, where(low, n - step, n))
+    upper = m > 1.4142135623730951
+    m = where(upper, 0.5 * m, m)
+    n = where(upper, n + 1.0, n)
+    d = m - 1.0
+    f = d / (m + 1.0)
+    z = f * f
+    p = 1 / 17 + z * (1 / 19 + z * (1 / 21 + z * (1 / 23)))
+    p = 1 / 9 + z * (1 / 11 + z * (1 / 13 + z * (1 / 15 + z * p)))
+    p = z * (1 / 3 + z * (1 / 5 + z * (1 / 7 + z * p)))
+    half = 0.5 * (d * d)
+    y = n * LOG_2_HIGH + (d - (half - (f * (half + 2.0 * p) + n * LOG_2_LOW)))
+    infinite = float("inf")
+    y = where(x < infinite, y, infinite)
+    return where(x > 0.0, y, where(x < 0.0, infinite - infinite, where(x == 0.0, -infinite, x)))

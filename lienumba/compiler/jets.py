@@ -87,6 +87,10 @@ class Jet:
         e = operations.exp(self.a)
         return self._chain(e, e, e)
 
+    def log(self) -> "Jet":
+        slope = 1.0 / self.a
+        return self._chain(operations.log(self.a), slope, -slope * slope)
+
     def atan2(self, y: Any, x: Any) -> "Jet":
         y, x = lift(y), lift(x)
         square = x.a * x.a + y.a * y.a

@@ -37,6 +37,7 @@ def register() -> None:
     polynomial(operations.sin, vector_math.sin)
     polynomial(operations.cos, vector_math.cos)
     polynomial(operations.exp, vector_math.exp)
+    polynomial(operations.log, vector_math.log)
 
     @overload(operations.power_of_two, strict=False)
     def power_of_two(n: Any) -> Any:

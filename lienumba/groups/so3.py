@@ -174,9 +174,10 @@ def exp(u: Vec3) -> Matrix3:
 def log(R: Matrix3) -> Vec3:
     """The rotation vector u with exp(u) = R and |u| <= pi (rad)."""
     w, x, y, z = to_quaternion(R)
-    n = sqrt(x * x + y * y + z * z)
-    tiny = n < 1e-150
-    factor = where(tiny, 2.0, 2.0 * atan2(n, w) / where(tiny, 1.0, n))
+    square = x * x + y * y + z * z
+    tiny = square < 1e-300
+    n = sqrt(where(tiny, 1.0, square))
+    factor = where(tiny, 2.0, 2.0 * atan2(n, w) / n)
     return (factor * x, factor * y, factor * z)
 
 

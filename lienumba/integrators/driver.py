@@ -239,8 +239,6 @@ def drive(
         store(ends, 0, splat(0.0))
         store(clock, 0, splat(0.0))
         store(clock, 1, splat(h))
-        if q > 0:
-            _exchange(kernels[EXCHANGE], x, p, clock, load(status, 0) == 0.0, work, table, q, x, masks)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:

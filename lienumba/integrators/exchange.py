@@ -9,6 +9,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from lienumba.mechanics import constraints, dynamics, kkt
+from lienumba.mechanics.model import Model
+from lienumba.mechanics.motion import Instant
+
 INDEPENDENT = 1e-10  # a pivot of the scaled S below this is a row that adds nothing
 NEARLY = 0.5  # rows within this fraction of the strongest are equals: the first of them is taken
 BETTER = 4.0  # another set of the same number replaces the present one if its weakest pivot is stronger by this
@@ -39,10 +43,24 @@ def _strongest(S: Any, allowed: Any, taken: Any) -> Any:
         weakest = min(weakest, pivot)
         for i in range(q):
             if left[i]:
-                factor = S[i, chosen] / pivot
-                for j in range(q):
-                    if left[j]:
-                        S[i, j] -= factor * S[chosen, j]
+                S[i] -= (S[i, chosen] / pivot) * S[chosen]
+
+
+def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> tuple[np.ndarray, float]:
+    """The masks (q,) with which all runs begin, from the nominal start `now` in floats, and their margin."""
+    structure = kkt.Structure.of(model, masked)
+    C, M = constraints.jacobian(model, now), dynamics.mass_matrix(model)
+    triangle, scales = kkt.exchange(structure, M, C)
+    S = np.zeros((len(scales), len(scales)))
+    S[np.tril_indices(len(scales))] = triangle
+    S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))
+    masks = np.zeros(len(scales))
+    _strongest.py_func(S, np.ones(len(scales), bool), masks)
+    mask = [1.0] * structure.rows
+    for row, used in zip(masked, masks, strict=True):
+        mask[row] = float(used)
+    zero = [0.0] * structure.rows
+    return masks, float(kkt.solve(structure, M, C, [0.0] * (6 * structure.bodies), zero, mask).margin)
 
 
 @njit(nogil=True, error_model="numpy")

@@ -33,11 +33,14 @@ class Held:
     def first_mask(self) -> int:
         return len(self.angles) + self.work + self.accelerations
 
-    def start(self, angles: Mapping[int, Any], runs: int) -> np.ndarray:
-        """(runs, rows) at the start; angles: by joint. The masks are chosen by the driver."""
+    def start(self, angles: Mapping[int, Any], masks: np.ndarray, margin: float, runs: int) -> np.ndarray:
+        """(runs, rows) at the start; angles: by joint; masks, margin: see `exchange.first_choice`."""
         rows = np.zeros((runs, self.rows))
         for place, joint in enumerate(self.angles):
             rows[:, place] = angles[joint]
+        if self.masks:
+            rows[:, self.first_mask : -1] = masks
+            rows[:, -1] = margin
         return rows
 
     def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:

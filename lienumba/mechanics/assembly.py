@@ -2,7 +2,8 @@
 
 Works on all runs at once, elementwise (numbers are floats or arrays of shape (runs,)), so that a run's initial state
 depends on nothing but its own inputs, on any CPU. Positions move before rotations do: an omitted rotation is the
-identity unless the joints force it away. Omitted velocities are those of least kinetic energy.
+identity, or the guess, unless the joints force it away. Omitted velocities are those of least kinetic energy relative
+to where they start: at rest, as guessed, or moving with the body to which they are relative.
 """
 
 from dataclasses import dataclass, replace
@@ -10,28 +11,43 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.groups import so3
-from lienumba.mechanics import constraints
-from lienumba.mechanics.joints import rows_of, separation
-from lienumba.mechanics.model import Model, Pose, map_numbers
-from lienumba.mechanics.projection import ROUNDING, placed, position_violation
-from lienumba.operations import cos, sqrt, where
+from lienumba.mechanics import constraints, joints, placing
+from lienumba.mechanics.closing import ACCEPTED, Closing, velocities
+from lienumba.mechanics.least import Entries
+from lienumba.mechanics.model import Coordinate, Driver, Model, Start, map_numbers
+from lienumba.mechanics.motion import Instant, still
+from lienumba.mechanics.poses import Poses
+from lienumba.mechanics.projection import ROUNDING
 
-DEPENDENT = 1e-12  # a pivot below this fraction of its diagonal belongs to a row that adds nothing
-ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size of its joint, or speed of its points
-ITERATIONS = 50
-FAR = 10  # iterations that look for the least correction; where it is large they converge slowly, the rest fast
-KICKS = (0.0, 0.2, 0.7, 1.5)  # rad: where no way leads from the start, the omitted bodies start again turned and moved
+MOTIONS = {"angle": "value", "displacement": "value", "rate": "rate", "speed": "rate"}
+COORDINATES = {"angle": "angle", "rate": "angle", "displacement": "displacement", "speed": "displacement"}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Something that the start has to fulfil: a "joint", a "driver", or the "angle", "displacement", "rate" or "speed"
+    given for a joint; name: of the joint or driver; kinds: one letter for each row, "m" for a length, "r" for an angle.
+    """
+
+    what: str
+    name: str
+    bodies: tuple[int, ...]
+    rows: slice
+    kinds: str
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """model: with every distance joint's length; state (runs, k, 18); per row of Phi (runs, m): the violations left
-    (m and m/s), and the limits up to which they are accepted.
+    """model: with all that the start decides; state (runs, k, 18); angles: by joint (runs,) rad; per row of the
+    conditions (runs, m): the violations left (m or 1, m/s or rad/s), and the limits up to which they are accepted.
+
+    Rows come as in the constraints of the model, then those of what is given for joint coordinates.
     """
 
     model: Model
     state: np.ndarray
+    angles: dict[int, np.ndarray]
+    conditions: tuple[Condition, ...]
     position_violations: np.ndarray
     velocity_violations: np.ndarray
     position_limits: np.ndarray
@@ -42,7 +58,145 @@ class Assembly:
         """Whether each run fulfils its joints (runs,)."""
         position = np.all(self.position_violations <= self.position_limits, axis=1)
         velocity = np.all(self.velocity_violations <= self.velocity_limits, axis=1)
-        return position & velocity & np.all(np.isfinite(self.state), axis=(1, 2))
+        finite: np.ndarray = np.all(np.isfinite(self.state), axis=(1, 2))
+        return position & velocity & finite
+
+    def instant(self, run: int) -> Instant:
+        """The start of one run, in floats."""
+        bodies = tuple(tuple(float(x) for x in body) for body in self.state[run])
+        return Instant(bodies, 0.0, {j: float(angle[run]) for j, angle in self.angles.items()})
+
+
+def assemble(model: Model, start: Start, runs: int) -> Assembly:
+    """The initial state of every run. Nothing is raised here: violations that are left tell what did not fit."""
+    with np.errstate(all="ignore"):
+        return _assemble(map_numbers(model, _divisible), _all_divisible(start), runs)
+
+
+def _assemble(model: Model, start: Start, runs: int) -> Assembly:
+    poses = Poses.of(start, placing.carried_by_start(start, model))
+    targets = placing.angles_given(model, start)
+    angles = {j: targets.get(j, 0.0) for j in range(len(model.joints))}
+    given = [(j, name) for j, says in enumerate(start.joints) for name in MOTIONS if getattr(says, name) is not None]
+
+    bodies = poses.bodies(poses.local)
+    unsolved = _with_given(_placed(model, start, poses, targets, bodies, final=False), start, given)
+    unsolved = replace(unsolved, joints=tuple(map(placing.provisional, unsolved.joints)))
+    local = poses.local
+    if poses.shifts | poses.turns:
+        local = Closing(unsolved, poses, angles, _rows_known(unsolved, model, start), runs).positions()
+    bodies = poses.bodies(local)
+
+    model = _placed(model, start, poses, targets, bodies, final=True)
+    model = map_numbers(placing.with_lengths(model, bodies, angles), _plain)
+    full = _with_given(model, start, given)
+    rows = _on_velocities(_conditions(full, len(model.drivers), given))
+    bodies = velocities(full, poses, local, _inverse_mass(model), rows)
+    return _result(model, full, given, Instant(bodies, 0.0, angles), runs)
+
+
+def _divisible(x: Any, _: bool = False) -> Any:
+    """Division by 0 gives inf or nan, as for arrays."""
+    return np.float64(x) if isinstance(x, float | int) else x
+
+
+def _all_divisible(x: Any) -> Any:
+    """A start, or a part of it."""
+    if isinstance(x, tuple):
+        return tuple(_all_divisible(y) for y in x)
+    if hasattr(x, "__dataclass_fields__"):
+        return replace(x, **{name: _all_divisible(y) for name, y in vars(x).items() if name != "relative_to"})
+    return _divisible(x)
+
+
+def _plain(x: Any, _: bool = False) -> Any:
+    """A number that cannot differ between runs is a float."""
+    return float(x) if np.ndim(x) == 0 else np.asarray(x)
+
+
+def _placed(
+    model: Model, start: Start, poses: Poses, targets: dict[int, Any], bodies: tuple[Any, ...], final: bool
+) -> Model:
+    """The model with the points and frames of its joints where these bodies have them."""
+    placed = []
+    for j, (joint, says) in enumerate(zip(model.joints, start.joints, strict=True)):
+        known = placing.relative_known(joint, poses) or (final and j not in targets)
+        placed.append(placing.place(joint, says, bodies, targets.get(j), known))
+    return map_numbers(replace(model, joints=tuple(placed)), _plain)
+
+
+def _with_given(model: Model, start: Start, given: list[tuple[int, str]]) -> Model:
+    """What is given for the coordinates of joints, as drivers behind those of the model."""
+    drivers = []
+    for j, name in given:
+        joint, value = model.joints[j], getattr(start.joints[j], name)
+        drivers.append(Driver(joint.name, MOTIONS[name], joint.bodies, (value,), Coordinate(j, COORDINATES[name])))
+    return replace(model, drivers=(*model.drivers, *drivers))
+
+
+def _rows_known(unsolved: Model, model: Model, start: Start) -> tuple[int, ...]:
+    """The rows on the position level, but for those that only the assembled start decides."""
+    rows: list[int] = []
+    undecided = [placing.decided_by_start(j, says) for j, says in zip(model.joints, start.joints, strict=True)]
+    undecided += [0] * len(unsolved.drivers)
+    listed = zip(constraints.constraints_of(unsolved), constraints.rows_of(unsolved), undecided, strict=True)
+    for constraint, own, last in listed:
+        if constraint.level == "position":
+            rows += range(own.start, own.stop - last)
+    return tuple(rows)
+
+
+def _conditions(full: Model, drivers: int, given: list[tuple[int, str]]) -> tuple[Condition, ...]:
+    what = ["joint"] * len(full.joints) + ["driver"] * drivers + [name for _, name in given]
+    listed = zip(what, constraints.constraints_of(full), constraints.rows_of(full), strict=True)
+    return tuple(Condition(w, c.name, c.bodies, rows, c.kinds) for w, c, rows in listed)
+
+
+def _on_velocities(conditions: tuple[Condition, ...]) -> tuple[int, ...]:
+    """The rows that hold for velocities: all but given positions."""
+    rows: list[int] = []
+    for c in conditions:
+        rows += range(c.rows.start, c.rows.stop) if c.what not in ("angle", "displacement") else ()
+    return tuple(rows)
+
+
+def _inverse_mass(model: Model) -> Entries:
+    """The entries of M^-1."""
+    entries: Entries = {}
+    for i, body in enumerate(model.bodies):
+        xx, yy, zz, xy, xz, yz = body.inertia
+        a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+        d = xx * a + xy * b + xz * c
+        e, f, g = (xx * zz - xz * xz) / d, (xy * xz - xx * yz) / d, (xx * yy - xy * xy) / d
+        J = ((a / d, b / d, c / d), (b / d, e, f), (c / d, f, g))
+        entries |= {(6 * i + n, 6 * i + n): 1.0 / body.mass for n in range(3)}
+        entries |= {(6 * i + 3 + m, 6 * i + 3 + n): J[m][n] for m in range(3) for n in range(3)}
+    return entries
+
+
+def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instant, runs: int) -> Assembly:
+    conditions = _conditions(full, len(model.drivers), given)
+    on_velocities = _on_velocities(conditions)
+    rates, _ = constraints.rate_and_bias(full, now)
+    rates = [rate if row in on_velocities else 0.0 for row, rate in enumerate(rates)]
+    reach, far, speed = constraints.sizes(full, now)
+    fastest = constraints.largest([x for body in now.bodies for x in body[12:18]])
+    flat = _stack([x for body in now.bodies for x in body], runs)
+    angles = {
+        j: np.array(np.broadcast_to(joints.angle(joint, still(now, joint.bodies), now.angles[j]), (runs,)), float)
+        for j, joint in enumerate(model.joints)
+        if "angle" in joints.COORDINATES.get(joint.type, ())
+    }
+    return Assembly(
+        model,
+        flat.reshape(runs, len(now.bodies), 18),
+        angles,
+        conditions,
+        np.abs(_stack(constraints.residual(full, now), runs)),
+        np.abs(_stack(rates, runs)),
+        ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
+        ACCEPTED * _stack(speed, runs) + ROUNDING * _stack([fastest], runs),
+    )
 
 
 def _stack(rows: list[Any], runs: int) -> np.ndarray:
@@ -50,174 +204,3 @@ def _stack(rows: list[Any], runs: int) -> np.ndarray:
     if not rows:
         return np.zeros((runs, 0))
     return np.stack([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows], axis=1)
-
-
-def _least(C: dict[tuple[int, int], Any], inverse: dict[tuple[int, int], Any], b: list[Any], size: int) -> list[Any]:
-    """The x of least x^T W x with C x = b, or the closest that dependent rows allow; `inverse`: entries of W^-1."""
-    by_column: dict[int, dict[int, Any]] = {}
-    for (row, c), value in C.items():
-        by_column.setdefault(c, {})[row] = value
-    left: dict[int, dict[int, Any]] = {}  # column -> row -> (C W^-1)
-    for (i, j), w in inverse.items():
-        for row, value in by_column.get(i, {}).items():
-            target = left.setdefault(j, {})
-            target[row] = target.get(row, 0.0) + value * w
-    m = len(b)
-    S: list[dict[int, Any]] = [{} for _ in range(m)]  # lower triangle by column
-    for c, lefts in left.items():
-        for i, x in lefts.items():
-            for j, y in by_column.get(c, {}).items():
-                if i >= j:
-                    S[j][i] = S[j].get(i, 0.0) + x * y
-    scale = [S[j].get(j, 0.0) for j in range(m)]
-    y = list(b)
-    kept: list[Any] = []
-    for j in range(m):
-        pivot = S[j].get(j, 0.0)
-        independent = np.asarray(pivot > DEPENDENT * scale[j]) & np.asarray(pivot > 0.0)
-        kept.append(where(independent, 1.0 / where(independent, pivot, 1.0), 0.0))
-        below = [(i, x) for i, x in S[j].items() if i > j]
-        for n, (i, x) in enumerate(below):
-            factor = x * kept[j]
-            y[i] = y[i] - factor * y[j]
-            for i2, x2 in below[n:]:
-                high, low = max(i, i2), min(i, i2)
-                S[low][high] = S[low].get(high, 0.0) - factor * x2
-    for j in reversed(range(m)):
-        total = y[j]
-        for i, x in S[j].items():
-            if i > j:
-                total = total - x * y[i]
-        y[j] = total * kept[j]
-    solution: list[Any] = [0.0] * size
-    for c, lefts in left.items():
-        for row, x in lefts.items():
-            solution[c] = solution[c] + x * y[row]
-    return solution
-
-
-def _inverse_inertia(model: Model, body: int) -> dict[tuple[int, int], Any]:
-    xx, yy, zz, xy, xz, yz = model.bodies[body].inertia
-    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    d = xx * a + xy * b + xz * c
-    e, f, g = (xx * zz - xz * xz) / d, (xy * xz - xx * yz) / d, (xx * yy - xy * xy) / d
-    J = ((a / d, b / d, c / d), (b / d, e, f), (c / d, f, g))
-    return {(6 * body + 3 + i, 6 * body + 3 + j): J[i][j] for i in range(3) for j in range(3)}
-
-
-def _solve_positions(model: Model, start: Any, free: set[int], runs: int) -> Any:
-    """Gauss-Newton on the free columns towards the least total correction; converged runs stay where they are."""
-    x: list[Any] = [0.0] * (6 * len(model.bodies))
-    state = start
-    inverse = {(c, c): 1.0 if c % 6 < 3 else 0.5 for c in sorted(free)}
-    for n in range(ITERATIONS):
-        lost = _open(model, state, runs)
-        if not np.any(lost):
-            break
-        if n >= FAR:
-            start, x = state, [0.0] * len(x)
-        C = {key: value for key, value in constraints.jacobian(model, state).items() if key[1] in free}
-        b = [-phi for phi in constraints.residual(model, state)]
-        for (row, c), value in C.items():
-            b[row] = b[row] + value * x[c]
-        new = _least(C, inverse, b, len(x))
-        x = [where(lost, p, q) for p, q in zip(new, x, strict=True)]
-        state = _where(lost, placed(start, x), state)
-    return state
-
-
-def _open(model: Model, state: Any, runs: int) -> np.ndarray:
-    """Which runs do not fulfil their joints to rounding (runs,)."""
-    return ~(np.broadcast_to(np.asarray(position_violation(model, state)), (runs,)) == 0.0)
-
-
-def _kicked(model: Model, state: Any, free: set[int], angle: float, runs: int) -> Any:
-    """The state with the free bodies of the runs that are not assembled turned, and moved by as much of their reach."""
-    lost = _open(model, state, runs)
-    if angle == 0.0 or not np.any(lost):
-        return state
-    reach = constraints.largest(constraints.sizes(model, state)[0])
-    x: list[Any] = [0.0] * (6 * len(state))
-    for c in free:  # directions spread by the golden angle: any fixed ones that no mechanism prefers
-        x[c] = (angle * cos(2.399963 * (c + 1))) * (reach if c % 6 < 3 else 1.0)
-    return _where(lost, placed(state, x), state)
-
-
-def _where(lost: np.ndarray, new: Any, old: Any) -> Any:
-    """The new state in these runs, the old one in all others, bit for bit."""
-    return tuple(tuple(where(lost, p, q) for p, q in zip(a, b, strict=True)) for a, b in zip(new, old, strict=True))
-
-
-def assemble(model: Model, poses: tuple[Pose, ...], runs: int) -> Assembly:
-    """The initial state of every run. Nothing is raised here: violations that are left tell what did not fit."""
-    model = map_numbers(model, lambda x, _: np.float64(x) if isinstance(x, float) else x)  # division by 0 gives inf
-    zero = (0.0, 0.0, 0.0)
-    start = tuple((p.position or zero) + (p.rotation or so3.IDENTITY) + zero + zero for p in poses)
-    shifts = {6 * i + c for i, p in enumerate(poses) if p.position is None for c in range(3)}
-    turns = {6 * i + c for i, p in enumerate(poses) if p.rotation is None for c in range(3, 6)}
-    given = replace(model, joints=tuple(j for j in model.joints if j.type != "distance" or j.length is not None))
-    with np.errstate(all="ignore"):
-        state = _solve_positions(given, start, shifts, runs) if shifts else start
-        for kick in KICKS if shifts or turns else ():
-            state = _solve_positions(given, _kicked(given, state, shifts | turns, kick, runs), shifts | turns, runs)
-        model = _with_lengths(model, state)
-        C = constraints.jacobian(model, state)
-        velocities: list[Any] = []
-        free: set[int] = set()
-        for i, p in enumerate(poses):
-            velocities += (p.velocity or zero) + (p.angular_velocity or zero)
-            free |= {6 * i + c for c in range(3)} if p.velocity is None else set()
-            free |= {6 * i + c for c in range(3, 6)} if p.angular_velocity is None else set()
-        held = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
-        rates, _ = constraints.rate_and_bias(model, held)
-        inverse: dict[tuple[int, int], Any] = {}
-        for i, body in enumerate(model.bodies):
-            every = {(6 * i + c, 6 * i + c): 1.0 / body.mass for c in range(3)} | _inverse_inertia(model, i)
-            inverse |= {key: value for key, value in every.items() if key[0] in free}
-        change = _least(
-            {key: v for key, v in C.items() if key[1] in free}, inverse, [-rate for rate in rates], len(velocities)
-        )
-        velocities = [v + x for v, x in zip(velocities, change, strict=True)]
-        final = tuple(body[0:12] + tuple(velocities[6 * i : 6 * i + 6]) for i, body in enumerate(state))
-        rates, _ = constraints.rate_and_bias(model, final)
-        reach, far, speed = constraints.sizes(model, final)
-        phi = _stack(constraints.residual(model, final), runs)
-        flat = _stack([x for body in final for x in body], runs)
-    return Assembly(
-        model,
-        flat.reshape(runs, len(poses), 18),
-        np.abs(phi),
-        np.abs(_stack(rates, runs)),
-        ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
-        ACCEPTED * _stack(speed, runs) + ROUNDING * _stack([constraints.largest(velocities)], runs),
-    )
-
-
-def _with_lengths(model: Model, state: Any) -> Model:
-    """A distance joint without a length keeps the distance that its points have at the start."""
-    joints = []
-    for joint in model.joints:
-        if joint.type == "distance" and joint.length is None:
-            a, b = (constraints.placement(state, i) for i in joint.bodies)
-            d = separation(joint, a, b)
-            joint = replace(joint, length=sqrt(so3.dot(d, d)))
-        joints.append(joint)
-    return replace(model, joints=tuple(joints))
-
-
-def dependent_joint(model: Model, state: np.ndarray) -> tuple[str, int, int] | None:
-    """The first joint whose rows of C depend on those of the joints before it, with rank and rows.
-
-    `state` (k, 18) is that of the first run, which decides for all.
-    """
-    rows = rows_of(model)
-    C = np.zeros((rows[-1].stop if rows else 0, 6 * len(model.bodies)))
-    for key, value in constraints.jacobian(model, tuple(tuple(float(x) for x in body) for body in state)).items():
-        C[key] = np.asarray(value, float).reshape(-1)[0]
-    if not len(C) or np.linalg.matrix_rank(C, tol=1e-9 * np.abs(C).max()) == len(C):
-        return None
-    for joint, own in zip(model.joints, rows, strict=True):
-        rank = int(np.linalg.matrix_rank(C[: own.stop], tol=1e-9 * np.abs(C).max()))
-        if rank < own.stop:
-            return joint.name, rank, own.stop
-    return None

@@ -1,0 +1,226 @@
+"""Numbers written as formulas: "0.3*sin(2*t) + 0.1*t**2".
+
+A formula is parsed by Python's own grammar, checked node by node against the short list below, and evaluated with the
+named operations, so that it runs on floats, arrays, jets and symbols. Nothing is ever passed to `eval`.
+"""
+
+import ast
+import difflib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import Any
+
+from lienumba import operations
+from lienumba.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
+
+CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
+LONGEST = 2000  # characters
+DEEPEST = 50  # nested operations
+LARGEST_POWER = 64  # of an exponent that is a whole number
+
+
+def _clip(x: Any, low: Any, high: Any) -> Any:
+    return where(x > high, high, where(x < low, low, x))
+
+
+def _sign(x: Any) -> Any:
+    return where(x > 0.0, 1.0, where(x < 0.0, -1.0, 0.0 * x))
+
+
+# name -> (fewest arguments, most arguments, function)
+FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
+    "sin": (1, 1, sin),
+    "cos": (1, 1, cos),
+    "tan": (1, 1, lambda x: sin(x) / cos(x)),
+    "asin": (1, 1, lambda x: atan2(x, sqrt(1.0 - x * x))),
+    "acos": (1, 1, lambda x: atan2(sqrt(1.0 - x * x), x)),
+    "atan": (1, 1, lambda x: atan2(x, 1.0)),
+    "atan2": (2, 2, atan2),
+    "exp": (1, 1, exp),
+    "log": (1, 1, log),
+    "sqrt": (1, 1, sqrt),
+    "tanh": (1, 1, tanh),
+    "abs": (1, 1, absolute),
+    "sign": (1, 1, _sign),
+    "min": (2, 9, lambda *x: reduce(minimum, x)),
+    "max": (2, 9, lambda *x: reduce(maximum, x)),
+    "clip": (3, 3, _clip),
+    "where": (3, 3, where),
+}
+OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: lambda x, y: x + y,
+    ast.Sub: lambda x, y: x - y,
+    ast.Mult: lambda x, y: x * y,
+    ast.Div: operations.divide,
+    ast.Pow: power,
+}
+COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Lt: lambda x, y: x < y,
+    ast.LtE: lambda x, y: x <= y,
+    ast.Gt: lambda x, y: x > y,
+    ast.GtE: lambda x, y: x >= y,
+}
+
+
+class ExpressionError(ValueError):
+    """What is wrong with a formula, and the remedy: the end of a sentence that begins with its text."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A number as a function of time, and of whatever other names are allowed: formula(t), formula(t, kp=40.0).
+
+    constant: its value if it depends on nothing, else None; used: the names that it depends on.
+    """
+
+    text: str
+    allowed: frozenset[str] = frozenset({"t"})
+    constant: float | None = field(init=False, compare=False, default=None)
+    used: frozenset[str] = field(init=False, compare=False, default=frozenset())
+    _tree: ast.expr = field(init=False, compare=False, repr=False, default=ast.Constant(0.0))
+
+    def __post_init__(self) -> None:
+        if len(self.text) > LONGEST:
+            raise ExpressionError(f"is {len(self.text)} characters long, at most {LONGEST} are allowed; shorten it")
+        try:
+            tree = ast.parse(self.text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            raise ExpressionError('is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
+        used: set[str] = set()
+        _check(tree, self.allowed, used, 0)
+        if _is_condition(tree):
+            raise ExpressionError("is a condition, not a number; write where(condition, number, other number)")
+        object.__setattr__(self, "_tree", tree)
+        object.__setattr__(self, "used", frozenset(used))
+        if not used:
+            value = _value(tree, {})
+            if not math.isfinite(value):
+                raise ExpressionError(f"has the value {value}; it must be a finite number")
+            object.__setattr__(self, "constant", float(value))
+
+    def __call__(self, t: Any, **names: Any) -> Any:
+        return _value(self._tree, {"t": t, **names})
+
+
+def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -> None:
+    """Raise an ExpressionError unless the node and all below it are in the list."""
+    if depth > DEEPEST:
+        raise ExpressionError(f"nests more than {DEEPEST} operations; split it")
+    below: list[ast.AST] = []
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            if not abs(value) < 1e300:
+                raise ExpressionError(f"has the number {ast.unparse(node)}, which is too large")
+        case ast.Name(id=name) if name in allowed:
+            used.add(name)
+        case ast.Name(id=name) if name in FUNCTIONS:
+            raise ExpressionError(f'uses the function "{name}" without arguments; write {name}(...)')
+        case ast.Name(id=name) if name not in CONSTANTS:
+            raise ExpressionError(f'has the unknown name "{name}"; {_known(name, [*allowed, *CONSTANTS])}')
+        case ast.Name():
+            pass
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            below = [x]
+        case ast.UnaryOp(op=ast.Not(), operand=x):
+            _need_conditions([x])
+            below = [x]
+        case ast.BoolOp(values=values):
+            _need_conditions(values)
+            below = list(values)
+        case ast.BinOp(left=x, op=op, right=y) if type(op) in OPERATORS:
+            if isinstance(op, ast.Pow) and _is_whole(y) and abs(_value(y, {})) > LARGEST_POWER:
+                raise ExpressionError(f"has the exponent {ast.unparse(y)}, at most {LARGEST_POWER} is allowed")
+            below = [x, y]
+        case ast.Compare(left=x, ops=ops, comparators=others) if all(type(op) in COMPARISONS for op in ops):
+            below = [x, *others]
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in FUNCTIONS:
+            _check_arguments(name, args)
+            below = list(args[1:] if name == "where" else args)
+            if name == "where":
+                _need_conditions(args[:1])
+                _check(args[0], allowed, used, depth + 1)
+        case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
+            raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, list(FUNCTIONS))}')
+        case _:
+            raise ExpressionError(
+                f'contains "{ast.unparse(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
+                f"{', '.join(sorted(allowed))}, {', '.join(CONSTANTS)} and the functions {', '.join(FUNCTIONS)}"
+            )
+    if not isinstance(node, ast.BoolOp) and not (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)):
+        for x in below:
+            if _is_condition(x):
+                raise ExpressionError(
+                    f'computes with the condition "{ast.unparse(x)}"; write where({ast.unparse(x)}, number, other number)'
+                )
+    for x in below:
+        _check(x, allowed, used, depth + 1)
+
+
+def _check_arguments(name: str, args: list[ast.expr]) -> None:
+    fewest, most, _ = FUNCTIONS[name]
+    if not fewest <= len(args) <= most:
+        count = str(fewest) if fewest == most else f"{fewest} to {most}"
+        raise ExpressionError(f"gives {name} {len(args)} argument{'s' * (len(args) != 1)}, it takes {count}")
+
+
+def _is_condition(node: ast.AST) -> bool:
+    return isinstance(node, ast.Compare | ast.BoolOp) or (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not))
+
+
+def _need_conditions(nodes: list[ast.expr]) -> None:
+    for node in nodes:
+        if not _is_condition(node):
+            raise ExpressionError(f'needs a condition instead of "{ast.unparse(node)}"; write one such as t > 1')
+
+
+def _known(name: str, names: list[str]) -> str:
+    close = difflib.get_close_matches(name, names, 1)
+    return f'did you mean "{close[0]}"?' if close else f"known are {', '.join(sorted(names))}"
+
+
+def _is_whole(node: ast.AST) -> bool:
+    """Whether a node is a whole number, with or without a sign."""
+    match node:
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            return _is_whole(x)
+        case ast.Constant(value=int() | float() as value):
+            return not isinstance(value, bool) and float(value).is_integer()
+    return False
+
+
+def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """The value of a checked node."""
+    match node:
+        case ast.Constant(value=value):
+            return float(value)  # type: ignore[arg-type]
+        case ast.Name(id=name):
+            return names[name] if name in names else CONSTANTS[name]
+        case ast.UnaryOp(op=ast.UAdd(), operand=x):
+            return _value(x, names)
+        case ast.UnaryOp(op=ast.USub(), operand=x):
+            return -_value(x, names)
+        case ast.BinOp(left=x, op=op, right=y):
+            return OPERATORS[type(op)](_value(x, names), _value(y, names))
+        case ast.Call(func=ast.Name(id="where"), args=[condition, x, y]):
+            return where(_truth(condition, names) > 0.5, _value(x, names), _value(y, names))
+        case ast.Call(func=ast.Name(id=name), args=args):
+            return FUNCTIONS[name][2](*(_value(x, names) for x in args))
+    raise AssertionError("checked before")
+
+
+def _truth(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """1 where a condition holds, else 0."""
+    match node:
+        case ast.BoolOp(op=ast.And(), values=values):
+            return reduce(minimum, (_truth(x, names) for x in values))
+        case ast.BoolOp(op=ast.Or(), values=values):
+            return reduce(maximum, (_truth(x, names) for x in values))
+        case ast.UnaryOp(operand=x):
+            return 1.0 - _truth(x, names)
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            sides = [_value(x, names) for x in (left, *others)]
+            pairs = zip(ops, sides, sides[1:], strict=False)
+            return reduce(minimum, (where(COMPARISONS[type(op)](x, y), 1.0, 0.0) for op, x, y in pairs))
+    raise AssertionError("checked before")

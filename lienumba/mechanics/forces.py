@@ -1,0 +1,113 @@
+"""What force laws do to the bodies: generalised forces, potential energy and power, all derived from the laws.
+
+Types and their numbers: `FORCE_TYPES`. With J the derivative of the coordinates' rates by v (global) and w (body
+frame), the rates are J u and the generalised forces J^T effort; the conservative effort is -dV/dc, and at rest the
+potential changes by dV/dt: both by jets.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from lienumba.compiler.jets import Jet, lift
+from lienumba.mechanics import motion
+from lienumba.mechanics.force_laws import FORCE_TYPES, ForceType, Given, Number
+from lienumba.mechanics.model import GROUND, Force, Model
+from lienumba.mechanics.motion import Instant, is_zero
+
+__all__ = ["FORCE_TYPES", "ForceType", "Number", "angle_joints", "generalized", "potential", "power"]
+
+
+@dataclass(frozen=True)
+class _Acting:
+    """A force at an instant: J by body (rows x 6), and along each row the rate and the effort by its two causes."""
+
+    J: dict[int, list[list[Any]]]
+    rates: tuple[Any, ...]
+    conservative: tuple[Any, ...]
+    other: tuple[Any, ...]
+
+
+def generalized(model: Model, now: Instant) -> list[Any]:
+    """Q of all force laws, 6 rows per body: force (N, global frame), torque about the mass centre (N m, body frame)."""
+    Q: list[Any] = [0.0] * (6 * len(model.bodies))
+    for force in model.forces:
+        acting = _acting(model, force, now)
+        for i, rows in acting.J.items():
+            for row, a, b in zip(rows, acting.conservative, acting.other, strict=True):
+                effort = a + b
+                for n, x in enumerate(row):
+                    Q[6 * i + n] = Q[6 * i + n] + x * effort
+    return Q
+
+
+def potential(model: Model, now: Instant) -> Any:
+    """The potential energy (J) of springs, stops, bushings and attractions."""
+    total: Any = 0.0
+    for force in model.forces:
+        kind, given = FORCE_TYPES[force.type], _given(model, force, now)
+        if kind.potential is not None:
+            total = total + kind.potential(given, kind.coordinates(given, given.view))
+    return total
+
+
+def power(model: Model, now: Instant) -> Any:
+    """What changes kinetic plus potential energy (W): efforts without a potential, and potentials that vary in time."""
+    total: Any = 0.0
+    for force in model.forces:
+        acting = _acting(model, force, now)
+        for rate, effort in zip(acting.rates, acting.other, strict=True):
+            total = total + rate * effort
+        kind, given = FORCE_TYPES[force.type], _given(model, force, now)
+        if kind.potential is not None:
+            later = replace(given, t=Jet(now.t, 1.0))
+            total = total + lift(kind.potential(later, kind.coordinates(given, given.view))).b
+    return total
+
+
+def angle_joints(model: Model) -> set[int]:
+    """The joints (indices) whose angle matters to a force over several turns; a rate alone does not."""
+    return {
+        force.coordinate.joint
+        for force in model.forces
+        if force.coordinate is not None
+        and force.coordinate.kind == "angle"
+        and not is_zero(force.numbers.get("stiffness", 0.0))
+    }
+
+
+def _ends(model: Model, force: Force) -> tuple[int, ...]:
+    ends = force.bodies if force.coordinate is None else model.joints[force.coordinate.joint].bodies
+    return tuple(dict.fromkeys(ends))
+
+
+def _given(model: Model, force: Force, now: Instant) -> Given:
+    return Given(model, force, now.t, motion.still(now, _ends(model, force)))
+
+
+def _acting(model: Model, force: Force, now: Instant) -> _Acting:
+    kind, given, ends = FORCE_TYPES[force.type], _given(model, force, now), _ends(model, force)
+    law = partial(kind.coordinates, given)
+    c = law(given.view)
+    J = {i: motion.columns(law, now, ends, i, kind.velocity_level) for i in ends if i != GROUND}
+    rates: tuple[Any, ...] = (0.0,) * len(c)
+    for i, rows in J.items():
+        velocity = now.bodies[i][12:18]
+        rates = tuple(_plus_dot(rate, row, velocity) for rate, row in zip(rates, rows, strict=True))
+    conservative = tuple(_slopes(kind, given, c)) if kind.potential else (0.0,) * len(c)
+    other = kind.effort(given, c, rates, conservative) if kind.effort else (0.0,) * len(c)
+    return _Acting(J, rates, conservative, other)
+
+
+def _plus_dot(start: Any, a: Any, b: Any) -> Any:
+    for x, y in zip(a, b, strict=True):
+        start = start + x * y
+    return start
+
+
+def _slopes(kind: ForceType, given: Given, c: tuple[Any, ...]) -> Iterator[Any]:
+    """-dV/dc along every coordinate."""
+    assert kind.potential is not None
+    for n, x in enumerate(c):
+        yield -lift(kind.potential(given, (*c[:n], Jet(x, 1.0), *c[n + 1 :]))).b
