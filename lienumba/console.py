@@ -196,6 +196,8 @@ def print_summary(summary: "Summary", target: Path) -> None:
     largest = ", ".join(f"{name} {value:.1e}{unit}" for name, value, unit in violations if value is not None)
     if largest:
         output.print(f"largest {largest}", markup=False)
+    if summary.not_unique:
+        output.print(f"reactions not unique: {summary.not_unique}; those of least norm are stored", markup=False)
     output.print(f"written to {target}", markup=False)
 
 

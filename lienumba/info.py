@@ -1,5 +1,6 @@
 """What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,7 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         "inputs": ", ".join(inputs) or "none",
         "status": _statuses(dataset),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
+        "reactions": _shared(dataset),
         "scenario": f"sha256 {attributes['scenario_sha256']}, seed {attributes.get('seed')}",
         "versions": ", ".join(
             f"{key.removesuffix('_version')} {value}" for key, value in attributes.items() if key.endswith("_version")
@@ -63,6 +65,11 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         "history": str(attributes.get("history", "")),
     }
     return _table(rows)
+
+
+def _shared(dataset: "xr.Dataset") -> str:
+    names = dataset["multiplier"].attrs.get("not_unique") if "multiplier" in dataset else None
+    return f"not unique for {names}; those of least norm are stored" if names else ""
 
 
 def _names(dataset: "xr.Dataset", dimension: str) -> str:
@@ -87,22 +94,36 @@ def _statuses(dataset: "xr.Dataset") -> str:
 
 
 def describe_scenario(scenario: "Scenario") -> str:
-    """The size of a scenario's system, and the operations of its kernels."""
-    from lienumba.mechanics.joints import JOINT_TYPES
+    """What a scenario's mechanism is made of, what its constraints amount to at the start, and its operations."""
+    from lienumba.mechanics import constraints
     from lienumba.scenario import runner
 
-    model = scenario.data.model
-    equations = sum(JOINT_TYPES[joint.type].rows for joint in model.joints)
-    freedom = 6 * len(model.bodies) - equations
+    nominal = runner.check_initial(scenario)
+    model, rank = nominal.model, nominal.rank
+    sizes = {c.name: c.rows for c in constraints.constraints_of(model)}
+    redundant = ", ".join(f"{number} of {name}" for name, number in rank.redundant.items())
     rows = {
         "title": scenario.data.title,
         "size": scenario.headline(),
         "bodies": ", ".join(body.name for body in model.bodies),
-        "joints": ", ".join(f"{joint.name} ({joint.type})" for joint in model.joints) or "none",
-        "equations": f"{equations} constraints, {freedom} degrees of freedom if they are independent",
+        "joints": _each((joint.name, f"{joint.type}, {sizes[joint.name]}") for joint in model.joints) or "none",
+        "drivers": _each((driver.name, f"{driver.motion}, {sizes[driver.name]}") for driver in model.drivers),
+        "forces": _each((force.name, force.type) for force in model.forces),
+        "constraints": f"{_count(rank.rows, 'row')} of rank {rank.rank} at the start, "
+        f"{_count(rank.freedom, 'degree')} of freedom",
+        "redundant": f"{redundant} (rows that follow from those before them)" if redundant else "",
+        "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
         "sha256": scenario.sha256(),
     }
     return _table(rows) + "\n" + _operations(runner.operation_counts(scenario))
+
+
+def _each(items: Iterable[tuple[str, str]]) -> str:
+    return ", ".join(f"{name} ({what})" for name, what in items)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _operations(counts: dict[str, dict[str, int]]) -> str:
@@ -117,4 +138,4 @@ def _operations(counts: dict[str, dict[str, int]]) -> str:
 
 
 def _table(rows: dict[str, str]) -> str:
-    return "\n".join(f"{name + ':':<12}{text}" for name, text in rows.items() if text)
+    return "\n".join(f"{name + ':':<13}{text}" for name, text in rows.items() if text)

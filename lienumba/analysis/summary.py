@@ -42,7 +42,7 @@ class Quantiles:
 class Summary:
     """`good` runs are those that succeeded; maxima are over these, None where the dataset has none.
 
-    The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
+    not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
     """
 
     title: str
@@ -55,6 +55,7 @@ class Summary:
     max_velocity_violation: float | None
     max_energy_drift: float | None
     max_relative_energy_drift: float | None
+    not_unique: str
 
 
 def summarise(ds: xr.Dataset) -> Summary:
@@ -71,6 +72,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         max_velocity_violation=_maximum(good, "max_velocity_violation"),
         max_energy_drift=_maximum(good, "max_energy_drift"),
         max_relative_energy_drift=_relative_drift(good),
+        not_unique=str(ds["multiplier"].attrs.get("not_unique", "")) if "multiplier" in ds else "",
     )
 
 

@@ -1,61 +1,136 @@
-"""From a resolved scenario and its samples to the model and the initial state.
+"""From a resolved scenario and its samples to the model and its start.
 
-A number is a float, or an array (runs,) where the sweep varies it; every conversion here works on both.
+A number is a float, or an array (runs,) where the sweep varies it.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lienumba.groups import so3
-from lienumba.mechanics.model import GROUND, Body, Joint, Matrix3, Model, Pose, Vec3
-from lienumba.operations import cos, sin, sqrt
+from lienumba.mechanics import model as m
+from lienumba.mechanics.forces import FORCE_TYPES
+from lienumba.mechanics.joints import COORDINATES
+from lienumba.mechanics.model import GROUND, JointStart, Model, Pose, Start
 from lienumba.scenario import paths
-from lienumba.scenario.checks import tensor_of
+from lienumba.scenario.conversions import inertia_of, rotation_of, timed, vec3
 from lienumba.scenario.resolve import Scenario
 
 if TYPE_CHECKING:
     import numpy as np
 
-Number = Any
+Table = Mapping[str, Any]
 
 
-def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Model, tuple[Pose, ...]]:
-    """The model and the initial state of each body; `samples` maps canonical paths to arrays (runs,)."""
+def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Model, Start]:
+    """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,)."""
     import numpy as np
 
-    with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
-        return _build(scenario, samples)
-
-
-def _build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Model, tuple[Pose, ...]]:
     data = scenario.data.model.model_dump()
     for path, values in samples.items():
         paths.put(data, paths.parse(path), values)
-    index = {body["name"]: number for number, body in enumerate(data["bodies"])} | {"ground": GROUND}
-    bodies = tuple(Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in data["bodies"])
-    joints = tuple(
-        Joint(
-            name=joint["name"],
-            type=joint["type"],
-            bodies=(index[joint["bodies"][0]], index[joint["bodies"][1]]),
-            points=(_vec3(joint["points"][0]), _vec3(joint["points"][1])),
-            length=joint["length"],
-        )
-        for joint in data["joints"]
-    )
-    poses = tuple(
-        Pose(
-            position=_optional(body["position"]),
-            rotation=None if body["rotation"] is None else rotation_of(body["rotation"]),
-            velocity=_optional(body["velocity"]),
-            angular_velocity=_optional(body["angular_velocity"]),
-        )
-        for body in data["bodies"]
-    )
-    return Model(_vec3(data["gravity"]), bodies, joints), poses
+    with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
+        return _Builder(data).build()
 
 
-def unphysical(model: Model, poses: Sequence[Pose], runs: int) -> "np.ndarray":
+class _Builder:
+    """Knows the indices behind the names."""
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data = data
+        self.bodies = {body["name"]: i for i, body in enumerate(data["bodies"])} | {"ground": GROUND}
+        self.joints = {joint["name"]: i for i, joint in enumerate(data["joints"])}
+
+    def build(self) -> tuple[Model, Start]:
+        data = self.data
+        model = Model(
+            gravity=_timed3(data["gravity"]),
+            bodies=tuple(m.Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in data["bodies"]),
+            joints=tuple(map(self.joint, data["joints"])),
+            drivers=tuple(map(self.driver, data["drivers"])),
+            forces=tuple(map(self.force, data["forces"])),
+        )
+        return model, Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
+
+    def ends(self, names: Sequence[str]) -> tuple[int, ...]:
+        return tuple(self.bodies[name] for name in names)
+
+    def coordinate(self, joint: str, kind: str | None) -> m.Coordinate:
+        index = self.joints[joint]
+        return m.Coordinate(index, kind or COORDINATES[self.data["joints"][index]["type"]][0])
+
+    def ends_of_joint(self, name: str) -> tuple[int, ...]:
+        return self.ends(self.data["joints"][self.joints[name]]["bodies"])
+
+    def joint(self, joint: Table) -> m.Joint:
+        name, kind = joint["name"], joint["type"]
+        if "joints" not in joint:
+            return m.Joint(
+                name, kind, self.ends(joint["bodies"]), _optional_pair(joint.get("points")),
+                length=joint.get("length"), pitch=joint.get("pitch"),
+            )  # fmt: skip
+        first, second = map(self.coordinate, joint["joints"], joint["coordinates"] or (None, None))
+        ends = dict.fromkeys(i for name in joint["joints"] for i in self.ends_of_joint(name))
+        return m.Joint(
+            name, kind, tuple(ends), coordinates=(first, second), ratio=joint["ratio"], offset=joint["offset"]
+        )
+
+    def driver(self, driver: Table) -> m.Driver:
+        if "joint" in driver:
+            motion = "rate" if driver["value"] is None else "value"
+            which = self.coordinate(driver["joint"], driver["coordinate"])
+            ends = self.ends_of_joint(driver["joint"])
+            return m.Driver(driver["name"], motion, ends, (timed(driver[motion]),), which)
+        point = driver.get("point")
+        return m.Driver(
+            driver["name"], driver["motion"], self.ends([driver["body"]]), _timed3(driver["value"]),
+            point=None if point is None else vec3(point), frame=driver.get("frame", "global"),
+        )  # fmt: skip
+
+    def force(self, force: Table) -> m.Force:
+        kind = FORCE_TYPES[force["type"]]
+        points: list[Any] = force.get("points") or ([force["point"]] if "point" in force else [])
+        given = {name: force[name] for name in kind.numbers if force[name] is not None}
+        numbers = {name: _timed3(x) if isinstance(x, list) else timed(x) for name, x in given.items()}
+        of_joint = kind.ends == "joint"
+        return m.Force(
+            name=force["name"],
+            type=force["type"],
+            bodies=self.ends_of_joint(force["joint"])
+            if of_joint
+            else self.ends(force.get("bodies") or [force["body"]]),
+            points=tuple(map(vec3, points)),
+            coordinate=self.coordinate(force["joint"], force["coordinate"]) if of_joint else None,
+            frame=force.get("frame", "global"),
+            numbers=numbers,
+        )
+
+    def pose(self, body: Table) -> Pose:
+        base = self.bodies[body["relative_to"] or "ground"]
+        guess = body["guess"]
+        return _pose(body, relative_to=None if base == GROUND else base, guess=None if guess is None else _pose(guess))
+
+
+def _pose(state: Table, **more: Any) -> Pose:
+    rotation = state["rotation"]
+    vectors: Any = {name: _optional(state[name]) for name in ("position", "velocity", "angular_velocity")}
+    return Pose(rotation=None if rotation is None else rotation_of(rotation), **vectors, **more)
+
+
+def _joint_start(joint: Table) -> JointStart:
+    axes, axis = joint.get("axes"), joint.get("axis")
+    if axes is not None and len(axes) == 1:
+        axes = [axes[0], [0.0, 0.0, 1.0]]  # of the first body alone
+    if axis is not None:
+        axis = tuple(map(vec3, axis)) if isinstance(axis[0], list) else (vec3(axis),)
+    return JointStart(
+        axes=_optional_pair(axes),
+        references=_optional_pair(joint.get("references")),
+        at=_optional(joint.get("at")),
+        axis=axis,
+        **{name: joint.get(name) for name in ("angle", "rate", "displacement", "speed")},
+    )
+
+
+def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
     """Which of the runs drew a mass, inertia, rod length or rotation that no body has: booleans (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
@@ -76,68 +151,19 @@ def unphysical(model: Model, poses: Sequence[Pose], runs: int) -> "np.ndarray":
     for joint in model.joints:
         if joint.length is not None:
             bad |= ~(np.asarray(joint.length) > 0.0)
-    for pose in poses:
+    for pose in start.poses:
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0
     return bad
 
 
-def inertia_of(inertia: list[Any]) -> tuple[Number, ...]:
-    """The elements xx yy zz xy xz yz of an inertia in any of its three forms."""
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = tensor_of(inertia)
-    return xx, yy, zz, _mean(xy, yx), _mean(xz, zx), _mean(yz, zy)
+def _timed3(values: list[Any]) -> tuple[m.Timed, m.Timed, m.Timed]:
+    return timed(values[0]), timed(values[1]), timed(values[2])
 
 
-def _mean(a: Number, b: Number) -> Number:
-    """Of two nearly equal numbers; of one and the same, that number itself."""
-    return a if a is b else 0.5 * (a + b)
+def _optional(values: list[Any] | None) -> m.Vec3 | None:
+    return None if values is None else vec3(values)
 
 
-def rotation_of(rotation: Any) -> Matrix3:
-    """The matrix, row major, of a rotation in any of its five forms."""
-    if isinstance(rotation, list):
-        if isinstance(rotation[0], list):
-            return _orthonormal(rotation)
-        w, x, y, z = rotation
-        return so3.from_quaternion((w, x, y, z))
-    if "axis" in rotation:
-        x, y, z = rotation["axis"]
-        length = sqrt(x * x + y * y + z * z)
-        return so3.exp(so3.scale(rotation["angle"] / length, (x, y, z)))
-    if "rotation_vector" in rotation:
-        return so3.exp(_vec3(rotation["rotation_vector"]))
-    matrix = so3.IDENTITY
-    for axis, angle in zip(rotation["euler"], rotation["angles"], strict=True):
-        matrix = so3.multiply(matrix, elementary("XYZ".index(axis), angle))
-    return matrix
-
-
-def elementary(axis: int, angle: Number) -> Matrix3:
-    """The rotation about a coordinate axis (0, 1, 2) by an angle in rad."""
-    c, s = cos(angle), sin(angle)
-    if axis == 0:
-        return (1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
-    if axis == 1:
-        return (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
-    return (c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
-
-
-def _orthonormal(rows: list[list[float]]) -> Matrix3:
-    """The rotation nearest to a matrix that is orthogonal within 1e-6 (two steps R <- R (3 I - R^T R)/2).
-
-    Unlike a singular value decomposition, exact zeros that the structure of R implies stay exact.
-    """
-    matrix = tuple(element for row in rows for element in row)
-    for _ in range(2):
-        gram = so3.multiply(so3.transpose(matrix), matrix)
-        correction = tuple(1.5 * one - 0.5 * element for one, element in zip(so3.IDENTITY, gram, strict=True))
-        matrix = so3.multiply(matrix, correction)
-    return matrix
-
-
-def _vec3(values: list[Any]) -> Vec3:
-    return values[0], values[1], values[2]
-
-
-def _optional(values: list[Any] | None) -> Vec3 | None:
-    return None if values is None else _vec3(values)
+def _optional_pair(values: list[list[Any]] | None) -> tuple[m.Vec3, m.Vec3] | None:
+    return None if values is None else (vec3(values[0]), vec3(values[1]))

@@ -10,8 +10,9 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.messages import nearest, show
+from lienumba.scenario.schema_forces import FORCES
 
-MODEL_KEYS = ("gravity", "bodies", "joints")
+MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces")
 
 
 def load(source: Any) -> dict[str, Any]:
@@ -130,6 +131,19 @@ def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[
         except ValueError as error:
             problems.append(f"--set {path}={_text(value)}: the value {_text(value)} {error}")
     return problems
+
+
+def name_unnamed(data: dict[str, Any]) -> None:
+    """Give drivers and forces without a name one, in place: driver_1, spring_damper_2 (counted within the list)."""
+    model: Any = data.get("model")
+    for kind in ("drivers", "forces"):
+        items: Any = model.get(kind) if isinstance(model, dict) else None
+        for number, item in enumerate(items if isinstance(items, list) else (), 1):
+            if isinstance(item, dict) and "name" not in item:
+                kind_of_item = item.get("type")
+                known = isinstance(kind_of_item, str) and kind_of_item in FORCES
+                stem = kind_of_item if known else kind.removesuffix("s")
+                items[number - 1] = {"name": f"{stem}_{number}", **item}
 
 
 def _text(value: Any) -> str:

@@ -9,6 +9,8 @@ from lienumba.scenario import schema
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
+NAMED_LISTS = tuple(f"model.{kind}" for kind in schema.LISTS)
+
 # What other programs call the same thing.
 ALIASES = {
     "omega": "angular_velocity", "w": "angular_velocity", "spin": "angular_velocity",
@@ -19,7 +21,12 @@ ALIASES = {
     "solver": "method", "scheme": "method", "n": "runs", "count": "runs", "samples": "runs",
     "interval": "every", "parameters": "vary", "std_dev": "std", "sigma": "std", "stddev": "std",
     "loc": "mean", "mu": "mean", "scale": "std", "min": "low", "max": "high",
-    "ball": "spherical", "rod": "distance", "gaussian": "normal", "gauss": "normal", "norm": "normal",
+    "ball": "spherical", "rod": "distance", "hinge": "revolute", "pin": "revolute", "slider": "prismatic",
+    "translational": "prismatic", "weld": "fixed", "rigid": "fixed", "cardan": "universal", "hooke": "universal",
+    "helical": "screw", "spring": "spring_damper", "damper": "spring_damper", "motor": "actuator", "servo": "actuator",
+    "k": "stiffness", "d": "damping", "c": "damping", "stop": "end_stop", "length0": "free_length", "rest_length":
+    "free_length", "parent": "relative_to", "location": "position", "anchor": "points",
+    "gaussian": "normal", "gauss": "normal", "norm": "normal",
     "sequence": "euler", "order": "euler",
     "world": "ground", "earth": "ground", "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
 }  # fmt: skip
@@ -78,7 +85,7 @@ def place(loc: Sequence[str | int], raw: Any) -> str:
         last = position == len(loc) - 1
         if isinstance(part, int):
             item = node[part] if isinstance(node, list) and part < len(node) else None
-            name = unique_name(node, part) if text in ("model.bodies", "model.joints") else None
+            name = unique_name(node, part) if text in NAMED_LISTS else None
             text += f".{name}" if name else f"[{part}]"
             node = item
         elif isinstance(node, dict) and (part in node or last):
@@ -146,6 +153,8 @@ def _sentence(item: Any, raw: Any) -> str:
         return f"{at}: must be a list{table}{remedy}"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
         return f"{at}: must be a table of keys and values{remedy}"
+    if loc[:1] == ("model",) and kind in ("union_tag_not_found", "union_tag_invalid") and loc[1] in schema.FORMS:
+        return _no_type(str(loc[1]), path, value)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return _no_form(loc, path, value, remedy)
     message = str(ctx["error"]) if "error" in ctx else item["msg"]
@@ -182,21 +191,53 @@ def _unknown(loc: Sequence[str | int], raw: Any) -> str:
     path = place(loc, raw)
     section = schema.SECTIONS.get(_section_key(loc[:-1]))
     known = list(section.model_fields) if section else []
+    kind = str(loc[1]) if len(loc) > 1 else ""
     for word in (key, ALIASES.get(key, key)):
         if word in known:
             break
+        forms = schema.FORMS.get(kind, {}) if loc[:1] == ("model",) else {}
+        having = [form for form, other in forms.items() if word in other.model_fields]
+        if having:
+            form = next(str(part) for part in loc[2:] if part in forms)
+            return f"{path} has no meaning for {_kind(kind, form)}; leave it out (it belongs to {', '.join(having)})"
         for names, other in schema.SECTIONS.items():
             if word in other.model_fields and "*" not in names and names:
                 return f'{path} is not a known key here; "{word}" belongs in {_header(names)}'
     return f"{path} is not a known key; {suggestion(key, known)}"
 
 
+def _kind(kind: str, form: str) -> str:
+    """What one of the model's tables is, as a noun."""
+    if kind == "drivers":
+        return "the driver of a joint" if form == "joint" else f"the motion {form}"
+    noun = f"{form} joint" if kind == "joints" else form
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
 def _header(names: tuple[str, ...]) -> str:
-    if names in (("model", "bodies"), ("model", "joints")):
-        return f"[[{'.'.join(names)}]]"
-    if len(names) > 2:
+    if names[:2] == ("model", "bodies") and len(names) > 2:
         return f"a body's {names[2]}"
-    return f"[{'.'.join(names)}]"
+    return f"[[{'.'.join(names[:2])}]]" if len(names) > 1 else f"[{names[0]}]"
+
+
+def _no_type(kind: str, path: str, value: Any) -> str:
+    """A joint, driver or force whose type is missing or not known."""
+    known = list(schema.FORMS[kind])
+    if not isinstance(value, dict):
+        return f"{path} = {show(value)}: must be a table of keys and values; write it as [[model.{kind}]]"
+    if kind != "drivers":
+        if "type" not in value:
+            return f"{path}.type is missing; give one of {', '.join(known)}"
+        return f"{path}.type = {show(value['type'])}: is not known; {suggestion(str(value['type']), known)}"
+    motions = [motion for motion in known if motion != "joint"]
+    if "joint" in value:
+        return (
+            f"{path}.motion = {show(value['motion'])}: has no meaning for the driver of a joint; leave it out, and "
+            "give value or rate"
+        )
+    if "motion" in value:
+        return f"{path}.motion = {show(value['motion'])}: is not known; {suggestion(str(value['motion']), motions)}"
+    return f"{path}: drives nothing; give joint = ..., or body = ... with motion = one of {', '.join(motions)}"
 
 
 def _no_form(loc: Sequence[str | int], path: str, value: Any, remedy: str) -> str:
@@ -228,7 +269,7 @@ def _remedy(loc: Sequence[str | int]) -> str:
         section: type[BaseModel] | None = schema.SECTIONS.get(_section_key(loc[:end]))
         field = section.model_fields.get(str(loc[end])) if section else None
         if field is not None:
-            return f"; give {field.description or DISTRIBUTION_KEYS[str(loc[end])]}"
+            return f"; give {field.description or DISTRIBUTION_KEYS.get(str(loc[end]), 'another')}"
     return ""
 
 

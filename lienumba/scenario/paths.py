@@ -134,19 +134,6 @@ def numeric_paths(model: dict[str, Any]) -> list[str]:
     return found
 
 
-UNITS = {
-    "gravity": "m s-2", "mass": "kg", "inertia": "kg m2", "position": "m", "velocity": "m s-1",
-    "angular_velocity": "rad s-1", "points": "m", "length": "m", "angle": "rad", "angles": "rad",
-    "rotation_vector": "rad",
-}  # fmt: skip
-
-
-def units(path: str) -> str:
-    """The units of the number at a path of the model; "1" for quaternions and axes."""
-    keys = [token for token in parse(path) if isinstance(token, str)]
-    return UNITS.get(keys[-1], "1")
-
-
 def nearest_path(text: str, model: dict[str, Any]) -> str:
     """The remedy for a path that does not exist: the most similar one that does."""
     known = numeric_paths(model)

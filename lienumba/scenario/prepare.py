@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import ScenarioError
-from lienumba.mechanics import assembly
-from lienumba.mechanics.joints import rows_of
-from lienumba.mechanics.model import Model
+from lienumba.mechanics import assembly, placing, rank
+from lienumba.mechanics.assembly import Assembly
+from lienumba.mechanics.model import Model, Start, map_numbers
+from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.violations import violations
 from lienumba.sweep.design import design_table
 
 if TYPE_CHECKING:
@@ -19,58 +21,65 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prepared:
-    """labels (runs,), samples by path (runs,), the model with arrays where it varies, states (runs, 18 k), codes."""
+    """labels (runs,), samples by path (runs,), the model with arrays where it varies, states (runs, 18 k), angles of
+    joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first."""
 
     labels: list[int]
     samples: "dict[str, np.ndarray]"
     model: Model
     states: "np.ndarray"
+    angles: "dict[int, np.ndarray]"
     codes: "np.ndarray"
+    nominal: "Nominal"
 
 
-def check_initial(scenario: Scenario) -> None:
-    """Raise a ScenarioError if the nominal initial state does not fit the joints, or the joints each other."""
-    model, poses = build(scenario, {})
-    done = assembly.assemble(model, poses, 1)
-    problems = [
-        f"model.joints.{joint.name}: its two points coincide at the start, so its length is 0 and it must be above 0; "
-        "move a point or a body, or use a spherical joint"
-        for joint in done.model.joints
-        if joint.length is not None and not joint.length > 0.0
-    ] or _violations(done, 0)
-    if not problems and (found := assembly.dependent_joint(done.model, done.state[0])):
-        name, rank, rows = found
+@dataclass(frozen=True)
+class Nominal:
+    """The mechanism with its nominal numbers, at its start."""
+
+    model: Model
+    now: Instant
+    rank: rank.Rank
+
+
+def check_initial(scenario: Scenario) -> Nominal:
+    """The nominal start; a ScenarioError if it does not fit the joints, or the joints do not fit each other."""
+    model, start = build(scenario, {})
+    _check_start(model, start)
+    done = assembly.assemble(model, start, 1)
+    problems = violations(done, start, 0)
+    if problems:
+        raise ScenarioError("\n".join(problems))
+    nominal, now = rank.nominal(done.model), done.instant(0)
+    unmet = rank.contradiction(nominal, now)
+    found = rank.rank_of(nominal, now)
+    if unmet:
+        raise ScenarioError(
+            f"model: {' and '.join(unmet)} contradict each other: there are {found.rows} equations of rank "
+            f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
+            "driver or a joint of these, or correct what it prescribes"
+        )
+    return Nominal(nominal, now, found)
+
+
+def _check_start(model: Model, start: Start) -> None:
+    """What must be known before the joints can be placed."""
+    problems = []
+    for joint, body in placing.unplaced(model, start):
+        says, name = start.joints[joint], model.bodies[body].name
+        key = "at" if says.at is not None else "axis"
         problems.append(
-            f"model.joints.{name}: its constraints depend on those of the joints before it (rank {rank} of {rows} "
-            "equations); remove a joint that adds nothing, or replace it by one with fewer equations"
+            f"model.joints.{model.joints[joint].name}.{key}: is in the global frame, but where {name} is at the start "
+            f"is not given; give position and rotation of {name}, or give "
+            f"{'points' if key == 'at' else 'axes'} in the bodies' own frames instead"
+        )
+    for joint in placing.without_zero(model, start):
+        problems.append(
+            f"model.joints.{model.joints[joint].name}: its angle is prescribed at the start, but nothing says from "
+            "where it counts; give references = [[x, y, z], [x, y, z]], or the rotations of its bodies"
         )
     if problems:
         raise ScenarioError("\n".join(problems))
-
-
-def _violations(done: assembly.Assembly, run: int) -> list[str]:
-    """One sentence for every joint that the initial state of this run does not fulfil."""
-    problems = []
-    for joint, rows in zip(done.model.joints, rows_of(done.model), strict=True):
-        gap = float(done.position_violations[run, rows].max())
-        rate = float(done.velocity_violations[run, rows].max())
-        limit, speed = float(done.position_limits[run, rows.start]), float(done.velocity_limits[run, rows.start])
-        where = f"model.joints.{joint.name}"
-        bodies = " and ".join(done.model.bodies[i].name for i in joint.bodies if i >= 0)
-        if not gap <= limit:
-            what = "its points do not meet" if joint.type == "spherical" else "its points are not at its length"
-            problems.append(
-                f"{where}: {what} at t = 0: they miss by {gap:.3g} m, at most {limit:.1g} m is allowed; correct the "
-                f"points or the position and rotation of {bodies}, or omit those that shall be solved for; where "
-                "all are omitted, give a position near the joints"
-            )
-        elif not rate <= speed:
-            problems.append(
-                f"{where}: the initial velocities contradict it: its points separate at {rate:.3g} m/s, at most "
-                f"{speed:.1g} m/s is allowed; correct velocity and angular_velocity of {bodies}, or omit one so that "
-                "it is solved for"
-            )
-    return problems
 
 
 def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
@@ -78,20 +87,35 @@ def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
     error of the scenario."""
     import numpy as np
 
-    check_initial(scenario)
+    nominal = check_initial(scenario)
     data: Any = scenario.data
     samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
-    model, poses = build(scenario, samples)
+    model, start = build(scenario, samples)
     runs = len(labels)
-    done = assembly.assemble(model, poses, runs)
-    bad = unphysical(model, poses, runs)
-    codes = np.where(bad, INVALID, np.where(done.good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
+    done = assembly.assemble(model, start, runs)
+    bad = unphysical(model, start, runs)
+    good = done.good & _same_rank(done, nominal.rank)
+    codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if runs > 1 and runs == data.sweep.runs and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
-        reasons = "\n".join(_violations(done, 0))
+        reasons = "\n".join(violations(done, start, 0))
         raise ScenarioError(
             f"sweep.vary: no sampled run can be assembled with {varied} varied; give fewer initial values, so that the "
-            f"joints can decide them. The first run: {reasons or 'its state is not finite'}"
+            f"joints can decide them. The first run: {reasons or 'its state is not finite, or its joints lock it'}"
         )
     states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
-    return Prepared(list(labels), samples, done.model, states, codes)
+    return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
+
+
+def _same_rank(done: Assembly, nominal: rank.Rank) -> "np.ndarray":
+    """Whether redundant rows are as many in each run as in the nominal one (runs,): where samples break the symmetry
+    of an overconstrained mechanism, it cannot move."""
+    import numpy as np
+
+    same = np.ones(len(done.state), bool)
+    varied: list[bool] = []
+    map_numbers(done.model, lambda x, _: varied.append(np.ndim(x) > 0))
+    if nominal.exchangeable and any(varied):
+        for run in np.flatnonzero(done.good).tolist():
+            same[run] = rank.rank_of(rank.nominal(done.model, run), done.instant(run)).rank <= nominal.rank
+    return same

@@ -13,9 +13,12 @@ from pydantic import ValidationError
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths, timegrid, toml
 from lienumba.scenario.checks import check
-from lienumba.scenario.loading import apply_overrides, load
+from lienumba.scenario.conversions import timed
+from lienumba.scenario.loading import apply_overrides, load, name_unnamed
 from lienumba.scenario.messages import sentences
-from lienumba.scenario.schema import ScenarioData
+from lienumba.scenario.schema import LISTS, ScenarioData
+
+FIRST = ("name", "type")  # keys that head a table
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Scenario:
         parts = [
             _plural(len(data.model.bodies), "body", "bodies"),
             _plural(len(data.model.joints), "joint", "joints"),
+            *([_plural(len(data.model.drivers), "driver", "drivers")] if data.model.drivers else []),
+            *([_plural(len(data.model.forces), "force", "forces")] if data.model.forces else []),
             f"{_plural(self.steps, 'step', 'steps')} of {data.integrator.method}",
             _plural(len(self.times), "stored time", "stored times"),
             _plural(data.sweep.runs, "run", "runs"),
@@ -62,11 +67,15 @@ class Scenario:
     def nominal(self) -> dict[str, float]:
         """The nominal value of every varied path."""
         model = self.data.model.model_dump()
-        return {path: paths.get(model, paths.parse(path)) for path in self.data.sweep.vary}
+        return {path: timed(paths.get(model, paths.parse(path))) for path in self.data.sweep.vary}
 
     def to_dict(self) -> dict[str, Any]:
         """The scenario's keys and values with every default written out."""
-        return self.data.model_dump(exclude_none=True)
+        data = self.data.model_dump(exclude_none=True)
+        model = data["model"]
+        for kind in LISTS:
+            model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
+        return data
 
     def to_toml(self) -> str:
         """The scenario as TOML with every default written out."""
@@ -105,6 +114,7 @@ def resolve(
         changes["sweep.seed"] = seed
     file = Path(source) if isinstance(source, str | Path) else getattr(source, "file", None)
     raw = load(source)
+    name_unnamed(raw)
     problems = apply_overrides(raw, changes)
     data = None
     try:

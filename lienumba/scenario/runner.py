@@ -102,19 +102,24 @@ def _program(resolved: Scenario, prepared: Prepared) -> "Program":
 
     data: Any = resolved.data
     method = Method(data.integrator.method, data.projection.position, data.projection.velocity)
-    return build(prepared.model, method, prepared.exchangeable)
+    return build(prepared.model, method, prepared.nominal.rank.exchangeable)
 
 
 def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
     import numpy as np
 
     from lienumba.batch.execute import Batch
+    from lienumba.integrators import exchange
 
     data: Any = resolved.data
+    masks, margin = np.zeros(0), 0.0
+    if program.held.masks:
+        masks, margin = exchange.first_choice(prepared.nominal.model, program.held.masks, prepared.nominal.now)
+    held = program.held.start(prepared.angles, masks, margin, len(prepared.states))
     return Batch(
         machine=machine,
         parameters=program.parameters,
-        states=np.concatenate([prepared.states, program.held.start(prepared.angles, len(prepared.states))], axis=1),
+        states=np.concatenate([prepared.states, held], axis=1),
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,
@@ -156,11 +161,11 @@ class _Collector:
     def dataset(self, command: str) -> "xr.Dataset":
         import numpy as np
 
-        from lienumba.scenario.paths import units
+        from lienumba.scenario.units import units
         from lienumba.store import layout, provenance
 
         data: Any = self.resolved.data
-        model = self.prepared.model
+        model, named = self.prepared.model, data.model.model_dump()
         end_time = self.steps * data.integrator.step
         end_time[self.steps == self.resolved.steps] = data.integrator.end_time
         per_run = {"status": self.codes, "end_time": end_time, "steps": self.steps}
@@ -172,7 +177,8 @@ class _Collector:
             joints=[joint.name for joint in model.joints],
             constraints=self.layout.constraints,
             efforts=self.layout.efforts,
+            shared=self.prepared.nominal.rank.shared,
             inputs=self.prepared.samples,
-            input_units={path: units(path) for path in self.prepared.samples},
+            input_units={path: units(path, named) for path in self.prepared.samples},
             attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),
         )

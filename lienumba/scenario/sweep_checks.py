@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
 from lienumba.scenario.messages import show
-from lienumba.scenario.schema import MOST_RUNS, SECTIONS
+from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:
-    from lienumba.scenario.checks import Report
+    from lienumba.scenario.report import Report
 
 POSITIVE = ("mass", "length")  # numbers of a body or joint that must be above 0 in every run
-TEXT_KEYS = {"name", "type", "euler"}  # whose values are texts as they should be
+TEXT_KEYS = {
+    "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
+    "relative_to",
+}  # fmt: skip  # whose values are texts as they should be
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -72,37 +76,50 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
         if field.is_required():
             return None
         raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
+    if isinstance(value, str) and tokens[-1] not in TEXT_KEYS and not TEXT_KEYS.intersection(tokens):
+        value = _constant(value)
     if isinstance(value, list) and any(isinstance(item, float | int) for item in value):
         raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
     if isinstance(value, bool) or not isinstance(value, float | int):
-        if isinstance(value, str) and not TEXT_KEYS.intersection(tokens):
-            return None
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
     _refuse_parts_of_matrices(tokens)
     return float(value) if abs(value) <= float_info.max else None
 
 
+def _constant(text: str) -> float:
+    """The number that a formula is, if it does not depend on the time."""
+    try:
+        number = Formula(text).constant
+    except ExpressionError as error:
+        raise paths.PathError(f"leads to {show(text)}, which {error}") from None
+    if number is None:
+        raise paths.PathError(f"is the formula {show(text)}, which varies in time; vary a number")
+    return number
+
+
 def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
-    """The known key of an existing body or joint that a path leads to, if the file leaves it out."""
-    section = SECTIONS.get(("model", str(tokens[0]))) if tokens else None
-    if section is None or len(tokens) < 3 or tokens[2] not in section.model_fields:
+    """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
+    if len(tokens) < 3 or tokens[0] not in LISTS:
         return None
     try:
-        return None if tokens[2] in paths.get(model, tokens[:2]) else section.model_fields[str(tokens[2])]
+        item = paths.get(model, tokens[:2])
     except paths.PathError:
         return None
+    section = section_of(str(tokens[0]), item)
+    fields = section.model_fields if section is not None else {}
+    return fields.get(str(tokens[2])) if tokens[2] not in item else None
 
 
 def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
     """An element of a matrix cannot vary alone where the matrix must stay symmetric or orthogonal."""
-    if tokens[0] != "bodies" or len(tokens) != 5:
+    if tokens[0] != "bodies" or len(tokens) < 5 or not isinstance(tokens[-2], int):
         return
-    if tokens[2] == "rotation" and isinstance(tokens[3], int):
+    if tokens[-3] == "rotation":
         raise paths.PathError(
             "is an element of a rotation matrix, which must stay orthogonal; "
             "give the rotation as quaternion, {axis, angle} or {euler, angles} and vary that"
         )
-    if tokens[2] == "inertia" and tokens[3] != tokens[4]:
+    if tokens[-3] == "inertia" and tokens[-2] != tokens[-1]:
         raise paths.PathError(
             "is an element of a 3x3 inertia, which must stay symmetric; "
             "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them"

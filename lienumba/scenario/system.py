@@ -48,25 +48,32 @@ class System:
         rotation: Numbers | dict[str, Any] | None = None,
         velocity: Numbers | None = None,
         angular_velocity: Numbers | None = None,
+        relative_to: str | None = None,
+        guess: dict[str, Any] | None = None,
     ) -> Self:
         """Add a body; what is omitted of its initial state is solved for from the joints."""
-        state = {
+        keys = {
             "position": position,
             "rotation": rotation,
             "velocity": velocity,
             "angular_velocity": angular_velocity,
+            "relative_to": relative_to,
+            "guess": guess,
         }
-        given = {key: value for key, value in state.items() if value is not None}
-        self._list("bodies").append({"name": name, "mass": mass, "inertia": inertia, **given})
-        return self
+        return self._add("bodies", {"name": name, "mass": mass, "inertia": inertia, **keys})
 
-    def joint(
-        self, name: str, type: str, bodies: Sequence[str], *, points: Numbers, length: float | None = None
-    ) -> Self:
-        """Add a joint between two bodies, or a body and "ground"; each point in its own body's frame."""
-        given = {} if length is None else {"length": length}
-        self._list("joints").append({"name": name, "type": type, "bodies": bodies, "points": points, **given})
-        return self
+    def joint(self, name: str, type: str, bodies: Sequence[str] | None = None, **keys: Any) -> Self:
+        """Add a joint between two bodies, or a body and "ground": points and axes in the bodies' own frames, or at and
+        axis in the global frame at the start. A gear or coupler has joints and ratio instead of bodies."""
+        return self._add("joints", {"name": name, "type": type, "bodies": bodies, **keys})
+
+    def driver(self, name: str | None = None, **keys: Any) -> Self:
+        """Prescribe a motion: joint with value or rate, or body with motion and value; numbers or formulas of t."""
+        return self._add("drivers", {"name": name, **keys})
+
+    def force(self, name: str | None = None, *, type: str, **keys: Any) -> Self:
+        """Add a force law, such as type="spring_damper" with bodies, points, stiffness and damping."""
+        return self._add("forces", {"name": name, "type": type, **keys})
 
     def integrator(self, *, step: float, end_time: float, method: str = "rk4") -> Self:
         """Choose the method, the time step and the simulated time in s."""
@@ -99,9 +106,10 @@ class System:
         """The scenario as a TOML file."""
         return toml.dumps(self.to_dict())
 
-    def _list(self, key: str) -> list[dict[str, Any]]:
-        items: list[dict[str, Any]] = self._data["model"].setdefault(key, [])
-        return items
+    def _add(self, kind: str, keys: dict[str, Any]) -> Self:
+        given = {key: value for key, value in keys.items() if value is not None}
+        self._data["model"].setdefault(kind, []).append(given)
+        return self
 
     def _update(self, section: str, keys: dict[str, Any]) -> Self:
         self._data.setdefault(section, {}).update(keys)

@@ -8,7 +8,7 @@ from lienumba.scenario import timegrid
 from lienumba.scenario.schema import Integrator, Output
 
 if TYPE_CHECKING:
-    from lienumba.scenario.checks import Report
+    from lienumba.scenario.report import Report
 
 
 def check_times(integrator: Integrator, output: Output | None, report: "Report") -> None:

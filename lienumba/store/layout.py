@@ -54,6 +54,7 @@ VARIABLES: dict[str, Variable] = {
     "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation at the stored times"),
     "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual at the stored times"),
 }
+REACTIONS = {"joint_force", "joint_torque", "multiplier", "driver_effort"}
 # Counts are NaN after a failure, as everything is; the file holds them as integers, and NaN as this.
 NO_COUNT = -1
 COUNTS = ("position_iterations", "velocity_iterations")
@@ -82,8 +83,10 @@ def dataset(
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
+    shared: Sequence[str] = (),
 ) -> xr.Dataset:
-    """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path.
+    """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
+    drivers whose reactions are not unique.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -105,6 +108,9 @@ def dataset(
         for name, array in variables.items()
         if all(len(labels[dim]) for dim in VARIABLES[name].dims)
     }
+    if shared:
+        for name in REACTIONS & data.keys():
+            data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", "time", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, Any] = {
         name: xr.Variable(name, values, _texts(*COORDINATES[name]), {"_FillValue": None})

@@ -1,0 +1,144 @@
+"""What is wrong with a driver or a force: the names it refers to and its numbers, one sentence each."""
+
+from typing import Any
+
+from lienumba.expressions import Formula
+from lienumba.mechanics.force_laws import FORCE_TYPES
+from lienumba.mechanics.joints import COORDINATES
+from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
+from lienumba.scenario.messages import show, suggestion
+from lienumba.scenario.report import GROUND, Report, read
+from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
+
+DISSIPATIVE = (
+    "stiffness", "damping", "rotational_stiffness", "rotational_damping", "viscous", "coulomb", "linear", "quadratic",
+    "mu",
+)  # fmt: skip
+NOT_NEGATIVE = ("limit", "free_length")
+
+
+def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """Check one driver against the names of all bodies, and all joints by name."""
+    form = driver_form(driver)
+    if form is not None and form != "joint":
+        _check_body(place, driver.get("body"), bodies, report)
+        return
+    checked: Any = read(DRIVERS["joint"], driver) if form == "joint" else None
+    if checked is None:
+        return
+    find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
+    if (checked.value is None) == (checked.rate is None):
+        which = "has neither value nor rate" if checked.value is None else "has both value and rate"
+        report.problems.append(
+            f"{place}: {which}; give either value (the coordinate itself) or rate (its speed) as a number or a "
+            'formula of t, such as "0.3*sin(2*t)"'
+        )
+
+
+def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:
+    """No coordinate, point or rotation may have two drivers."""
+    seen: dict[tuple[str, ...], str] = {}
+    key: tuple[str, ...]
+    for driver in drivers:
+        form = driver_form(driver)
+        checked: Any = read(DRIVERS[form], driver) if form is not None else None
+        if checked is None:
+            continue
+        if form == "joint":
+            found = find_coordinate("", "", checked.joint, "", checked.coordinate, joints, Report())
+            if found is None:
+                continue
+            key, what = found, f"the {found[1]} of {found[0]}"
+        elif form == "point":
+            key, what = (
+                ("point", checked.body, str(checked.point)),
+                f"the point {show(checked.point)} of {checked.body}",
+            )
+        else:
+            key, what = ("rotation", checked.body), f"the rotation of {checked.body}"
+        if key in seen:
+            report.problems.append(
+                f"model.drivers.{checked.name}: drives {what}, which {seen[key]} drives already; remove one of the two"
+            )
+        seen[key] = checked.name
+
+
+def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """Check one force against the names of all bodies, and all joints by name."""
+    name = force.get("type")
+    if not isinstance(name, str) or name not in FORCES:
+        return
+    kind = FORCE_TYPES[name]
+    if kind.ends == "bodies":
+        check_two_bodies(place, force.get("bodies"), bodies, report)
+    elif kind.ends == "body":
+        _check_body(place, force.get("body"), bodies, report)
+    checked: Any = read(FORCES[name], force)
+    if checked is None:
+        return
+    if kind.ends == "joint":
+        found = find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
+        if found is not None and found[1] not in kind.coordinate_kinds:
+            report.problems.append(
+                f'{place}.coordinate = "{found[1]}": a {name} acts on an angle; '
+                + (
+                    'give "angle"'
+                    if "angle" in COORDINATES[joints[checked.joint]["type"]]
+                    else "use a spring_damper or an actuator"
+                )
+            )
+    for key in kind.numbers:
+        _check_number(place, key, getattr(checked, key), report)
+    _check_together(place, checked, report)
+
+
+def constant(value: Any) -> float | None:
+    """The number that a value is; None for one that is omitted or varies in time."""
+    return Formula(value).constant if isinstance(value, str) else value
+
+
+def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> None:
+    if name == GROUND:
+        report.problems.append(f'{place}.body = "{GROUND}": the ground does not move; name a body')
+    elif isinstance(name, str) and name not in bodies:
+        report.problems.append(f'{place}.body = "{name}": is not a body of the model; {suggestion(name, bodies)}')
+
+
+def _check_number(place: str, key: str, value: Any, report: Report) -> None:
+    numbers = [(f"{place}.{key}", value)]
+    if isinstance(value, list):
+        numbers = [(f"{place}.{key}[{i}]", x) for i, x in enumerate(value)]
+    for at, given in numbers:
+        number = constant(given)
+        if number is None:
+            continue
+        if key in DISSIPATIVE and number < 0.0:
+            report.warnings.append(
+                f"{at} = {show(given)}: is negative, so it pushes away or feeds energy in; check its sign"
+            )
+        if key in NOT_NEGATIVE and number < 0.0:
+            report.problems.append(f"{at} = {show(given)}: must be at least 0; give its size without a sign")
+        if key == "velocity" and not number > 0.0:
+            report.problems.append(f"{at} = {show(given)}: must be above 0; give the speed at which sliding sets in")
+
+
+def _check_together(place: str, force: Any, report: Report) -> None:
+    if force.type == "end_stop":
+        lower, upper = constant(force.lower), constant(force.upper)
+        if force.lower is None and force.upper is None:
+            report.problems.append(f"{place}: has no stop; give lower, upper or both")
+        elif lower is not None and upper is not None and not lower < upper:
+            report.problems.append(
+                f"{place}.lower = {show(force.lower)}: must be below upper = {show(force.upper)}; exchange the two"
+            )
+    if force.type == "actuator":
+        given = force.model_fields_set
+        if not given & {"value", "stiffness", "damping"}:
+            report.problems.append(
+                f"{place}: has neither value nor stiffness nor damping, so it does nothing; give value, or stiffness, "
+                "damping and target"
+            )
+        if "target" in given and not given & {"stiffness", "damping"}:
+            report.problems.append(
+                f"{place}.target = {show(force.target)}: has no effect without stiffness or damping; give one of them"
+            )

@@ -1,0 +1,48 @@
+"""What the checks of a scenario find, and how they name places."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from lienumba.scenario.messages import unique_name
+
+GROUND = "ground"
+S = TypeVar("S", bound=BaseModel)
+
+
+@dataclass
+class Report:
+    """What the checks found: problems stop the scenario, warnings do not."""
+
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def tables(items: Any) -> list[dict[str, Any]]:
+    """The tables of a list; an empty one for what is none."""
+    return [item if isinstance(item, dict) else {} for item in items] if isinstance(items, list) else []
+
+
+def placed(kind: str, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each table with the path by which it is known."""
+    for index, item in enumerate(items):
+        name = unique_name(items, index)
+        yield (f"model.{kind}.{name}" if name else f"model.{kind}[{index}]"), item
+
+
+def read(section: type[S] | None, raw: Any) -> S | None:
+    """A section as its class has it; None where it is wrong in itself."""
+    if section is None:
+        return None
+    try:
+        return section.model_validate(raw)
+    except ValidationError:
+        return None
+
+
+def norm(values: list[Any]) -> float:
+    """Of a vector or a quaternion, without overflow."""
+    scale = max(abs(value) for value in values)
+    return float(scale * sum((value / scale) ** 2 for value in values) ** 0.5) if scale else 0.0
