@@ -42,7 +42,8 @@ class Quantiles:
 class Summary:
     """`good` runs are those that succeeded; maxima are over these, None where the dataset has none.
 
-    not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
+    not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest
+    energy residual over its largest kinetic energy.
     """
 
     title: str
@@ -55,7 +56,7 @@ class Summary:
     max_velocity_violation: float | None
     max_energy_drift: float | None
     max_relative_energy_drift: float | None
-    not_unique: str
+    not_unique: str = ""
 
 
 def summarise(ds: xr.Dataset) -> Summary:

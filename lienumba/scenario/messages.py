@@ -112,7 +112,8 @@ def _sentence(item: Any, raw: Any) -> str:
     ctx = item.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(loc, raw)
-    path = place(loc, raw) if kind == "missing" else place(_without_tags(loc, raw), raw)
+    untagged = _without_tags(loc, raw)
+    path = place(loc if kind == "missing" else untagged, raw)
     path = path or "the scenario"
     remedy = _remedy(loc)
     if kind == "missing":
@@ -123,7 +124,7 @@ def _sentence(item: Any, raw: Any) -> str:
             return f"{at}: must be a number, not a text; write it without quotes: {value.strip()}"
         return f"{at}: must be a number{remedy}"
     if kind == "finite_number":
-        return f"{at}: must be a finite number{remedy if isinstance(loc[-1], str) else '; replace it'}"
+        return f"{at}: must be a finite number{remedy if isinstance(untagged[-1], str) else '; replace it'}"
     if kind in _BOUNDS:
         rule, key = _BOUNDS[kind]
         return f"{at}: must be {rule} {ctx[key]:g}{remedy}"

@@ -21,6 +21,7 @@ TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to",
 }  # fmt: skip  # whose values are texts as they should be
+WITH_FORMULAS = ("gravity", "drivers", "forces")
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -76,7 +77,9 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
         if field.is_required():
             return None
         raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
-    if isinstance(value, str) and tokens[-1] not in TEXT_KEYS and not TEXT_KEYS.intersection(tokens):
+    if isinstance(value, str) and not TEXT_KEYS.intersection(tokens[2:]):
+        if tokens[0] not in WITH_FORMULAS:
+            return None
         value = _constant(value)
     if isinstance(value, list) and any(isinstance(item, float | int) for item in value):
         raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")

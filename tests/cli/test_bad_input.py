@@ -124,11 +124,11 @@ CASES = {
     ),
     "unknown joint": (
         replaced('type = "spherical"', 'type = "ball"'),
-        'model.joints.pivot.type = "ball": must be "spherical" or "distance"; the nearest is "spherical"',
+        'model.joints.pivot.type = "ball": is not known; the nearest known name is "spherical"',
     ),
     "length of a spherical joint": (
         replaced('type = "spherical"', 'type = "spherical"\nlength = 1'),
-        'model.joints.pivot.length = 1.0: has no meaning for a spherical joint; leave it out, or set type = "distance"',
+        'model.joints.pivot.length has no meaning for a spherical joint; leave it out (it belongs to distance)',
     ),
     "zero mass": (
         replaced("mass = 15", "mass = 0"),

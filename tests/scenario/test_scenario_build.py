@@ -17,12 +17,13 @@ SEQUENCES = ["".join(axes) for axes in product("XYZ", repeat=3) if axes[0] != ax
 
 
 def rotation_of(form: Any) -> np.ndarray:
-    _, (pose,) = build(resolve(example(rotation=form)), {})
-    return np.array(pose.rotation).reshape(3, 3)
+    _, start = build(resolve(example(rotation=form)), {})
+    return np.array(start.poses[0].rotation).reshape(3, 3)
 
 
 def test_the_nominal_model_has_plain_floats() -> None:
-    model, (pose,) = build(resolve(example()), {})
+    model, start = build(resolve(example()), {})
+    (pose,) = start.poses
     assert model.gravity == (0.0, 0.0, -9.81)
     assert model.bodies[0].inertia == (0.234375, 0.46875, 0.234375, 0.0, 0.0, 0.0)
     assert model.joints[0].bodies == (GROUND, 0)
@@ -108,16 +109,17 @@ def test_a_varied_number_equals_as_many_single_models(name: str) -> None:
     data["sweep"]["vary"] = {path: {"distribution": "normal", "std": 0.1}}
     scenario = resolve(data)
     samples = scenario.nominal()[path] + np.linspace(-0.05, 0.1, 4)
-    model, (pose,) = build(scenario, {path: samples})
+    model, start = build(scenario, {path: samples})
+    (pose,) = start.poses
     del data["sweep"]["vary"]
     for run, sample in enumerate(samples):
-        single, (single_pose,) = build(resolve(data, overrides={path: float(sample)}), {})
+        single, single_start = build(resolve(data, overrides={path: float(sample)}), {})
         for many, one in (
             (model.gravity, single.gravity),
             ((model.bodies[0].mass,), (single.bodies[0].mass,)),
             (model.bodies[0].inertia, single.bodies[0].inertia),
             (model.joints[0].points[1], single.joints[0].points[1]),
-            (pose.rotation, single_pose.rotation),
+            (pose.rotation, single_start.poses[0].rotation),
         ):
             picked = [np.broadcast_to(number, len(samples))[run] for number in many]
             np.testing.assert_allclose(picked, one, rtol=1e-15, atol=1e-16)
@@ -125,7 +127,7 @@ def test_a_varied_number_equals_as_many_single_models(name: str) -> None:
 
 def test_runs_with_unphysical_samples_are_found() -> None:
     scenario = resolve(example())
-    model, poses = build(
+    model, start = build(
         scenario,
         {
             "bodies.top.mass": np.array([1.0, -1.0, 1.0, 1.0, np.nan]),
@@ -133,7 +135,7 @@ def test_runs_with_unphysical_samples_are_found() -> None:
             "bodies.top.rotation[0]": np.array([1.0, 1.0, 1.0, 0.0, 1.0]),
         },
     )
-    assert unphysical(model, poses, 5).tolist() == [False, True, True, True, True]
+    assert unphysical(model, start, 5).tolist() == [False, True, True, True, True]
 
 
 @pytest.mark.parametrize("rotation", [[1e-200, 0, 0, 0], {"axis": [1e-200, 0, 0], "angle": 1}, [1e200, 0, 0, 0]])

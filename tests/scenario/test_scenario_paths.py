@@ -63,19 +63,3 @@ def test_put_replaces_the_value_and_nothing_else() -> None:
 @pytest.mark.parametrize("text", ['sweep.vary."bodies.a.mass".std', "sweep.vary.bodies.a.mass.std"])
 def test_a_varied_path_is_one_key_even_without_quotes(text: str) -> None:
     assert paths.parse(text) == ["sweep", "vary", "bodies.a.mass", "std"]
-
-
-@pytest.mark.parametrize(
-    ("path", "units"),
-    [
-        ("gravity[0]", "m s-2"),
-        ("bodies.a.mass", "kg"),
-        ("bodies.a.inertia[1][1]", "kg m2"),
-        ("bodies.a.rotation[3]", "1"),
-        ("bodies.a.rotation.angle", "rad"),
-        ("bodies.a.rotation.axis[0]", "1"),
-        ("joints.j.points[1][0]", "m"),
-    ],
-)
-def test_units(path: str, units: str) -> None:
-    assert paths.units(path) == units
