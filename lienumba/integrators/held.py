@@ -5,7 +5,7 @@ accelerations: of the last stage, 6 per body, in closed loops; masks: which of t
 in use, and behind them the largest margin that this choice has had.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,11 +33,16 @@ class Held:
     def first_mask(self) -> int:
         return len(self.angles) + self.work + self.accelerations
 
-    def start(self, angles: Mapping[int, Any], masks: np.ndarray, margin: float, runs: int) -> np.ndarray:
-        """(runs, rows) at the start; angles: by joint; masks, margin: see `exchange.first_choice`."""
+    def start(
+        self, angles: Mapping[int, Any], masks: np.ndarray, margin: float, runs: int, accelerations: Sequence[Any] = ()
+    ) -> np.ndarray:
+        """(runs, rows) at the start; angles: by joint; masks, margin: see `exchange.first_choice`; accelerations: 0 if
+        omitted."""
         rows = np.zeros((runs, self.rows))
         for place, joint in enumerate(self.angles):
             rows[:, place] = angles[joint]
+        for place, a in enumerate(accelerations[: self.accelerations]):
+            rows[:, len(self.angles) + self.work + place] = a
         if self.masks:
             rows[:, self.first_mask : -1] = masks
             rows[:, -1] = margin

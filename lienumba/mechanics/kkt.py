@@ -19,8 +19,8 @@ from lienumba.mechanics.order import elimination_order
 from lienumba.operations import minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
-WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
-FADED = 1e-7  # is faded, to one half here
+WEAK = 1e-6  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
+FADED = 1e-8  # is faded, to one half here
 LEAST = 1e-13  # and the pivot is at least this fraction
 SHIFT = 1e-8  # of least_multipliers
 

@@ -84,6 +84,13 @@ def contradiction(model: Model, now: Instant) -> tuple[str, ...]:
     return _unmet(model, later, _xi(model, later))
 
 
+def on_the_way(model: Model, now: Instant) -> Instant | None:
+    """A state a little later where the constraints say more than they do now: now they are singular. None if not."""
+    later = _moved_on(model, now)
+    fewer = _dependences(_scaled(model, now)[0])[0] < _dependences(_scaled(model, later)[0])[0]
+    return later if fewer else None
+
+
 def _xi(model: Model, now: Instant) -> np.ndarray:
     """The right-hand side of C v' = xi."""
     return -np.array(constraints.rate_and_bias(model, now)[1], float)

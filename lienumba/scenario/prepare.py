@@ -35,11 +35,17 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Nominal:
-    """The mechanism with its nominal numbers, at its start."""
+    """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
+    else the start; rank: there."""
 
     model: Model
     now: Instant
+    typical: Instant
     rank: rank.Rank
+
+    @property
+    def singular(self) -> bool:
+        return self.typical is not self.now
 
 
 def check_initial(scenario: Scenario) -> Nominal:
@@ -52,14 +58,15 @@ def check_initial(scenario: Scenario) -> Nominal:
         raise ScenarioError("\n".join(problems))
     nominal, now = rank.nominal(done.model), done.instant(0)
     unmet = rank.contradiction(nominal, now)
-    found = rank.rank_of(nominal, now)
+    typical = rank.on_the_way(nominal, now) or now
+    found = rank.rank_of(nominal, typical)
     if unmet:
         raise ScenarioError(
             f"model: {' and '.join(unmet)} contradict each other: there are {found.rows} equations of rank "
             f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
             "driver or a joint of these, or correct what it prescribes"
         )
-    return Nominal(nominal, now, found)
+    return Nominal(nominal, now, typical, found)
 
 
 def _check_start(model: Model, start: Start) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from lienumba.batch.execute import Batch
+    from lienumba.integrators.held import Held
     from lienumba.integrators.program import Program
 
 __all__ = ["Progress", "check_initial", "operation_counts", "run"]
@@ -109,17 +110,12 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
     import numpy as np
 
     from lienumba.batch.execute import Batch
-    from lienumba.integrators import exchange
 
     data: Any = resolved.data
-    masks, margin = np.zeros(0), 0.0
-    if program.held.masks:
-        masks, margin = exchange.first_choice(prepared.nominal.model, program.held.masks, prepared.nominal.now)
-    held = program.held.start(prepared.angles, masks, margin, len(prepared.states))
     return Batch(
         machine=machine,
         parameters=program.parameters,
-        states=np.concatenate([prepared.states, held], axis=1),
+        states=np.concatenate([prepared.states, _held(prepared, program.held)], axis=1),
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,
@@ -127,6 +123,30 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
     )
+
+
+def _held(prepared: Prepared, held: "Held") -> "np.ndarray":
+    """What every run holds beside its state at the start (runs, rows)."""
+    import numpy as np
+
+    from lienumba.integrators.exchange import first_choice
+    from lienumba.mechanics.kkt import Structure
+    from lienumba.mechanics.motion import Instant
+    from lienumba.mechanics.singular import limiting_accelerations
+
+    nominal, runs = prepared.nominal, len(prepared.states)
+    masks, margin = np.zeros(0), 0.0
+    if held.masks:
+        masks, margin = first_choice(nominal.model, held.masks, nominal.typical)
+    if not nominal.singular:
+        return held.start(prepared.angles, masks, margin, runs)
+    structure = Structure.of(prepared.model, held.masks)
+    bodies = tuple(tuple(body.T) for body in prepared.states.reshape(runs, -1, 18).transpose(1, 0, 2))
+    now = Instant(bodies, 0.0, prepared.angles)
+    mask = held.mask((*[0.0] * held.first_mask, *masks), structure.rows)
+    with np.errstate(all="ignore"):
+        accelerations = limiting_accelerations(prepared.model, structure, now, mask)
+    return held.start(prepared.angles, masks, margin, runs, [np.nan_to_num(a) for a in accelerations])
 
 
 class _Collector:
