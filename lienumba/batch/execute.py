@@ -6,13 +6,14 @@ run's result.
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lienumba.compiler.emit import W
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.machine import Machine, aligned, prepare
 
 CHUNK_BYTES = 32 * 2**20  # of records in one chunk
@@ -24,8 +25,8 @@ POLL = 0.1  # s between two looks at the progress
 class Batch:
     """Everything the runs need.
 
-    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k + held) at the start; codes (runs,):
-    0 for the runs to be integrated; h: step (s); outputs: the steps that are stored, from 0 to `steps` at most.
+    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k + held) at the start; codes
+    (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps that are stored, from 0 to `steps` at most.
     """
 
     machine: Machine
@@ -41,6 +42,11 @@ class Batch:
     @property
     def runs(self) -> int:
         return len(self.states)
+
+    def part(self, runs: np.ndarray) -> "Batch":
+        """The batch of these runs (indices) alone."""
+        parameters = [p[runs] if np.ndim(p) else p for p in self.parameters]
+        return replace(self, parameters=parameters, states=self.states[runs], codes=self.codes[runs])
 
 
 @dataclass(frozen=True)
@@ -79,7 +85,7 @@ def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) ->
                 for future in done:
                     active.discard(future)
                     chunk = future.result()
-                    failed += int(np.count_nonzero(chunk.codes))
+                    failed += int(np.count_nonzero((chunk.codes != 0) & (chunk.codes != EXCHANGED)))
                     yield chunk
                     submit()
                 blocks = sum(int(c[0]) for c in counters) / len(batch.outputs)
@@ -130,9 +136,9 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
     drive(
-        machine.kernels, machine.nodes, machine.bodies, held.rows, held.first_mask, len(held.masks), machine.seen,
-        batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters, records, codes,
-        steps, machine.buffer(), progress, stop,
+        machine.kernels, machine.nodes, machine.bodies, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
+        machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
+        records, codes, steps, machine.buffer(), progress, stop,
     )  # fmt: skip
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
     return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))

@@ -36,7 +36,8 @@ def table_rows(q: int) -> int:
 
 def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
-    return 3 * _state_rows(k, held) + 4 + (ALGEBRA * k + held + 1) + ALGEBRA * stages * (k + 1) + codes.REPORTS + table_rows(q)
+    slopes = ALGEBRA * stages * (k + 1) + codes.REPORTS
+    return 3 * _state_rows(k, held) + 5 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
 
 
 @njit(**OPTIONS)
@@ -116,8 +117,9 @@ def _iterate(
 @njit(**OPTIONS)
 def _exchange(
     kernel: int, state: int, p: int, clock: int, lanes: Any, work: int, table: Any, q: int, target: int, first: int
-) -> None:
-    """Choose the constraint rows anew at a state in these lanes; the masks go to `target`, its rows from `first`."""
+) -> Any:
+    """Choose the constraint rows anew at a state in these lanes; the masks go to `target`, its rows from `first`.
+    Returns in which lanes they are others than before."""
     address = table.ctypes.data
     masks, asked = q * (q + 1) // 2 + q, q * (q + 1) // 2 + 2 * q
     call(kernel, state, p, clock, 0, address, work)
@@ -127,20 +129,25 @@ def _exchange(
     for lane in range(W):
         if table[asked, lane] != 0.0:
             choose_rows(table, lane, q)
+    same = splat(1.0)
     for i in range(q):
-        store(target, first + i, choose(lanes, load(address, masks + i), load(target, first + i)))
+        mask = choose(lanes, load(address, masks + i), load(target, first + i))
+        same = choose(mask == load(target, first + i), same, 0.0)
+        store(target, first + i, mask)
     store(target, first + q, choose(lanes, splat(0.0), load(target, first + q)))
+    return same == 0.0
 
 
 @njit(**OPTIONS)
 def _project(
-    kernels: Any, k: int, held: int, q: int, masks: int, p: int, clock: int, new: int, now: int, following: int, work: int,
-    status: int, table: Any, limit: int, tolerance: float,
+    kernels: Any, k: int, held: int, q: int, masks: int, p: int, clock: int, new: int, now: int, following: int,
+    work: int, status: int, table: Any, limit: int, tolerance: float, fixed: bool,
 ) -> Any:  # fmt: skip
     """Project the positions of `new`; returns each lane's iterations.
 
     Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
-    the rows are chosen anew where the iteration has come to, and it starts again.
+    the rows are chosen anew where the iteration has come to, and it starts again; with fixed rows that is for another
+    program to do.
     """
     rows = ELEMENT * k
     used, pending = splat(0.0), load(status, 0) == 0.0
@@ -148,14 +155,17 @@ def _project(
         _copy(now, new, rows)
         for row in range(rows, rows + 6 * k):
             store(now, row, splat(0.0))
-        used = used + _iterate(kernels[POSITION], p, clock, new, now, following, work, status, pending, limit, tolerance,
-                               rows + 6 * k, rows + 6 * k)  # fmt: skip
+        used = used + _iterate(kernels[POSITION], p, clock, new, now, following, work, status, pending, limit,
+                               tolerance, rows + 6 * k, rows + 6 * k)  # fmt: skip
         _commit(pending & (load(status, 0) == 0.0), new, now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
         if attempt == 1 or q == 0 or not any_lane(pending):
             break
         _copy(now + ROW * rows, new + ROW * rows, held)
-        _exchange(kernels[EXCHANGE], now, p, clock, pending, work, table, q, new, masks)
+        others = _exchange(kernels[EXCHANGE], now, p, clock, pending, work, table, q, new, masks)
+        if fixed:
+            store(status, 0, choose(others, codes.EXCHANGED, load(status, 0)))
+            break
         store(status, 0, choose(pending, splat(0.0), load(status, 0)))
     return used
 
@@ -175,6 +185,7 @@ def _staged_step(
     said = slopes + ROW * ALGEBRA * stages * k
     for s in range(stages):
         store(clock, 0, splat(t + nodes[s] * h))
+        store(clock, 2, splat(nodes[s]))
         combine = kernels[len(ORDER) + s]
         for i in range(k if combine != 0 else 0):
             call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
@@ -198,22 +209,22 @@ def _staged_step(
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.int64,
-        types.int64, types.int64, types.float64, types.float64,
+        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.boolean,
+        types.int64, types.int64, types.int64, types.float64, types.float64,
         types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
         types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, seen: int, steps: int, limit: int, h: float,
-    tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any,
+    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int, limit: int,
+    h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any,
     buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
     states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
-    masks from row `first_mask` of what is held; parameters (blocks, P, W), invariants prepared;
+    masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled; parameters (blocks, P, W), invariants prepared;
     records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
     buffer: `scratch_rows` rows and the kernels' work; progress[0]: outputs done so far;
@@ -225,7 +236,7 @@ def drive(
     now = new + ROW * _state_rows(k, held)
     following = now + ROW * _state_rows(k, held)
     clock = following + ROW * _state_rows(k, held)
-    counts = clock + ROW * 2
+    counts = clock + ROW * 3
     u = counts + ROW * 2
     slopes = u + ROW * (ALGEBRA * k + held + 1)
     exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
@@ -255,12 +266,12 @@ def drive(
                 margin = load(new, rows + held + 1)
                 store(status, 0, choose(alive, code, load(status, 0)))
                 if kernels[POSITION] != 0:
-                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status, table, limit,
-                                    tolerance)  # fmt: skip
+                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status, table,
+                                    limit, tolerance, fixed)  # fmt: skip
                     store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
                 if kernels[VELOCITY] != 0:
-                    used = _iterate(kernels[VELOCITY], p, clock, new, new, following, work, status, load(status, 0) == 0.0,
-                                    limit, tolerance, rows, rows)  # fmt: skip
+                    used = _iterate(kernels[VELOCITY], p, clock, new, new, following, work, status,
+                                    load(status, 0) == 0.0, limit, tolerance, rows, rows)  # fmt: skip
                     store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
                 alive = load(status, 0) == 0.0
                 _commit(alive, x, new, rows + held)
@@ -268,7 +279,9 @@ def drive(
                 if q > 0:
                     weak = alive & (margin < WEAKENED * load(x, masks + q))
                     if any_lane(weak):
-                        _exchange(kernels[EXCHANGE], x, p, clock, weak, work, table, q, x, masks)
+                        others = _exchange(kernels[EXCHANGE], x, p, clock, weak, work, table, q, x, masks)
+                        if fixed:
+                            store(status, 0, choose(others, codes.EXCHANGED, load(status, 0)))
             if done < output_steps.size and output_steps[done] == n:
                 record = records[block, done].ctypes.data
                 _record(record, kernels[OBSERVE], x, p, clock, work, rows + held, seen, alive, counts)

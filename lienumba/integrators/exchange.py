@@ -4,6 +4,7 @@ Works on the Schur complement S of these rows (`kkt.exchange`), run by run: a Ch
 strongest row first finds the rank and a well-conditioned set.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,26 @@ def _strongest(S: Any, allowed: Any, taken: Any) -> Any:
                 S[i] -= (S[i, chosen] / pivot) * S[chosen]
 
 
-def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> tuple[np.ndarray, float]:
-    """The masks (q,) with which all runs begin, from the nominal start `now` in floats, and their margin."""
+@dataclass(frozen=True)
+class Choice:
+    """Of the exchangeable rows of C (indices) those in use, 1.0 or 0.0 for each, and the margin at the start."""
+
+    rows: tuple[int, ...] = ()
+    masks: tuple[float, ...] = ()
+    margin: float = 0.0
+
+    @property
+    def dropped(self) -> tuple[int, ...]:
+        return tuple(row for row, used in zip(self.rows, self.masks, strict=True) if not used)
+
+
+UNIQUE = Choice()  # no row says the same as others
+
+
+def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> Choice:
+    """With which rows all runs begin, from the nominal start `now` in floats."""
+    if not masked:
+        return UNIQUE
     structure = kkt.Structure.of(model, masked)
     C, M = constraints.jacobian(model, now), dynamics.mass_matrix(model)
     triangle, scales = kkt.exchange(structure, M, C)
@@ -60,12 +79,13 @@ def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> tuple[n
     for row, used in zip(masked, masks, strict=True):
         mask[row] = float(used)
     zero = [0.0] * structure.rows
-    return masks, float(kkt.solve(structure, M, C, [0.0] * (6 * structure.bodies), zero, mask).margin)
+    margin = float(kkt.solve(structure, M, C, [0.0] * (6 * structure.bodies), zero, mask).margin)
+    return Choice(masked, tuple(masks.tolist()), margin)
 
 
 @njit(nogil=True, error_model="numpy")
 def choose_rows(table: Any, lane: int, q: int) -> None:
-    """Choose for one lane. table: rows of lanes: the lower triangle of S, the scale of each row, the masks (updated)."""
+    """Choose for one lane. table: rows of lanes: lower triangle of S, scale of each row, masks (updated)."""
     S = np.empty((q, q))
     scales, masks = q * (q + 1) // 2, q * (q + 1) // 2 + q
     n = 0

@@ -1,7 +1,7 @@
 """What a run carries from step to step beside its bodies: rows behind the 18 k rows of the state.
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
-accelerations: of the last stage, 6 per body, in closed loops; masks: which of the rows of C that may be exchanged are
+accelerations: of the last stage, 6 per body, and their change in a step, in closed loops; masks: which of the rows of C that may be exchanged are
 in use, and behind them the largest margin that this choice has had.
 """
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.integrators.exchange import Choice
 from lienumba.mechanics import forces, joints, motion
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
@@ -18,12 +19,14 @@ from lienumba.mechanics.motion import Instant
 
 @dataclass(frozen=True)
 class Held:
-    """angles: joints; work: whether there is any; accelerations: their number; masks: rows of C."""
+    """angles: joints; work: whether there is any; accelerations: their number; masks: rows of C; fixed: the masks of
+    rows of C that are compiled in, whatever a run holds."""
 
     angles: tuple[int, ...]
     work: bool
     accelerations: int
     masks: tuple[int, ...]
+    fixed: Mapping[int, float]
 
     @property
     def rows(self) -> int:
@@ -34,18 +37,17 @@ class Held:
         return len(self.angles) + self.work + self.accelerations
 
     def start(
-        self, angles: Mapping[int, Any], masks: np.ndarray, margin: float, runs: int, accelerations: Sequence[Any] = ()
+        self, angles: Mapping[int, Any], choice: Choice, runs: int, accelerations: Sequence[Any] = ()
     ) -> np.ndarray:
-        """(runs, rows) at the start; angles: by joint; masks, margin: see `exchange.first_choice`; accelerations: 0 if
-        omitted."""
+        """(runs, rows) at the start; angles: by joint; accelerations and changes: 0 if omitted."""
         rows = np.zeros((runs, self.rows))
         for place, joint in enumerate(self.angles):
             rows[:, place] = angles[joint]
         for place, a in enumerate(accelerations[: self.accelerations]):
             rows[:, len(self.angles) + self.work + place] = a
         if self.masks:
-            rows[:, self.first_mask : -1] = masks
-            rows[:, -1] = margin
+            rows[:, self.first_mask : -1] = choice.masks
+            rows[:, -1] = choice.margin
         return rows
 
     def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:
@@ -56,12 +58,20 @@ class Held:
         mask: list[Any] = [1.0] * rows
         for row, x in zip(self.masks, held[self.first_mask :], strict=False):
             mask[row] = x
+        for row, used in self.fixed.items():
+            mask[row] = used
         return mask
 
-    def expected(self, held: tuple[Any, ...]) -> list[Any] | None:
-        """The accelerations; None if they are not held."""
-        first = len(self.angles) + self.work
-        return list(held[first : self.first_mask]) or None
+    def expected(self, held: tuple[Any, ...], steps: Any = 0.0) -> list[Any] | None:
+        """The accelerations after so many steps, if they change as they did; None if they are not held."""
+        first, number = len(self.angles) + self.work, self.accelerations // 2
+        last, change = held[first : first + number], held[first + number : self.first_mask]
+        return [a + steps * da for a, da in zip(last, change, strict=True)] or None
+
+    def after(self, held: tuple[Any, ...], accelerations: list[Any]) -> list[Any]:
+        """What is held of new accelerations: themselves, and by how much they changed in a step."""
+        last = self.expected(held) or []
+        return accelerations + [new - old for new, old in zip(accelerations, last, strict=True)]
 
     def counted(self, model: Model, now: Instant) -> list[Any]:
         """The angles, each counted near where `now` has it."""

@@ -19,8 +19,8 @@ from lienumba.mechanics.order import elimination_order
 from lienumba.operations import minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
-WEAK = 1e-6  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
-FADED = 1e-8  # is faded, to one half here
+WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
+FADED = 1e-6  # is faded, to one half here
 LEAST = 1e-13  # and the pivot is at least this fraction
 SHIFT = 1e-8  # of least_multipliers
 
@@ -31,7 +31,8 @@ Entries = dict[tuple[int, int], Any]
 class Structure:
     """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated.
 
-    looped: the constraints close loops; masked: the rows that may be left out, because others say the same.
+    looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
+    rows are left out always, their mask is the float 0.
     """
 
     bodies: int
@@ -41,14 +42,15 @@ class Structure:
     masked: tuple[int, ...] = ()
 
     @staticmethod
-    def of(model: Model, masked: tuple[int, ...] = ()) -> "Structure":
-        k, blocks = len(model.bodies), _blocks(model)
+    def of(model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = ()) -> "Structure":
+        k, blocks = len(model.bodies), _blocks(model, set(dropped))
         order: list[int] = []
         for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks]):
             if block < k:
                 order += range(6 * block, 6 * block + 6)
             else:
                 order += [6 * k + row for row in blocks[block - k].rows]
+        order += [6 * k + row for row in dropped]
         return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked)
 
 
@@ -62,11 +64,14 @@ class _Block:
     ties: int = 0
 
 
-def _blocks(model: Model) -> list[_Block]:
+def _blocks(model: Model, dropped: set[int]) -> list[_Block]:
     blocks: dict[frozenset[int], _Block] = {}
-    for i, (constraint, rows) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+    for i, (constraint, every) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+        rows = [row for row in range(every.start, every.stop) if row not in dropped]
+        if not rows:
+            continue
         block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies))
-        block.rows += range(rows.start, rows.stop)
+        block.rows += rows
         block.ties += i < len(model.joints) or model.drivers[i - len(model.joints)].motion == "point"
     return list(blocks.values())
 

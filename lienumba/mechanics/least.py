@@ -1,11 +1,13 @@
 """Least changes that fulfil linear conditions, elementwise: numbers are floats or arrays of shape (runs,)."""
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from lienumba.operations import where
+from lienumba.operations import maximum, where
 
+ROUNDING = 1e-26  # of the largest diagonal: a row below is zero but for rounding
 DEPENDENT = 1e-12  # a pivot below this fraction of its diagonal belongs to a row that adds nothing
 
 Entries = dict[tuple[int, int], Any]
@@ -45,11 +47,12 @@ def _solved(S: list[dict[int, Any]], b: list[Any]) -> list[Any]:
     """S^-1 b by L D L^T, in place, rows without a pivot left out; S: the lower triangle by column."""
     m = len(b)
     scale = [S[j].get(j, 0.0) for j in range(m)]
+    most = reduce(maximum, scale, 0.0)
     y = list(b)
     kept: list[Any] = []
     for j in range(m):
         pivot = S[j].get(j, 0.0)
-        independent = np.asarray(pivot > DEPENDENT * scale[j]) & np.asarray(pivot > 0.0)
+        independent = np.asarray(pivot > DEPENDENT * scale[j]) & np.asarray(pivot > ROUNDING * most)
         kept.append(where(independent, 1.0 / where(independent, pivot, 1.0), 0.0))
         below = [(i, x) for i, x in S[j].items() if i > j]
         for n, (i, x) in enumerate(below):

@@ -67,11 +67,13 @@ def position_correction(
 
 
 def counted(solution: kkt.Solution, mask: list[Any]) -> list[Any]:
-    """Which rows a position must fulfil: not those that are faded; and while some are, not the masked ones either."""
-    all_firm: Any = 1.0
-    for firm in solution.firm:
-        all_firm = minimum(firm, all_firm)
-    return [where(m > 0.5, firm, all_firm) for m, firm in zip(mask, solution.firm, strict=True)]
+    """Which rows a position must fulfil, 1 or 0: not those that are faded; and while some are, not the masked ones
+    either."""
+    counts = [where(firm == 1.0, 1.0, 0.0) for firm in solution.firm]
+    every: Any = 1.0
+    for count in counts:
+        every = minimum(count, every)
+    return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
 
 
 def velocity_correction(

@@ -10,16 +10,19 @@ from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
 from lienumba.operations import where
 
-TURN, LONGEST = 0.01, 0.01  # rad and s: how far to either side, at most
+Both = tuple[list[Any], list[Any]]
+TURN, LONGEST = 0.05, 0.05  # rad and s: how far to either side, at most
 CORRECTIONS = 6
 
 
-def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any]) -> list[Any]:
-    """The 6 k accelerations at `now`, from those at -2, -1, 1 and 2 steps of its motion, to fourth order."""
+def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any]) -> Both:
+    """The 6 k accelerations at `now`, and their 6 k time derivatives, from those at -2, -1, 1 and 2 steps of its motion,
+    to fourth order."""
     fastest = constraints.largest([x for body in now.bodies for x in body[15:18]])
     h = TURN / where(fastest > TURN / LONGEST, fastest, TURN / LONGEST)
-    near = [_accelerations(model, structure, now, mask, part * h) for part in (-2.0, -1.0, 1.0, 2.0)]
-    return [(4.0 * (b + c) - (a + d)) / 6.0 for a, b, c, d in zip(*near, strict=True)]
+    near = list(zip(*(_accelerations(model, structure, now, mask, n * h) for n in (-2.0, -1.0, 1.0, 2.0)), strict=True))
+    rates = [(8.0 * (c - b) - (d - a)) / (12.0 * h) for a, b, c, d in near]
+    return [(4.0 * (b + c) - (a + d)) / 6.0 for a, b, c, d in near], rates
 
 
 def _accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any], dt: Any) -> list[Any]:

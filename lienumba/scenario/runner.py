@@ -13,9 +13,11 @@ from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
     from lienumba.batch.execute import Batch
+    from lienumba.integrators.exchange import Choice
     from lienumba.integrators.held import Held
     from lienumba.integrators.program import Program
 
@@ -49,7 +51,10 @@ def run(
     simulate, by default all (-1: the nominal run); progress: called with a Progress a few times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
+    import numpy as np
+
     from lienumba.batch.execute import execute
+    from lienumba.integrators.codes import EXCHANGED
     from lienumba.integrators.machine import compile_program
     from lienumba.store.files import check_target, write
 
@@ -66,19 +71,27 @@ def run(
         check_target(output, overwrite)
     tell = progress or (lambda event: None)
     prepared = prepare(resolved, labels)
-    tell(Progress("compile", 0, len(labels), 0))
-    program = _program(resolved, prepared)
-    machine = compile_program(program)
-    batch = _batch(resolved, prepared, program, machine)
-    tell(Progress("run", 0, len(labels), 0))
-    collected = _Collector(resolved, prepared, program)
-    for chunk in execute(
-        batch, workers or _cores(), lambda done, failed: tell(Progress("run", int(done), len(labels), failed))
-    ):
-        collected.take(chunk)
+    collected = _Collector(resolved, prepared)
+    remaining = np.arange(len(labels))
+    for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
+        tell(Progress("compile", len(labels) - len(remaining), len(labels), collected.failed))
+        program = _program(resolved, prepared, fixed)
+        batch = _batch(resolved, prepared, program, compile_program(program)).part(remaining)
+        collected.expect(program)
+        done_before, failed_before = len(labels) - len(remaining), collected.failed
+
+        def report(done: float, failed: int, before: int = done_before, bad: int = failed_before) -> None:
+            tell(Progress("run", before + int(done), len(labels), bad + failed))
+
+        report(0, 0)
+        for chunk in execute(batch, workers or _cores(), report):
+            collected.take(chunk, remaining[chunk.runs])
+        remaining = np.flatnonzero(collected.codes == EXCHANGED)
+        if not len(remaining):
+            break
     dataset = collected.dataset(_command())
     if output is not None:
-        tell(Progress("write", len(labels), len(labels), int((collected.codes != 0).sum())))
+        tell(Progress("write", len(labels), len(labels), collected.failed))
         write(dataset, output)
     return dataset
 
@@ -86,7 +99,7 @@ def run(
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Operations of each kernel per evaluation and run: what the hardware must do."""
     prepared = prepare(scenario, [0])
-    return {name: kernel.counts() for name, kernel in _program(scenario, prepared).kernels.items()}
+    return {name: kernel.counts() for name, kernel in _program(scenario, prepared, fixed=True).kernels.items()}
 
 
 def _cores() -> int:
@@ -98,12 +111,19 @@ def _command() -> str:
     return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
 
 
-def _program(resolved: Scenario, prepared: Prepared) -> "Program":
+def _choice(prepared: Prepared) -> "Choice":
+    from lienumba.integrators.exchange import first_choice
+
+    nominal = prepared.nominal
+    return first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
+
+
+def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
     from lienumba.integrators.program import Method, build
 
     data: Any = resolved.data
     method = Method(data.integrator.method, data.projection.position, data.projection.velocity)
-    return build(prepared.model, method, prepared.nominal.rank.exchangeable)
+    return build(prepared.model, method, _choice(prepared), fixed)
 
 
 def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
@@ -115,7 +135,7 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
     return Batch(
         machine=machine,
         parameters=program.parameters,
-        states=np.concatenate([prepared.states, _held(prepared, program.held)], axis=1),
+        states=np.concatenate([prepared.states, _held(prepared, program.held, data.integrator.step)], axis=1),
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,
@@ -125,58 +145,69 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
     )
 
 
-def _held(prepared: Prepared, held: "Held") -> "np.ndarray":
-    """What every run holds beside its state at the start (runs, rows)."""
+def _held(prepared: Prepared, held: "Held", h: float) -> "np.ndarray":
+    """What every run holds beside its state at the start (runs, rows); h: step (s)."""
     import numpy as np
 
-    from lienumba.integrators.exchange import first_choice
     from lienumba.mechanics.kkt import Structure
     from lienumba.mechanics.motion import Instant
     from lienumba.mechanics.singular import limiting_accelerations
 
-    nominal, runs = prepared.nominal, len(prepared.states)
-    masks, margin = np.zeros(0), 0.0
-    if held.masks:
-        masks, margin = first_choice(nominal.model, held.masks, nominal.typical)
-    if not nominal.singular:
-        return held.start(prepared.angles, masks, margin, runs)
-    structure = Structure.of(prepared.model, held.masks)
+    choice, runs = _choice(prepared), len(prepared.states)
+    if not prepared.nominal.singular:
+        return held.start(prepared.angles, choice, runs)
+    structure = Structure.of(prepared.model, (), choice.dropped)
+    mask = [0.0 if row in choice.dropped else 1.0 for row in range(structure.rows)]
     bodies = tuple(tuple(body.T) for body in prepared.states.reshape(runs, -1, 18).transpose(1, 0, 2))
     now = Instant(bodies, 0.0, prepared.angles)
-    mask = held.mask((*[0.0] * held.first_mask, *masks), structure.rows)
     with np.errstate(all="ignore"):
-        accelerations = limiting_accelerations(prepared.model, structure, now, mask)
-    return held.start(prepared.angles, masks, margin, runs, [np.nan_to_num(a) for a in accelerations])
+        last, rates = limiting_accelerations(prepared.model, structure, now, mask)
+    return held.start(prepared.angles, choice, runs, [np.nan_to_num(a) for a in (*last, *(h * a for a in rates))])
 
 
 class _Collector:
     """Takes chunks as they finish and keeps what the scenario asks for."""
 
-    def __init__(self, resolved: Scenario, prepared: Prepared, program: "Program") -> None:
+    def __init__(self, resolved: Scenario, prepared: Prepared) -> None:
+        import numpy as np
+
+        self.resolved, self.prepared = resolved, prepared
+        runs = len(prepared.labels)
+        self.series: dict[str, np.ndarray] = {}
+        self.summaries: dict[str, np.ndarray] = {}
+        self.codes = np.zeros(runs, np.int8)
+        self.steps = np.zeros(runs, np.int64)
+
+    @property
+    def failed(self) -> int:
+        from lienumba.integrators.codes import EXCHANGED
+
+        return int(((self.codes != 0) & (self.codes != EXCHANGED)).sum())
+
+    def expect(self, program: "Program") -> None:
+        """From now on take the chunks of this program."""
         import numpy as np
 
         from lienumba.batch.records import Layout
 
-        self.resolved, self.prepared = resolved, prepared
-        self.layout = Layout.of(prepared.model, program.held, program.observed)
-        data: Any = resolved.data
-        runs, times = len(prepared.labels), len(resolved.times)
-        wanted = self.layout.names if data.output.variables is None else data.output.variables
-        self.series: dict[str, np.ndarray] = {
-            name: np.empty((runs, times, *self.layout.shape(name))) for name in self.layout.names if name in wanted
-        }
-        self.summaries = {name: np.full(runs, np.nan) for name in self.layout.summaries}
-        self.codes = np.zeros(runs, np.int8)
-        self.steps = np.zeros(runs, np.int64)
+        self.layout = layout = Layout.of(self.prepared.model, program.held, program.observed)
+        runs, times = len(self.codes), len(self.resolved.times)
+        data: Any = self.resolved.data
+        for name in layout.names:
+            if name in data.output.variables and name not in self.series:
+                self.series[name] = np.empty((runs, times, *layout.shape(name)))
+        for name in layout.summaries:
+            self.summaries.setdefault(name, np.full(runs, np.nan))
 
-    def take(self, chunk: Any) -> None:
+    def take(self, chunk: Any, runs: "np.ndarray") -> None:
+        """Keep a chunk, which has these runs (indices)."""
         values = self.layout.unpack(chunk.records)
         for name, array in self.series.items():
-            array[chunk.runs] = values[name][:, -array.shape[1] :]
+            array[runs] = values[name][:, -array.shape[1] :]
         for name, array in self.summaries.items():
-            array[chunk.runs] = self.layout.summarise(name, values)
-        self.codes[chunk.runs] = chunk.codes
-        self.steps[chunk.runs] = chunk.steps
+            array[runs] = self.layout.summarise(name, values)
+        self.codes[runs] = chunk.codes
+        self.steps[runs] = chunk.steps
 
     def dataset(self, command: str) -> "xr.Dataset":
         import numpy as np

@@ -1,4 +1,6 @@
-"""sin, cos, exp, atan2: at most 2 ulp from the exact value, the same bits on arrays and on lanes, IEEE at the edges."""
+"""sin, cos, exp, log, atan2: at most 2 ulp from the exact value, same bits on arrays and on lanes, IEEE at the edges.
+
+And what stands on them: tanh, powers."""
 
 import math
 from collections.abc import Callable
@@ -7,12 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from lienumba import vector_math
+from lienumba import operations, vector_math
 
 from .evaluation import assert_same_bits, on_arrays, on_lanes, traced
 
-EXACT = {"sin": mpmath.sin, "cos": mpmath.cos, "exp": mpmath.exp, "atan2": mpmath.atan2}
-SHAPES = {"sin": (0,), "cos": (0,), "exp": (0,), "atan2": (0, 0)}
+EXACT = {"sin": mpmath.sin, "cos": mpmath.cos, "exp": mpmath.exp, "log": mpmath.log, "atan2": mpmath.atan2}
+SHAPES = {"sin": (0,), "cos": (0,), "exp": (0,), "log": (0,), "atan2": (0, 0)}
 WAYS = ("arrays", "lanes", "symbols")
 
 
@@ -82,6 +84,32 @@ def test_exp_is_within_2_ulp_from_the_smallest_to_the_largest_result(evaluate, w
     assert error.max() <= 2.0, f"exp({x[error.argmax()]!r}) is off by {error.max():.2f} ulp"
 
 
+def positive() -> np.ndarray:
+    """From the smallest denormal to the largest double; beside 1, and where the reduction jumps."""
+    rng = np.random.default_rng(4)
+    powers = 2.0 ** np.arange(-1074, 1024)
+    jumps = np.concatenate([powers[1:], math.sqrt(2.0) * powers[:-1][powers[:-1] > 1e-300]])
+    beside = 10.0 ** rng.uniform(-16, -0.4, 1000)
+    x = np.concatenate([10.0 ** rng.uniform(-323, 308, 3000), rng.uniform(0.3, 3.0, 2000), 1.0 + beside, 1.0 - beside])
+    edges = [5e-324, 1e-323, 2.2250738585072014e-308, 2.225073858507201e-308, np.finfo(float).max]
+    x = np.concatenate([x, jumps, np.nextafter(jumps, 0.0), np.nextafter(jumps, np.inf), edges])
+    return x[(x > 0.0) & np.isfinite(x) & (x != 1.0)]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_log_is_within_1_ulp_from_the_smallest_to_the_largest_number(evaluate, way):
+    x = positive()
+    error = ulps("log", evaluate(way, "log", x), x)
+    assert error.max() <= 1.0, f"log({x[error.argmax()]!r}) is off by {error.max():.2f} ulp"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_log_at_the_edges(evaluate, way):
+    x = np.array([1.0, 0.0, -0.0, -5e-324, -1.0, np.inf, -np.inf, np.nan])
+    nan, inf = np.nan, np.inf
+    assert_same_bits(evaluate(way, "log", x), np.array([0.0, -inf, -inf, nan, nan, inf, nan, nan]))
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_atan2_is_within_2_ulp(evaluate, way):
     rng = np.random.default_rng(3)
@@ -118,10 +146,11 @@ def test_atan2_on_the_axes(evaluate, way):
     assert_same_bits(evaluate(way, "atan2", y, x), np.arctan2(y, x))
 
 
-@pytest.mark.parametrize("name", ["sin", "cos", "exp"])
+@pytest.mark.parametrize("name", ["sin", "cos", "exp", "log"])
 def test_arrays_and_lanes_give_the_same_bits(evaluate, name):
     """Neither contracts a product and a sum, whatever the CPU."""
     x = np.concatenate([angles(), beside_multiples_of_a_quarter_turn(), np.linspace(-750.0, 750.0, 999)])
+    x = np.concatenate([np.abs(x), positive()]) if name == "log" else x
     assert_same_bits(evaluate("arrays", name, x), evaluate("lanes", name, x))
 
 
@@ -129,3 +158,46 @@ def test_arrays_and_lanes_give_the_same_bits(evaluate, name):
 def test_zero_is_exact(evaluate, name):
     for way in WAYS:
         assert evaluate(way, name, np.zeros(1))[0] == (0.0 if name == "sin" else 1.0)
+
+
+# ---------------------------------------------------------------- what stands on them
+def test_tanh_is_within_4_ulp() -> None:
+    """Beside 0, where its two forms meet, and out to where it is 1."""
+    rng = np.random.default_rng(6)
+    x = np.concatenate(
+        [rng.uniform(-25.0, 25.0, 1500), rng.uniform(0.49, 0.51, 1500), 10.0 ** rng.uniform(-323, 0, 1000)]
+    )
+    x = np.concatenate([x, -x, np.nextafter(0.5, [0.0, 1.0]), [0.5, 5e-324, 1e308]])
+    for on in (on_arrays, traced):
+        y = on(operations.tanh, (0,))(x[None])[0]
+        with mpmath.workprec(240):
+            exact = [mpmath.tanh(mpmath.mpf(z)) for z in x.tolist()]
+            error = [float(abs(mpmath.mpf(a) - b) / math.ulp(float(b))) for a, b in zip(y.tolist(), exact, strict=True)]
+        assert max(error) <= 4.0, f"tanh({x[int(np.argmax(error))]!r}) is off by {max(error):.2f} ulp"
+        assert np.abs(y).max() <= 1.0
+        edges = on(operations.tanh, (0,))(np.array([[0.0, np.inf, -np.inf, np.nan, 400.0, -750.0]]))[0]
+        assert_same_bits(edges, np.array([0.0, 1.0, -1.0, np.nan, 1.0, -1.0]))
+
+
+@pytest.mark.parametrize("p", [2.0, 3.0, -3.0, 17.0, 64.0, -64.0, 0.5, 1.5, -2.5, 0.3, 10.1])
+def test_powers_are_as_accurate_as_their_way_allows(p: float) -> None:
+    """By squares an ulp for each factor, else an ulp for each unit of p log x."""
+    x = 10.0 ** np.random.default_rng(7).uniform(-4.0, 4.0, 1000)
+    bound = 1.0 if p == 0.5 else abs(p) + 1.0 if p.is_integer() else 2.0 + 1.5 * np.abs(p * np.log(x)).max()
+    for on in (on_arrays, traced):
+        y = on(lambda z: operations.power(z, p), (0,))(x[None])[0]
+        with mpmath.workprec(240):
+            exact = [mpmath.mpf(z) ** mpmath.mpf(p) for z in x.tolist()]
+            error = [float(abs(mpmath.mpf(a) - b) / math.ulp(float(b))) for a, b in zip(y.tolist(), exact, strict=True)]
+        assert max(error) <= bound, f"{x[int(np.argmax(error))]!r}**{p} is off by {max(error):.2f} ulp"
+
+
+def test_powers_at_the_edges() -> None:
+    x = np.array([[0.0, 1.0, np.inf, np.nan, -2.0]])
+    nan, inf = np.nan, np.inf
+    for p, expected in {
+        0.0: [1.0] * 5, 2.0: [0.0, 1.0, inf, nan, 4.0], -2.0: [inf, 1.0, 0.0, nan, 0.25],
+        0.5: [0.0, 1.0, inf, nan, nan], 2.5: [0.0, 1.0, inf, nan, nan], -2.5: [inf, 1.0, 0.0, nan, nan],
+    }.items():  # fmt: skip
+        for on in (on_arrays, traced):
+            assert_same_bits(on(lambda z, p=p: operations.power(z, p), (0,))(x)[0], np.array(expected))

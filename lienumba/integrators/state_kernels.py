@@ -1,0 +1,79 @@
+"""The kernels that look at one state, or correct it: projections, exchange of rows, what is stored."""
+
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import codes, munthe_kaas
+from lienumba.integrators.tracer import Tracer, finite, flat
+from lienumba.mechanics import constraints, dynamics, kkt, projection
+from lienumba.mechanics.motion import Instant
+from lienumba.operations import where
+
+
+def position(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    hat, now = tracer.now(graph)[0], tracer.bodies(graph, "extra")
+    held = tracer.held_rows(graph)
+    mask = tracer.held.mask(held, tracer.structure.rows)
+    x = graph.inputs("extra", 6 * tracer.k, ELEMENT * tracer.k)
+    at = tracer.held.instant(now, held, hat.t)
+    solution = projection.position_correction(model, tracer.structure, at, list(x), mask)
+    rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(tracer.k)])
+    new = projection.placed(hat.bodies, solution.x)
+    counts = projection.counted(solution, mask) if tracer.structure.looped else None
+    violation = projection.position_violation(model, tracer.held.instant(new, held, hat.t), counts)
+    code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
+    code = where(solution.sound > 0.0, code, codes.SINGULAR)
+    code = where(finite(solution.x), code, codes.NON_FINITE)
+    return tracer.kernel("position", (*flat(new), *solution.x, violation, code))
+
+
+def velocity(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    solution = projection.velocity_correction(model, tracer.structure, now, tracer.method.velocity, mask)
+    new = tuple(
+        body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
+        for i, body in enumerate(now.bodies)
+    )
+    counts = projection.counted(solution, mask) if tracer.structure.looped else None
+    violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
+    code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
+    code = where(finite(solution.x), code, codes.NON_FINITE)
+    return tracer.kernel("velocity", (*flat(new), violation, code))
+
+
+def exchange(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, _ = tracer.now(graph)
+    triangle, scales = kkt.exchange(tracer.whole, dynamics.mass_matrix(model), constraints.jacobian(model, now))
+    return tracer.kernel("exchange", (*triangle, *scales))
+
+
+def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    expected = tracer.expected(tracer.held_rows(graph), 0.0)
+    mu = dynamics.accelerations(model, tracer.structure, now, mask, expected).mu
+    if tracer.whole.masked:
+        mu = kkt.least_multipliers(tracer.whole, constraints.jacobian(model, now), mu)
+    kinetic, potential = dynamics.energies(model, now)
+    force, torque = constraints.loads(model, now, mu)
+    driven = constraints.rows_of(model)[len(model.joints) :]
+    named = {
+        "kinetic_energy": [kinetic],
+        "potential_energy": [potential],
+        "position_violation": [constraints.largest(constraints.residual(model, now))],
+        "velocity_violation": [constraints.largest(constraints.rate_and_bias(model, now)[0])],
+        "multiplier": mu,
+        "joint_force": force,
+        "joint_torque": torque,
+        "driver_effort": [-x for rows in driven for x in mu[rows]],
+    }
+    observed: dict[str, tuple[int, int]] = {}
+    outputs: list[Any] = []
+    for name, rows in named.items():
+        observed[name] = (len(outputs), len(rows))
+        outputs += rows
+    return tracer.kernel("observe", outputs), observed

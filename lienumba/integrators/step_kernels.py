@@ -1,0 +1,156 @@
+"""The kernels of a step: as one, or stage by stage for large mechanisms."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import ALGEBRA, ELEMENT
+from lienumba.integrators import codes, munthe_kaas
+from lienumba.integrators.tracer import Tracer, flat
+from lienumba.mechanics import dynamics
+from lienumba.mechanics.model import Model
+from lienumba.mechanics.motion import Instant
+from lienumba.operations import maximum
+
+INLINE = 1500  # operations of a stage up to which a step is traced as a whole; beyond, it calls the stage
+
+
+@dataclass
+class _Reports:
+    """What the stages of a step report beside their slopes."""
+
+    sound: list[Any] = field(default_factory=list)
+    power: list[Any] = field(default_factory=list)
+    margin: list[Any] = field(default_factory=list)
+    accelerations: list[Any] = field(default_factory=list)  # of the last stage
+
+
+def step(tracer: Tracer) -> dict[str, Kernel]:
+    """The step as one kernel, or as many if a stage is too long to be repeated in it."""
+    before = tracer.rows
+    stage = _stage(tracer, "stage")
+    if stage.counts()["operations"] > INLINE:
+        kernels = {"stage": stage, "first": _stage(tracer, "first")} | _body_kernels(tracer)
+        return kernels | ({"finish": _finish(tracer)} if tracer.held.rows else {})
+    tracer.rows = before
+    graph, model = tracer.graph()
+    held, reports = tracer.held_rows(graph), _Reports()
+    F = _vector_field(tracer, model, held, reports)
+    t, h = graph.inputs("clock", 2)
+    order = tracer.tableau.order
+    new, rotation, square = munthe_kaas.step(
+        tracer.tableau,
+        tracer.bodies(graph, "state"),
+        t,
+        h,
+        lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), order),
+    )
+    every = reports.sound[0]
+    for sound in reports.sound[1:]:
+        every = every * sound
+    code = munthe_kaas.verdict(rotation, square, reports.sound[0], every)
+    after = _held_after(tracer, model, held, tracer.held.instant(new, held, t + h), h, reports)
+    margin = reports.margin[:1] if tracer.held.masks else []
+    return {"step": tracer.kernel("step", (*flat(new), *after, code, *margin))}
+
+
+def _stage(tracer: Tracer, name: str) -> Kernel:
+    """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
+
+    Its outputs go to the rows of one stage among those of all (see `_slope_row`); behind them stands what it
+    reports: whether the KKT was sound, the power, the margin.
+    """
+    graph, model = tracer.graph()
+    reports = _Reports()
+    t = graph.input("clock", 0)
+    node = 0.0 if name == "first" else graph.input("clock", 2)
+    F, x = _vector_field(tracer, model, tracer.held_rows(graph), reports, node), tracer.bodies(graph, "state")
+    u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.k))
+    f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.tableau.order)
+    said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
+    stages = len(tracer.tableau.b)
+    rows = [_slope_row(i, stages) + c for i in range(tracer.k) for c in range(ALGEBRA)]
+    rows += [_slope_row(tracer.k, stages) + c for c in range(len(said))]
+    return tracer.kernel(name, (*flat(f), *said), tuple(rows))
+
+
+def _finish(tracer: Tracer) -> Kernel:
+    """What is held after a step; state: the new bodies, and what was held; extra: what the stages gave."""
+    graph, model = tracer.graph()
+    t, h = graph.inputs("clock", 2)
+    stages = len(tracer.tableau.b)
+    said = [graph.inputs("extra", codes.REPORTS, _slope_row(tracer.k, stages) + ALGEBRA * s) for s in range(stages)]
+    last = [_slope_row(i, stages) + ALGEBRA * (stages - 1) + 6 for i in range(tracer.k)]
+    reports = _Reports(
+        power=[x[1] for x in said],
+        margin=[x[2] for x in said],
+        accelerations=[x for first in last for x in graph.inputs("extra", 6, first)],
+    )
+    held = tracer.held_rows(graph)
+    now = tracer.held.instant(tracer.bodies(graph, "state"), held, t)
+    return tracer.kernel("finish", _held_after(tracer, model, held, now, h, reports))
+
+
+def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
+    """What a step does with one body: u of each stage but the first, and the end; extra: the body's slopes."""
+    kernels = {}
+    for s, row in enumerate(tracer.tableau.A):
+        if any(row):
+            graph, _ = tracer.graph()
+            u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(tracer, graph, s))
+            kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, rotation))
+    graph, _ = tracer.graph()
+    x = tuple(graph.inputs("state", ELEMENT))
+    slopes = _slopes(tracer, graph, len(tracer.tableau.b))
+    new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), tracer.tableau, x, slopes)
+    return kernels | {"advance": tracer.kernel("advance", (*new, rotation, square))}
+
+
+def _slopes(tracer: Tracer, graph: Graph, stages: int) -> list[Any]:
+    return [graph.inputs("extra", ALGEBRA, ALGEBRA * s) for s in range(stages)]
+
+
+def _vector_field(
+    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, node: Any = None
+) -> Callable[[Any, Any], Any]:
+    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. node: c of the
+    stage; by default that of the stages as they come."""
+    mask = tracer.held.mask(held, tracer.structure.rows)
+
+    def F(bodies: Any, t: Any) -> Any:
+        now = tracer.held.instant(bodies, held, t)
+        c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
+        expected = tracer.expected(held, c)
+        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+        reports.sound.append(solution.sound)
+        reports.margin.append(solution.margin)
+        if tracer.held.work:
+            reports.power.append(dynamics.power(model, now, solution.mu))
+        reports.accelerations = a = solution.x
+        return tuple((*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(bodies))
+
+    return F
+
+
+def _held_after(
+    tracer: Tracer, model: Model, held: tuple[Any, ...], now: Instant, h: Any, reports: _Reports
+) -> list[Any]:
+    """What is held after a step that ends at `now`."""
+    rows = tracer.held.counted(model, now)
+    if tracer.held.work:
+        work = held[len(tracer.held.angles)]
+        for b, power in zip(tracer.tableau.b, reports.power, strict=True):
+            work = work + (h * float(b)) * power if b else work
+        rows.append(work)
+    if tracer.held.accelerations:
+        rows += tracer.held.after(held, reports.accelerations)
+    if tracer.held.masks:
+        rows += [*held[tracer.held.first_mask : -1], maximum(reports.margin[0], held[-1])]
+    return rows
+
+
+def _slope_row(body: int, stages: int) -> int:
+    """The first row of a body's slopes: 12 rows per stage, all stages of a body side by side."""
+    return ALGEBRA * stages * body

@@ -1,0 +1,110 @@
+"""Runs the mechanics of one mechanism on symbols, one graph per kernel."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import codes
+from lienumba.integrators.exchange import Choice
+from lienumba.integrators.held import Held, counted_angles
+from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.mechanics import dynamics, kkt
+from lienumba.mechanics.model import Model, map_numbers
+from lienumba.mechanics.motion import Instant, is_zero
+
+
+@dataclass(frozen=True)
+class Method:
+    """What beside the mechanism shapes the kernels."""
+
+    tableau: str
+    position: str  # "local" or "none"
+    velocity: str  # "mass", "identity" or "none"
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A number of the model that is read at run time, from this row of the parameters."""
+
+    row: int
+
+
+def split(model: Model) -> tuple[Model, list[Any]]:
+    """The model with slots for its parameters, and their values. Exact 0, 1, -1 in structural places stay."""
+    values: list[Any] = []
+
+    def number(value: Any, structural: bool) -> Any:
+        if structural and isinstance(value, float | int) and value in (0, 1, -1):
+            return float(value)
+        values.append(value)
+        return Slot(len(values) - 1)
+
+    return map_numbers(model, number), values
+
+
+class Tracer:
+    """`structure`: of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`;
+    `values`: of the parameters."""
+
+    def __init__(self, model: Model, method: Method, choice: Choice, fixed: bool) -> None:
+        self.template, self.values = split(model)
+        self.whole = kkt.Structure.of(model, choice.rows)
+        self.structure = kkt.Structure.of(model, (), choice.dropped) if fixed else self.whole
+        self.tableau = TABLEAUS[method.tableau]
+        self.method = method
+        self.k = len(model.bodies)
+        self.rows = len(self.values)  # of parameters and what is hoisted behind them
+        self.held = Held(
+            angles=counted_angles(model),
+            work=False,
+            accelerations=12 * self.k if self.structure.looped else 0,
+            masks=choice.rows if self.structure.looped else (),
+            fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
+        )
+        self.held = replace(self.held, work=not is_zero(self._any_power()))
+
+    def expected(self, held: tuple[Any, ...], node: Any) -> list[Any] | None:
+        """The accelerations to be expected in a stage at t + node h; None if they are not held."""
+        return self.held.expected(held, node + (1.0 - float(self.tableau.c[-1])))
+
+    def _any_power(self) -> Any:
+        """The power at any state: zero by its structure if nothing ever works on the system."""
+        graph, model = self.graph()
+        now, _ = self.now(graph)
+        return dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows)))
+
+    def graph(self) -> tuple[Graph, Model]:
+        graph = Graph()
+        model = map_numbers(self.template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
+        return graph, model
+
+    def kernel(self, name: str, outputs: Any, rows: tuple[int, ...] | None = None) -> Kernel:
+        kernel = Kernel(name, tuple(outputs), self.rows, rows)
+        self.rows += len(kernel.hoisted)
+        return kernel
+
+    def bodies(self, graph: Graph, array: str) -> tuple[Any, ...]:
+        return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.k))
+
+    def now(self, graph: Graph) -> tuple[Instant, list[Any]]:
+        """The state at the clock's time, and the mask of its rows."""
+        held = self.held_rows(graph)
+        instant = self.held.instant(self.bodies(graph, "state"), held, graph.input("clock", 0))
+        return instant, self.held.mask(held, self.structure.rows)
+
+    def held_rows(self, graph: Graph) -> tuple[Any, ...]:
+        return tuple(graph.inputs("state", self.held.rows, ELEMENT * self.k))
+
+
+def flat(bodies: Any) -> list[Any]:
+    return [x for body in bodies for x in body]
+
+
+def finite(rows: list[Any]) -> Any:
+    """Whether the sum of squares is an ordinary number: false for NaN and for infinities."""
+    total: Any = 0.0
+    for row in rows:
+        total = total + row * row
+    return total < codes.HUGE
