@@ -73,7 +73,7 @@ def star(arms):
 
 
 def four_bars(loops):
-    """Upright bars side by side on the ground, the next ones across their ends: plane, with three rows to spare a loop."""
+    """Upright bars side by side on the ground, others across their ends: plane, with three rows to spare per loop."""
     feet, heads = (
         [(GROUND, i) for i in range(loops + 1)],
         [(i + j, loops + 1 + i) for i in range(loops) for j in (0, 1)],
@@ -179,9 +179,8 @@ def timed(now, choice, program, runs=64, steps=200):
 
     def run():
         start = perf_counter()
-        (chunk,) = execute(batch, 1, lambda *_: None)
-        assert not chunk.codes.any()
-        assert np.isfinite(chunk.records).all()
+        chunks = list(execute(batch, 1, lambda *_: None))
+        assert not any(chunk.codes.any() for chunk in chunks)
         return 1e9 * (perf_counter() - start) / (runs * steps)
 
     return run
@@ -200,13 +199,15 @@ def test_redundant_rows_run(name):
 
 
 @pytest.mark.slow
-def test_fifty_revolutes_compile_and_run():
+def test_fifty_revolutes_compile_and_run(tmp_path, monkeypatch):
     """Prints times, asserts none."""
+    monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(tmp_path))  # nothing is compiled yet
     model, now = revolute_chain(50)
     start = perf_counter()
     program = build(model, RK4)
     traced = perf_counter()
     compile_program(program)
     compiled = perf_counter()
+    run = timed(now, UNIQUE, program, 8, 100)
     print(f"\n50 revolutes: traced in {traced - start:.1f} s, compiled in {compiled - traced:.1f} s, "
-          f"{timed(now, UNIQUE, program, 8, 20)():.0f} ns per step and run; {operations(program.kernels)}", end="")  # fmt: skip
+          f"{run():.0f} ns per step and run; {operations(program.kernels)}", end="")  # fmt: skip
