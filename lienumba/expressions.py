@@ -148,14 +148,15 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
                 f'contains "{ast.unparse(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
                 f"{', '.join(sorted(allowed))}, {', '.join(CONSTANTS)} and the functions {', '.join(FUNCTIONS)}"
             )
-    if not isinstance(node, ast.BoolOp) and not (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)):
-        for x in below:
-            if _is_condition(x):
+    if not isinstance(node, ast.BoolOp) and not _is_negation(node):
+        for part in below:
+            if _is_condition(part):
+                condition = ast.unparse(part)
                 raise ExpressionError(
-                    f'computes with the condition "{ast.unparse(x)}"; write where({ast.unparse(x)}, number, other number)'
+                    f'computes with the condition "{condition}"; write where({condition}, number, other number)'
                 )
-    for x in below:
-        _check(x, allowed, used, depth + 1)
+    for part in below:
+        _check(part, allowed, used, depth + 1)
 
 
 def _check_arguments(name: str, args: list[ast.expr]) -> None:
@@ -166,7 +167,11 @@ def _check_arguments(name: str, args: list[ast.expr]) -> None:
 
 
 def _is_condition(node: ast.AST) -> bool:
-    return isinstance(node, ast.Compare | ast.BoolOp) or (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not))
+    return isinstance(node, ast.Compare | ast.BoolOp) or _is_negation(node)
+
+
+def _is_negation(node: ast.AST) -> bool:
+    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
 
 
 def _need_conditions(nodes: list[ast.expr]) -> None:

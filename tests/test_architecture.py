@@ -10,6 +10,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND_FLOOR = {"errors"}  # may be imported from anywhere
 FLOORS = [
     {"operations", "vector_math"},
+    {"expressions"},
     {"groups"},
     {"compiler"},
     {"mechanics"},
@@ -24,7 +25,16 @@ FLOORS = [
     {"__init__", "__main__"},
 ]
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
-LIGHT = ["__init__.py", "__main__.py", "errors.py", "cli.py", "operations.py", "scenario", "sweep/distributions.py"]
+LIGHT = [
+    "__init__.py",
+    "__main__.py",
+    "errors.py",
+    "cli.py",
+    "operations.py",
+    "expressions.py",
+    "scenario",
+    "sweep/distributions.py",
+]
 LONGEST = 500
 BY_NAME = ("import_module", "__import__")
 

@@ -26,7 +26,7 @@ class Batch:
     """Everything the runs need.
 
     parameters: one number per slot, a float or an array (runs,); states (runs, 18 k + held) at the start; codes
-    (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps that are stored, from 0 to `steps` at most.
+    (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to `steps` at most.
     """
 
     machine: Machine

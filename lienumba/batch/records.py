@@ -40,17 +40,16 @@ class Layout:
         every = constraints_of(model)
         constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
         efforts = [
-            f"{c.name}.{axis}" if c.rows > 1 else c.name
-            for c in every[len(model.joints) :]
-            for axis in "xyz"[: c.rows]
+            f"{c.name}.{axis}" if c.rows > 1 else c.name for c in every[len(model.joints) :] for axis in "xyz"[: c.rows]
         ]
         return Layout(len(model.bodies), len(model.joints), constraints, efforts, held, observed)
 
     @property
     def names(self) -> list[str]:
         return [
-            *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort", "energy", "kinetic_energy", "potential_energy", "work",
-            "energy_residual", "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
+            *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort",
+            "energy", "kinetic_energy", "potential_energy", "work", "energy_residual",
+            "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
         ]  # fmt: skip
 
     @property

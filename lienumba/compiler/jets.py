@@ -6,6 +6,7 @@ They turn a residual into its velocity and acceleration equations, on any kind o
 from typing import Any
 
 from lienumba import operations
+from lienumba.operations import divide
 
 
 class Jet:
@@ -47,9 +48,9 @@ class Jet:
 
     def __truediv__(self, other: Any) -> "Jet":
         o = lift(other)
-        q = self.a / o.a
-        dq = (self.b - q * o.b) / o.a
-        return Jet(q, dq, (self.c - 2.0 * (dq * o.b) - q * o.c) / o.a)
+        q = divide(self.a, o.a)
+        dq = divide(self.b - q * o.b, o.a)
+        return Jet(q, dq, divide(self.c - 2.0 * (dq * o.b) - q * o.c, o.a))
 
     def __rtruediv__(self, other: Any) -> "Jet":
         return lift(other) / self
@@ -72,8 +73,8 @@ class Jet:
 
     def sqrt(self) -> "Jet":
         root = operations.sqrt(self.a)
-        slope = 0.5 / root
-        return self._chain(root, slope, -0.5 * slope / self.a)
+        slope = divide(0.5, root)
+        return self._chain(root, slope, divide(-0.5 * slope, self.a))
 
     def sin(self) -> "Jet":
         s, c = operations.sin(self.a), operations.cos(self.a)
@@ -88,15 +89,15 @@ class Jet:
         return self._chain(e, e, e)
 
     def log(self) -> "Jet":
-        slope = 1.0 / self.a
+        slope = divide(1.0, self.a)
         return self._chain(operations.log(self.a), slope, -slope * slope)
 
     def atan2(self, y: Any, x: Any) -> "Jet":
         y, x = lift(y), lift(x)
         square = x.a * x.a + y.a * y.a
-        rate = (x.a * y.b - y.a * x.b) / square
+        rate = divide(x.a * y.b - y.a * x.b, square)
         bend = x.a * y.c - y.a * x.c - 2.0 * (rate * (x.a * x.b + y.a * y.b))
-        return Jet(operations.atan2(y.a, x.a), rate, bend / square)
+        return Jet(operations.atan2(y.a, x.a), rate, divide(bend, square))
 
 
 def lift(x: Any) -> Jet:

@@ -217,14 +217,15 @@ def _staged_step(
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int, limit: int,
-    h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any, statuses: Any, end_steps: Any,
-    buffer: Any, progress: Any, stop: Any,
+    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int,
+    limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any,
+    statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
     states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
-    masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled; parameters (blocks, P, W), invariants prepared;
+    masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled;
+    parameters (blocks, P, W), invariants prepared;
     records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
     buffer: `scratch_rows` rows and the kernels' work; progress[0]: outputs done so far;

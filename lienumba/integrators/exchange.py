@@ -17,7 +17,7 @@ from lienumba.mechanics.motion import Instant
 INDEPENDENT = 1e-10  # a pivot of the scaled S below this is a row that adds nothing
 NEARLY = 0.5  # rows within this fraction of the strongest are equals: the first of them is taken
 BETTER = 4.0  # another set of the same number replaces the present one if its weakest pivot is stronger by this
-WEAKENED = 0.1  # a choice is looked at again when its margin falls below this fraction of the largest that it had
+WEAKENED = 0.5  # a choice is looked at again when its margin falls below this fraction of the largest that it had
 
 
 @njit(nogil=True, error_model="numpy")
@@ -49,11 +49,13 @@ def _strongest(S: Any, allowed: Any, taken: Any) -> Any:
 
 @dataclass(frozen=True)
 class Choice:
-    """Of the exchangeable rows of C (indices) those in use, 1.0 or 0.0 for each, and the margin at the start."""
+    """Of the exchangeable rows of C (indices) those in use, 1.0 or 0.0 for each, and the margin at the start, which may
+    be a singular position."""
 
     rows: tuple[int, ...] = ()
     masks: tuple[float, ...] = ()
     margin: float = 0.0
+    singular: bool = False
 
     @property
     def dropped(self) -> tuple[int, ...]:
@@ -69,7 +71,7 @@ def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> Choice:
         return UNIQUE
     structure = kkt.Structure.of(model, masked)
     C, M = constraints.jacobian(model, now), dynamics.mass_matrix(model)
-    triangle, scales = kkt.exchange(structure, M, C)
+    triangle, scales = kkt.exchange(structure, C)
     S = np.zeros((len(scales), len(scales)))
     S[np.tril_indices(len(scales))] = triangle
     S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))

@@ -1,8 +1,8 @@
 """What a run carries from step to step beside its bodies: rows behind the 18 k rows of the state.
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
-accelerations: of the last stage, 6 per body, and their change in a step, in closed loops; masks: which of the rows of C that may be exchanged are
-in use, and behind them the largest margin that this choice has had.
+accelerations: of the last stage, 6 per body, and their change in a step, in closed loops; masks: which of the rows of C
+that may be exchanged are in use, and behind them the largest margin that this choice has had.
 """
 
 from collections.abc import Mapping, Sequence

@@ -21,7 +21,7 @@ def position(tracer: Tracer) -> Kernel:
     solution = projection.position_correction(model, tracer.structure, at, list(x), mask)
     rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(tracer.k)])
     new = projection.placed(hat.bodies, solution.x)
-    counts = projection.counted(solution, mask) if tracer.structure.looped else None
+    counts = projection.counted(solution, mask, "position")
     violation = projection.position_violation(model, tracer.held.instant(new, held, hat.t), counts)
     code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
     code = where(solution.sound > 0.0, code, codes.SINGULAR)
@@ -37,7 +37,7 @@ def velocity(tracer: Tracer) -> Kernel:
         body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
         for i, body in enumerate(now.bodies)
     )
-    counts = projection.counted(solution, mask) if tracer.structure.looped else None
+    counts = projection.counted(solution, mask, "velocity")
     violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
     code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
@@ -47,7 +47,7 @@ def velocity(tracer: Tracer) -> Kernel:
 def exchange(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, _ = tracer.now(graph)
-    triangle, scales = kkt.exchange(tracer.whole, dynamics.mass_matrix(model), constraints.jacobian(model, now))
+    triangle, scales = kkt.exchange(tracer.whole, constraints.jacobian(model, now))
     return tracer.kernel("exchange", (*triangle, *scales))
 
 

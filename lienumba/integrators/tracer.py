@@ -50,8 +50,8 @@ class Tracer:
 
     def __init__(self, model: Model, method: Method, choice: Choice, fixed: bool) -> None:
         self.template, self.values = split(model)
-        self.whole = kkt.Structure.of(model, choice.rows)
-        self.structure = kkt.Structure.of(model, (), choice.dropped) if fixed else self.whole
+        self.whole = kkt.Structure.of(model, choice.rows, (), choice.singular)
+        self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
         self.k = len(model.bodies)

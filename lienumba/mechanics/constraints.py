@@ -67,15 +67,18 @@ def _rate(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
     return (joints.coordinate(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
 
 
+def _values(driver: Driver, view: View) -> Any:
+    return tuple(at_time(x, view.t) for x in driver.value)
+
+
 def _point(driver: Driver, body: int, view: View) -> Any:
     """A point is where the prescription has it."""
-    target = tuple(at_time(x, view.t) for x in driver.value)
-    return so3.subtract(view[body].point(driver.point), target)
+    return so3.subtract(view[body].point(driver.point), _values(driver, view))
 
 
 def _orientation(driver: Driver, body: int, view: View) -> Any:
     """R = exp(value): the sine vector of the rotation between them, body frame."""
-    target = so3.exp(tuple(at_time(x, view.t) for x in driver.value))  # type: ignore[arg-type]
+    target = so3.exp(_values(driver, view))
     return so3.vee(so3.multiply(so3.transpose(target), view[body].R))
 
 
@@ -83,7 +86,7 @@ def _angular_velocity(driver: Driver, body: int, view: View) -> Any:
     """w (body frame) or R w (global) is as prescribed."""
     m = view[body]
     w = m.w if driver.frame == "body" else so3.rotate(m.R, m.w)
-    return so3.subtract(w, tuple(at_time(x, view.t) for x in driver.value))  # type: ignore[arg-type]
+    return so3.subtract(w, _values(driver, view))
 
 
 BODY_MOTIONS = {
@@ -112,7 +115,7 @@ def residual(model: Model, now: Instant) -> list[Any]:
 
 
 def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
-    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative where all velocities stay constant."""
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities."""
     rates: list[Any] = []
     biases: list[Any] = []
     for c in constraints_of(model):

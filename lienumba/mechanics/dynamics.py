@@ -34,6 +34,7 @@ def mass_matrix(model: Model) -> kkt.Entries:
 
 
 def gravity(model: Model, t: Any) -> Any:
+    """Its three components (m/s^2, global) at time t."""
     return tuple(at_time(g, t) for g in model.gravity)
 
 

@@ -1,7 +1,8 @@
 """Joints as residuals. A joint is one function that vanishes where the joint holds; nothing else is written down.
 
-A residual takes the joint and the motions of its two bodies and returns its rows: lengths in metres, or sines of angles
-where the rows concern directions. Velocity and acceleration equations are derived from it (`lienumba.mechanics.motion`).
+A residual takes the joint and the motions of its two bodies and returns its rows: lengths in metres, or sines of
+angles where the rows concern directions. Velocity and acceleration equations are derived from it
+(`lienumba.mechanics.motion`).
 Frames: x, y, z of each side, z the axis; d is the vector from the first body's point to the second's.
 """
 

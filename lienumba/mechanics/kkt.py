@@ -25,6 +25,7 @@ LEAST = 1e-13  # and the pivot is at least this fraction
 SHIFT = 1e-8  # of least_multipliers
 
 Entries = dict[tuple[int, int], Any]
+Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ class Structure:
     """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated.
 
     looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
-    rows are left out always, their mask is the float 0.
+    rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
+    vanishes like there, the solution is the expected one, since C does not say where the lost constraint acts.
     """
 
     bodies: int
@@ -40,9 +42,12 @@ class Structure:
     order: tuple[int, ...]
     looped: bool = False
     masked: tuple[int, ...] = ()
+    from_singular: bool = False
 
     @staticmethod
-    def of(model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = ()) -> "Structure":
+    def of(
+        model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = (), from_singular: bool = False
+    ) -> "Structure":
         k, blocks = len(model.bodies), _blocks(model, set(dropped))
         order: list[int] = []
         for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks]):
@@ -51,7 +56,7 @@ class Structure:
             else:
                 order += [6 * k + row for row in blocks[block - k].rows]
         order += [6 * k + row for row in dropped]
-        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked)
+        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular)
 
 
 @dataclass
@@ -157,7 +162,7 @@ class _Factors:
                 y[i] = y[i] - factor * y[j]
         return y
 
-    def backward(self, y: list[Any]) -> tuple[list[Any], list[Any]]:
+    def backward(self, y: list[Any]) -> Vectors:
         for j in reversed(range(len(y))):
             y[j] = y[j] * self.inverse[j]
             for i, factor in self.column[j].items():
@@ -209,10 +214,12 @@ def solve(
     by_forces = factors.forward(f, [0.0] * rows, every)
     by_constraints = factors.forward([0.0] * n, g, firm)
     x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
+    if structure.from_singular:
+        x = [where(margin > LEAST, dx, 0.0) for dx in x]
     return Solution([a + b for a, b in zip(x0, x, strict=True)], mu, sound, firm, margin)
 
 
-def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> tuple[list[Any], ...]:
+def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> Vectors:
     """What a solution leaves of the right-hand sides."""
     rest_f, rest_g = list(f), list(g)
     for (i, j), value in A.items():
@@ -242,13 +249,13 @@ def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[A
     return least
 
 
-def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
-    """The Schur complement of the rows that may be masked, once all else is eliminated (lower triangle, row by row),
-    and the scale of each: its diagonal before other constraints took away from it."""
+def exchange(structure: Structure, C: Entries) -> tuple[list[Any], list[Any]]:
+    """What the rows of C that may be masked say beyond those that may not: the Schur complement of [I C^T; C 0] once
+    all else is eliminated (lower triangle, row by row), and the scale of each row: its diagonal of C C^T."""
     n, masked = 6 * structure.bodies, set(structure.masked)
     needed = [v for v in structure.order if v >= n and v - n not in masked]
     order = (*range(n), *needed, *(n + row for row in structure.masked))
-    factors = _Factors.of(order, n, A, C, {})
+    factors = _Factors.of(order, n, {(i, i): 1.0 for i in range(n)}, C, {})
     for j in range(n + len(needed)):
         factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j])
     last = range(n + len(needed), len(order))

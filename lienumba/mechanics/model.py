@@ -157,6 +157,9 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
     def vector(v: Any) -> Any:
         return tuple(timed(x, True) for x in v)
 
+    def frame(axes: Frame) -> Frame:
+        return (vector(axes[0]), vector(axes[1]), vector(axes[2]))
+
     def timed(x: Any, structural: bool) -> Any:
         return x if callable(x) else number(x, structural)
 
@@ -182,9 +185,7 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
             replace(
                 joint,
                 points=None if joint.points is None else (vector(joint.points[0]), vector(joint.points[1])),
-                frames=None
-                if joint.frames is None
-                else tuple((vector(x), vector(y), vector(z)) for x, y, z in joint.frames),
+                frames=None if joint.frames is None else (frame(joint.frames[0]), frame(joint.frames[1])),
                 length=optional(joint.length),
                 pitch=optional(joint.pitch),
                 ratio=optional(joint.ratio),

@@ -68,6 +68,7 @@ def angles_given(model: Model, start: Start) -> dict[int, Any]:
 
 # ---------------------------------------------------------------- directions
 def unit(v: Any) -> Any:
+    """The vector at length 1."""
     length = sqrt(so3.dot(v, v))
     return (v[0] / length, v[1] / length, v[2] / length)
 
@@ -98,10 +99,12 @@ def _same_axes(says: JointStart) -> bool:
 
 # ---------------------------------------------------------------- joints
 def kind_of(joint: Joint) -> joints.JointType:
+    """Its type; a screw is placed as the cylindrical joint that it restricts."""
     return JOINT_TYPES["cylindrical" if joint.type == "screw" else joint.type]
 
 
 def has_frames(joint: Joint) -> bool:
+    """Whether it has an axis in each of its bodies."""
     return joint.type == "screw" or (joint.type not in COUPLED and kind_of(joint).axes > 0)
 
 
@@ -150,6 +153,7 @@ def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | 
 
 
 def ends(joint: Joint, bodies: tuple[Any, ...]) -> tuple[Motion, Motion]:
+    """How its two bodies are placed."""
     view = still(Instant(bodies), joint.bodies)
     first, second = joint.bodies
     return view[first], view[second]

@@ -24,11 +24,12 @@ def position_violation(model: Model, now: Instant, counts: list[Any] | None = No
     counts: for each row whether it counts, above one half.
     """
     reach, far, _ = constraints.sizes(model, now)
-    return _worst(constraints.residual(model, now), [ROUNDING * (p + r) for p, r in zip(reach, far, strict=True)], counts)
+    rounding = [ROUNDING * (p + r) for p, r in zip(reach, far, strict=True)]
+    return _worst(constraints.residual(model, now), rounding, counts)
 
 
 def velocity_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
-    """The largest rate of a violation (m/s or rad/s) that is more than the rounding of its joint; 0 if there is none."""
+    """The largest rate of a violation (m/s or rad/s) beyond the rounding of its joint; 0 if there is none."""
     _, _, speed = constraints.sizes(model, now)
     return _worst(constraints.rate_and_bias(model, now)[0], [ROUNDING * v for v in speed], counts)
 
@@ -58,21 +59,22 @@ def position_correction(
     C = constraints.jacobian(model, now)
     W = {(i, i): 1.0 if i % 6 < 3 else 2.0 for i in range(6 * structure.bodies)}
     g = [-phi for phi in constraints.residual(model, now)]
-    for (row, c), entry in C.items():
-        g[row] = g[row] + entry * x[c]
+    for (row, column), entry in C.items():
+        g[row] = g[row] + entry * x[column]
     for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
         if c.level != "position":
             mask = [*mask[: rows.start], *[0.0] * c.rows, *mask[rows.stop :]]
     return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, mask)
 
 
-def counted(solution: kkt.Solution, mask: list[Any]) -> list[Any]:
-    """Which rows a position must fulfil, 1 or 0: not those that are faded; and while some are, not the masked ones
-    either."""
+def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:
+    """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
+    "position" level, and while none is faded: their rates follow from the others no better than positions do."""
     counts = [where(firm == 1.0, 1.0, 0.0) for firm in solution.firm]
     every: Any = 1.0
     for count in counts:
         every = minimum(count, every)
+    every = every if level == "position" else 0.0
     return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
 
 

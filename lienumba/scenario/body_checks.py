@@ -4,7 +4,7 @@ from math import pi
 from typing import Any
 
 from lienumba.scenario.conversions import tensor_of
-from lienumba.scenario.messages import show, suggestion
+from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, norm
 from lienumba.scenario.schema import Body
 from lienumba.scenario.schema_types import AxisAngle, Euler, RotationVector
@@ -28,21 +28,25 @@ def check_body(place: str, body: Body, report: Report) -> None:
 def check_bases(bodies: list[dict[str, Any]], names: list[str], report: Report) -> None:
     """Check what bodies are relative to; `names` of all bodies."""
     bases = {body["name"]: body.get("relative_to", GROUND) for body in bodies}
+    circles: set[str] = set()
     for name, base in bases.items():
-        at = f'model.bodies.{name}.relative_to = "{base}"'
+        at = f"model.bodies.{name}.relative_to = {show(base)}"
+        if not isinstance(base, str):
+            continue
         if base not in (*names, GROUND):
-            report.problems.append(f"{at}: is not a body of the model; {suggestion(str(base), names)}")
-            return
+            others = [other for other in names if other != name]
+            report.problems.append(f"{at}: is not a body of the model; {suggestion(base, [*others, GROUND])}")
+            continue
         seen = [name]
-        while base not in (GROUND, *seen) and base in bases:
+        while isinstance(base, str) and base not in (GROUND, *seen) and base in bases:
             seen.append(base)
             base = bases[base]
-        if base == name:
+        if base == name and name not in circles:
+            circles.update(seen)
             around = " -> ".join([*seen, name])
             report.problems.append(
                 f"{at}: goes around in a circle, {around}; give one of these bodies relative to the ground"
             )
-            return
 
 
 def _check_inertia(place: str, body: Body, report: Report) -> None:

@@ -6,9 +6,9 @@ from typing import Any
 
 from lienumba.scenario.body_checks import check_bases, check_body
 from lienumba.scenario.joint_checks import check_joint
-from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force
+from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
-from lienumba.scenario.schema import LISTS, Body, Integrator, Output, section_of
+from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.time_checks import check_times
@@ -25,6 +25,9 @@ def check(raw: dict[str, Any]) -> Report:
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, report)
+    gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
+    if gravity is not None:
+        check_start("model.gravity", gravity.gravity, 1, report)
     for place, body in placed("bodies", lists["bodies"]):
         checked = read(Body, body)
         if checked is not None:

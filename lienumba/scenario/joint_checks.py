@@ -3,7 +3,7 @@
 from typing import Any
 
 from lienumba.mechanics.joints import COORDINATES, JOINT_TYPES
-from lienumba.scenario.messages import show, suggestion
+from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, norm, read
 from lienumba.scenario.schema_joints import JOINTS
 
@@ -38,7 +38,7 @@ def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -
             report.problems.append(
                 f'{place}.bodies[{index}] = "{name}": is not a body of the model; {suggestion(name, [*bodies, GROUND])}'
             )
-    if len(ends) == 2 and ends[0] == ends[1]:
+    if len(ends) == 2 and isinstance(ends[0], str) and ends[0] == ends[1]:
         report.problems.append(
             f"{place}.bodies = {show(ends)}: joins {show(ends[0])} to itself; name two different bodies"
         )
@@ -135,7 +135,8 @@ def find_coordinate(
     """The joint's name and the kind of its coordinate; None, and a problem, if there is none such."""
     at = f'{place}.{key} = "{name}"'
     if name not in joints:
-        report.problems.append(f"{at}: is not a joint of the model; {suggestion(name, joints)}")
+        having = [joint for joint, table in joints.items() if COORDINATES.get(str(table.get("type")))]
+        report.problems.append(f"{at}: is not a joint of the model; {suggestion(name, having)}")
         return None
     type_of_joint = joints[name].get("type")
     if not isinstance(type_of_joint, str) or type_of_joint not in JOINTS:

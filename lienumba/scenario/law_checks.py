@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from lienumba.expressions import Formula
 from lienumba.mechanics.force_laws import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
+from lienumba.scenario.formulas import constant, not_finite_at_start
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
-from lienumba.scenario.messages import show, suggestion
+from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
 
@@ -20,12 +20,17 @@ NOT_NEGATIVE = ("limit", "free_length")
 def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
     """Check one driver against the names of all bodies, and all joints by name."""
     form = driver_form(driver)
-    if form is not None and form != "joint":
-        _check_body(place, driver.get("body"), bodies, report)
+    if form is None:
         return
-    checked: Any = read(DRIVERS["joint"], driver) if form == "joint" else None
+    if form != "joint":
+        _check_body(place, driver.get("body"), bodies, report)
+    checked: Any = read(DRIVERS[form], driver)
     if checked is None:
         return
+    check_start(f"{place}.value", checked.value, 2 if form == "angular_velocity" else 3, report)
+    if form != "joint":
+        return
+    check_start(f"{place}.rate", checked.rate, 2, report)
     find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
     if (checked.value is None) == (checked.rate is None):
         which = "has neither value nor rate" if checked.value is None else "has both value and rate"
@@ -33,6 +38,14 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
             f"{place}: {which}; give either value (the coordinate itself) or rate (its speed) as a number or a "
             'formula of t, such as "0.3*sin(2*t)"'
         )
+
+
+def check_start(at: str, value: Any, orders: int, report: Report) -> None:
+    """Check that a number that varies in time, or a list of them, has so many finite derivatives when it begins."""
+    for where, x in _numbers(at, value):
+        problem = not_finite_at_start(x, orders)
+        if problem is not None:
+            report.problems.append(f"{where} = {show(x)}: {problem}")
 
 
 def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:
@@ -79,22 +92,20 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
     if kind.ends == "joint":
         found = find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
         if found is not None and found[1] not in kind.coordinate_kinds:
-            report.problems.append(
-                f'{place}.coordinate = "{found[1]}": a {name} acts on an angle; '
-                + (
-                    'give "angle"'
-                    if "angle" in COORDINATES[joints[checked.joint]["type"]]
-                    else "use a spring_damper or an actuator"
+            type_of_joint = joints[checked.joint]["type"]
+            if "angle" in COORDINATES[type_of_joint]:
+                report.problems.append(f'{place}.coordinate = "{found[1]}": a {name} acts on an angle; give "angle"')
+            else:
+                report.problems.append(
+                    f"{place}.joint = {show(checked.joint)}: is a {type_of_joint} joint, which has no angle for a "
+                    f"{name} to act on; use an actuator (stiffness, damping, target), or a spring_damper"
                 )
-            )
     for key in kind.numbers:
+        stored = kind.potential is not None and not key.endswith("damping")  # its rate does work
+        follows = key == "target" and "damping" in checked.model_fields_set
+        check_start(f"{place}.{key}", getattr(checked, key), 2 if stored or follows else 1, report)
         _check_number(place, key, getattr(checked, key), report)
     _check_together(place, checked, report)
-
-
-def constant(value: Any) -> float | None:
-    """The number that a value is; None for one that is omitted or varies in time."""
-    return Formula(value).constant if isinstance(value, str) else value
 
 
 def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> None:
@@ -104,11 +115,13 @@ def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> Non
         report.problems.append(f'{place}.body = "{name}": is not a body of the model; {suggestion(name, bodies)}')
 
 
+def _numbers(at: str, value: Any) -> list[tuple[str, Any]]:
+    """A number, or those of a list, each with its path."""
+    return [(f"{at}[{i}]", x) for i, x in enumerate(value)] if isinstance(value, list) else [(at, value)]
+
+
 def _check_number(place: str, key: str, value: Any, report: Report) -> None:
-    numbers = [(f"{place}.{key}", value)]
-    if isinstance(value, list):
-        numbers = [(f"{place}.{key}[{i}]", x) for i, x in enumerate(value)]
-    for at, given in numbers:
+    for at, given in _numbers(f"{place}.{key}", value):
         number = constant(given)
         if number is None:
             continue
@@ -128,17 +141,18 @@ def _check_together(place: str, force: Any, report: Report) -> None:
         if force.lower is None and force.upper is None:
             report.problems.append(f"{place}: has no stop; give lower, upper or both")
         elif lower is not None and upper is not None and not lower < upper:
+            remedy = "exchange the two" if lower > upper else "move them apart"
             report.problems.append(
-                f"{place}.lower = {show(force.lower)}: must be below upper = {show(force.upper)}; exchange the two"
+                f"{place}.lower = {show(force.lower)}: must be below upper = {show(force.upper)}; {remedy}"
             )
     if force.type == "actuator":
         given = force.model_fields_set
-        if not given & {"value", "stiffness", "damping"}:
+        if not given & {"value", "stiffness", "damping", "target"}:
             report.problems.append(
                 f"{place}: has neither value nor stiffness nor damping, so it does nothing; give value, or stiffness, "
                 "damping and target"
             )
         if "target" in given and not given & {"stiffness", "damping"}:
             report.problems.append(
-                f"{place}.target = {show(force.target)}: has no effect without stiffness or damping; give one of them"
+                f"{place}.target = {show(force.target)}: has no effect without stiffness or damping; give them"
             )

@@ -4,12 +4,13 @@ import copy
 import re
 import tomllib
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
-from lienumba.scenario.messages import nearest, show
+from lienumba.scenario.words import nearest, show
 from lienumba.scenario.schema_forces import FORCES
 
 MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces")
@@ -138,12 +139,16 @@ def name_unnamed(data: dict[str, Any]) -> None:
     model: Any = data.get("model")
     for kind in ("drivers", "forces"):
         items: Any = model.get(kind) if isinstance(model, dict) else None
-        for number, item in enumerate(items if isinstance(items, list) else (), 1):
+        items = items if isinstance(items, list) else []
+        taken = [item["name"] for item in items if isinstance(item, dict) and "name" in item]
+        for index, item in enumerate(items):
             if isinstance(item, dict) and "name" not in item:
                 kind_of_item = item.get("type")
                 known = isinstance(kind_of_item, str) and kind_of_item in FORCES
                 stem = kind_of_item if known else kind.removesuffix("s")
-                items[number - 1] = {"name": f"{stem}_{number}", **item}
+                name = next(name for n in count(index + 1) if (name := f"{stem}_{n}") not in taken)
+                items[index] = {"name": name, **item}
+                taken.append(name)
 
 
 def _text(value: Any) -> str:

@@ -7,10 +7,16 @@ of the model may start with `model.`; its canonical text leaves that out.
 import re
 from typing import Any
 
-from lienumba.scenario.messages import nearest, suggestion
+from lienumba.expressions import ExpressionError, Formula
+from lienumba.scenario.words import nearest, suggestion
 
 Token = str | int
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
+TEXT_KEYS = {
+    "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
+    "relative_to",
+}  # fmt: skip  # whose values are texts as they should be
+WITH_FORMULAS = ("gravity", "drivers", "forces")
 EXAMPLES = "such as bodies.top.mass or bodies.top.position[1]"
 
 
@@ -116,7 +122,7 @@ def put(data: Any, tokens: list[Token], value: Any) -> None:
 
 
 def numeric_paths(model: dict[str, Any]) -> list[str]:
-    """The canonical paths of all numbers of a model that are written in it, defaults included."""
+    """The canonical paths of all numbers of a model that may vary, defaults included."""
     found: list[str] = []
 
     def walk(node: Any, tokens: list[Token]) -> None:
@@ -127,11 +133,21 @@ def numeric_paths(model: dict[str, Any]) -> list[str]:
             for index, item in enumerate(node):
                 name = item.get("name") if isinstance(item, dict) else None
                 walk(item, [*tokens, index if name is None else name])
-        elif isinstance(node, float | int) and not isinstance(node, bool):
+        elif (isinstance(node, float | int) and not isinstance(node, bool)) or _is_constant(node, tokens):
             found.append(text_of(tokens))
 
     walk(model, [])
     return found
+
+
+def _is_constant(node: Any, tokens: list[Token]) -> bool:
+    """Whether a formula stands there that does not vary in time."""
+    if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or TEXT_KEYS.intersection(map(str, tokens[2:])):
+        return False
+    try:
+        return Formula(node).constant is not None
+    except ExpressionError:
+        return False
 
 
 def nearest_path(text: str, model: dict[str, Any]) -> str:

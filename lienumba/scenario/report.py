@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from lienumba.scenario.messages import unique_name
+from lienumba.scenario.places import unique_name
 
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)

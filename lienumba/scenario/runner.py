@@ -4,7 +4,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
@@ -115,7 +115,8 @@ def _choice(prepared: Prepared) -> "Choice":
     from lienumba.integrators.exchange import first_choice
 
     nominal = prepared.nominal
-    return first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
+    choice = first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
+    return replace(choice, singular=nominal.singular)
 
 
 def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":

@@ -83,8 +83,11 @@ class Body(StartState, Matter):
     )
 
 
-class ModelSection(Section):
+class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
+
+
+class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )

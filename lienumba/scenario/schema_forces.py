@@ -74,7 +74,7 @@ def driver_form(value: Any) -> str | None:
         return next(form for form, section in DRIVERS.items() if isinstance(value, section))
     if not isinstance(value, dict):
         return None
-    if "joint" in value and "motion" not in value:
+    if "joint" in value and not ("body" in value and "motion" in value):
         return "joint"
     motion = value.get("motion")
     return motion if isinstance(motion, str) and motion in DRIVERS and motion != "joint" else None

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from lienumba.expressions import Formula
+from lienumba.scenario.formulas import checked
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
@@ -24,14 +24,9 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def _formula(text: str) -> str:
-    Formula(text)
-    return text
-
-
 # A number, or a formula of the time t.
 Timed = Annotated[
-    Annotated[Number, Tag("number")] | Annotated[str, AfterValidator(_formula), Tag("formula")],
+    Annotated[Number, Tag("number")] | Annotated[str, AfterValidator(checked), Tag("formula")],
     Discriminator(lambda value: "formula" if isinstance(value, str) else "number"),
 ]
 Timed3 = Annotated[list[Timed], Field(min_length=3, max_length=3)]

@@ -9,19 +9,15 @@ from pydantic.fields import FieldInfo
 
 from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
-from lienumba.scenario.messages import show
+from lienumba.scenario.words import show
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:
     from lienumba.scenario.report import Report
 
-POSITIVE = ("mass", "length")  # numbers of a body or joint that must be above 0 in every run
-TEXT_KEYS = {
-    "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
-    "relative_to",
-}  # fmt: skip  # whose values are texts as they should be
-WITH_FORMULAS = ("gravity", "drivers", "forces")
+# Numbers that must be above 0 in every run, and who says so.
+POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no friction sets in at"}
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -77,11 +73,13 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
         if field.is_required():
             return None
         raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
-    if isinstance(value, str) and not TEXT_KEYS.intersection(tokens[2:]):
-        if tokens[0] not in WITH_FORMULAS:
+    if isinstance(value, str) and not paths.TEXT_KEYS.intersection(tokens[2:]):
+        if tokens[0] not in paths.WITH_FORMULAS:
             return None
         value = _constant(value)
-    if isinstance(value, list) and any(isinstance(item, float | int) for item in value):
+        if value is None:
+            return None
+    if isinstance(value, list) and any(isinstance(item, float | int | str) for item in value):
         raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
     if isinstance(value, bool) or not isinstance(value, float | int):
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
@@ -89,15 +87,15 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
     return float(value) if abs(value) <= float_info.max else None
 
 
-def _constant(text: str) -> float:
-    """The number that a formula is, if it does not depend on the time."""
+def _constant(text: str) -> float | None:
+    """The number that a formula is, if it does not depend on the time; None if it is no formula."""
     try:
-        number = Formula(text).constant
-    except ExpressionError as error:
-        raise paths.PathError(f"leads to {show(text)}, which {error}") from None
-    if number is None:
+        formula = Formula(text)
+    except ExpressionError:
+        return None
+    if formula.constant is None:
         raise paths.PathError(f"is the formula {show(text)}, which varies in time; vary a number")
-    return number
+    return formula.constant
 
 
 def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
@@ -138,13 +136,14 @@ def _check_range(path: str, nominal: float, given: Normal | Uniform, runs: int, 
             "leave it out and give absolute numbers"
         )
         return
-    if path.rpartition(".")[2] not in POSITIVE or nominal <= 0.0:
+    key = path.rpartition(".")[2]
+    if key not in POSITIVE or nominal <= 0.0:
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):
         if given.low * factor <= 0.0:
             report.problems.append(
-                f"{at}.low = {given.low!r}: allows values of 0 or below, which no body has; give low above 0"
+                f"{at}.low = {given.low!r}: allows values of 0 or below, which {POSITIVE[key]}; give low above 0"
             )
         return
     mean = nominal if given.mean is None else given.mean * factor

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from integrators.mechanisms import LOOP, chain, scenario
+from integrators.mechanisms import BENNETT, LOOP, chain, scenario
 
 import lienumba
 from lienumba.scenario import prepare
@@ -48,6 +48,17 @@ def loop(runs: int = 20, **sections: Any) -> dict[str, Any]:
     return _with(data, sections)
 
 
+def linkage(runs: int = 20, **sections: Any) -> dict[str, Any]:
+    """Bennett's linkage: the fast ones get to where they need other rows of the redundant ones."""
+    data = scenario(BENNETT, 2e-3, 0.16, output={"every": 0.04})
+    data["sweep"] = {"runs": runs, "seed": 7, "vary": {
+        "joints.hinge1.rate": {"distribution": "uniform", "low": 1, "high": 9},
+        "bodies.second.mass": {"distribution": "normal", "std": 0.05},
+        "gravity[1]": {"distribution": "uniform", "low": -1, "high": 1},
+    }}  # fmt: skip
+    return _with(data, sections)
+
+
 def two_rods(**sections: Any) -> dict[str, Any]:
     """A body on a sphere and two rods to ground, whose ends there never meet, until a sample is edited."""
     data = top(**sections)
@@ -70,7 +81,7 @@ def a_rod(**sections: Any) -> dict[str, Any]:
     return data
 
 
-SWEEPS = {"top": top, "links": links, "loop": loop}
+SWEEPS = {"top": top, "links": links, "loop": loop, "linkage": linkage}
 
 
 def _with(data: dict[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:

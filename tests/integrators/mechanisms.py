@@ -115,6 +115,43 @@ LOOP: dict[str, Any] = {  # two bodies, a foot on the ground, four rods; five fr
     }
 }
 
+BENNETT: dict[str, Any] = {  # four rods whose opposite ones are equal: 20 rows of rank 17, and a full turn of freedom
+    "model": {
+        "bodies": [
+            {
+                "name": "first",
+                "mass": 0.6,
+                "inertia": [0.0126, 0.0091, 0.0126, 0.006, -0.0045, 0.006],
+                "position": [0.35, 0.2, 0],
+                "rotation": [1, 0, 0, 0],
+            },
+            {
+                "name": "second",
+                "mass": 0.9,
+                "inertia": [0.01885, 0.0436, 0.04885, -0.021, 0.01575, 0.009],
+                "position": [-0.15, 0.2, 0],
+                "rotation": [1, 0, 0, 0],
+            },
+            {
+                "name": "third",
+                "mass": 0.6,
+                "inertia": [0.0126, 0.0091, 0.0126, 0.006, 0.0045, -0.006],
+                "position": [-0.35, -0.2, 0],
+                "rotation": [1, 0, 0, 0],
+            },
+        ],
+        "joints": [
+            {"name": name, "type": "revolute", "bodies": ends, "at": at, "axis": axis, **rate}
+            for name, ends, at, axis, rate in [
+                ("hinge1", ["ground", "first"], [0.5, 0, 0.15], [-6, 3, 10], {"rate": 6.0}),
+                ("hinge2", ["first", "second"], [0.2, 0.4, -0.15], [0, 3, 4], {}),
+                ("hinge3", ["second", "third"], [-0.5, 0, 0.15], [6, -3, 10], {}),
+                ("hinge4", ["third", "ground"], [-0.2, -0.4, -0.15], [0, -3, 4], {}),
+            ]
+        ],
+    }
+}
+
 
 def chain(links: int) -> dict[str, Any]:
     """Links that hang from the ground by spherical joints, every one with its own full inertia and turn."""

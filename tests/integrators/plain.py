@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators import munthe_kaas
-from lienumba.mechanics.motion import Instant
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt, projection
+from lienumba.mechanics.motion import Instant
 from lienumba.scenario.resolve import resolve
 
 from .mechanisms import start_of
@@ -58,7 +58,9 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, toleran
 
 def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, settings: Any) -> tuple[Bodies, int]:
     for iteration in range(1, 20):
-        x = projection.velocity_correction(model, structure, Instant(state), settings.velocity, [1.0] * structure.rows).x
+        x = projection.velocity_correction(
+            model, structure, Instant(state), settings.velocity, [1.0] * structure.rows
+        ).x
         state = tuple(
             (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)
         )

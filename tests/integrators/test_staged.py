@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators import program
+from lienumba.integrators import program, step_kernels
 from lienumba.integrators.machine import compile_program
 from lienumba.integrators.tableaus import TABLEAUS
 
@@ -30,7 +30,7 @@ def test_which_mechanisms_are_large() -> None:
 def test_both_give_the_same_numbers(mechanism: dict[str, Any], method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keywords: Any = {"method": method, "projection": ("none", "mass"), "output": {"every": 0.01}}
     whole = simulate(mechanism, 1e-3, 0.1, **keywords)
-    monkeypatch.setattr(program, "INLINE", 0)
+    monkeypatch.setattr(step_kernels, "INLINE", 0)
     assert "step" not in kernels_of(mechanism, method)
     staged = simulate(mechanism, 1e-3, 0.1, **keywords)
     for time in range(11):
@@ -39,7 +39,7 @@ def test_both_give_the_same_numbers(mechanism: dict[str, Any], method: str, monk
 
 
 def test_a_staged_machine_has_no_step_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(program, "INLINE", 0)
+    monkeypatch.setattr(step_kernels, "INLINE", 0)
     model, _ = start_of(scenario(TOP, 1e-3, 1e-3))
     machine = compile_program(program.build(model, program.Method("rk38", "none", "none")))
     assert machine.kernels[0] == machine.kernels[1] == machine.kernels[2] == 0

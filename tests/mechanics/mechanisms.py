@@ -101,7 +101,13 @@ def vector(rng: np.random.Generator, scale: float = 1.0) -> tuple[float, ...]:
 def model(k: int, ends: Ends, seed: int = 0) -> Model:
     rng = np.random.default_rng(seed)
     joints = tuple(
-        Joint(f"j{n}", kind, (a, b), (vector(rng), vector(rng)), length=float(rng.uniform(0.5, 2.0)) if kind == D else None)
+        Joint(
+            f"j{n}",
+            kind,
+            (a, b),
+            (vector(rng), vector(rng)),
+            length=float(rng.uniform(0.5, 2.0)) if kind == D else None,
+        )
         for n, (kind, a, b) in enumerate(ends)
     )
     return Model(GRAVITY, tuple(body(rng, f"b{i}") for i in range(k)), joints)

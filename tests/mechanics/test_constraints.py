@@ -117,7 +117,9 @@ def test_rate_and_bias_are_the_derivatives_along_true_motions(kind, bodies):
     second = np.array(bias) + C @ accelerations
     with mpmath.workdps(50):
         h = mpmath.mpf(10) ** -10
-        before, at, after = (constraints.residual(m, Instant(along(x, accelerations, t))) for t in (-h, mpmath.mpf(0), h))
+        before, at, after = (
+            constraints.residual(m, Instant(along(x, accelerations, t))) for t in (-h, mpmath.mpf(0), h)
+        )
         for row in range(len(at)):
             assert float((after[row] - before[row]) / (2 * h)) == pytest.approx(rate[row], abs=1e-13)
             second_difference = (after[row] - 2 * at[row] + before[row]) / h**2
@@ -141,7 +143,11 @@ def test_loads_balance_each_body():
     total, moment = np.zeros((4, 3)), np.zeros((4, 3))
     for joint, f, t in zip(m.joints, force, torque, strict=True):
         a, b = joint.bodies
-        gap = np.array(constraints.residual(Model(m.gravity, m.bodies, (joint,)), Instant(x))) if joint.type == S else None
+        gap = (
+            np.array(constraints.residual(Model(m.gravity, m.bodies, (joint,)), Instant(x)))
+            if joint.type == S
+            else None
+        )
         for i, point, sign in ((a, joint.points[0], -1.0), (b, joint.points[1], 1.0)):
             if i != GROUND:
                 total[i] += sign * f

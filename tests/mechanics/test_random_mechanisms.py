@@ -15,7 +15,7 @@ from lienumba.mechanics.motion import Instant, still
 from .mechanisms import dense
 from .random_mechanisms import RATES, TOPOLOGIES, WAVES, mechanism
 
-SEEDS = range(60)
+SEEDS = range(40)
 STENCIL = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # the first derivative to eighth order
 EPSILON = np.finfo(float).eps
 

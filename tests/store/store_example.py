@@ -8,8 +8,8 @@ TIMES = [float(f"{k / 100:.2f}") for k in range(101)]
 INPUTS = ("bodies.top.mass", "bodies.top.angular_velocity[1]", "joints.pivot.points[1][0]", "gravity[2]")
 
 
-def arrays(runs: int, times: int, bodies: int, joints: int, constraints: int, seed: int = 0) -> dict[str, np.ndarray]:
-    sizes = {"run": runs, "time": times, "body": bodies, "joint": joints, "constraint": constraints}
+def arrays(seed: int = 0, **sizes: int) -> dict[str, np.ndarray]:
+    """Every variable; sizes: of its dimensions, 3 by default."""
     rng = np.random.default_rng(seed)
     result = {}
     for name, variable in VARIABLES.items():
@@ -22,10 +22,22 @@ def arrays(runs: int, times: int, bodies: int, joints: int, constraints: int, se
     return result
 
 
-def example(runs=4, times=TIMES, bodies=("top",), joints=("pivot",), seed=0, scenario="", **replaced):
-    """Three constraint equations per joint; `replaced` are arrays to put in."""
-    constraints = [f"{joint}[{k}]" for joint in joints for k in range(3)]
-    variables = arrays(runs, len(times), len(bodies), len(joints), len(constraints), seed) | replaced
+def example(
+    runs=4,
+    times=TIMES,
+    bodies=("top",),
+    joints=("pivot",),
+    efforts=("motor",),
+    seed=0,
+    scenario="",
+    shared=(),
+    **replaced,
+):
+    """Three constraint equations per joint, one per effort; `replaced` are arrays to put in."""
+    constraints = [*(f"{joint}[{k}]" for joint in joints for k in range(3)), *(f"{name}[0]" for name in efforts)]
+    labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts}
+    sizes = {dim: len(names) for dim, names in labels.items()}
+    variables = arrays(seed, run=runs, time=len(times), **sizes) | replaced
     return dataset(
         variables=variables,
         times=times,
@@ -33,7 +45,9 @@ def example(runs=4, times=TIMES, bodies=("top",), joints=("pivot",), seed=0, sce
         bodies=bodies,
         joints=joints,
         constraints=constraints,
+        efforts=efforts,
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
+        shared=shared,
         attributes={"Conventions": "CF-1.11", "title": "Kreisel µ", "scenario": scenario, "seed": 2015},
     )

@@ -16,7 +16,7 @@ from lienumba.store.layout import VARIABLES
 
 @pytest.fixture
 def written(tmp_path):
-    original = example(bodies=("top", "tip"), joints=("pivot", "elbow"))
+    original = example(bodies=("top", "tip"), joints=("pivot", "elbow"), efforts=("motor", "carrier.x", "carrier.y"))
     path = tmp_path / "out.nc"
     write(original, path)
     with warnings.catch_warnings():
@@ -38,10 +38,12 @@ def test_dims_and_labels(written):
     assert opened.rotation.dims == ("run", "time", "body", "axis", "body_axis")
     assert opened.joint_force.dims == ("run", "time", "joint", "axis")
     assert opened.multiplier.dims == ("run", "time", "constraint")
+    assert opened.driver_effort.dims == ("run", "time", "effort")
     assert opened.status.dims == ("run",)
     assert opened.run.dtype == np.int64
     assert list(opened.body.values) == ["top", "tip"]
     assert list(opened.constraint.values[:4]) == ["pivot[0]", "pivot[1]", "pivot[2]", "elbow[0]"]
+    assert list(opened.effort.values) == ["motor", "carrier.x", "carrier.y"]
     assert list(opened.axis.values) == list(opened.body_axis.values) == ["x", "y", "z"]
     assert opened.status.dtype == np.int8
     assert all(opened[name].dtype == np.float64 for name, spec in VARIABLES.items() if spec.dtype == "float64")
@@ -130,11 +132,30 @@ def test_compressed_in_chunks_of_whole_runs(written):
 
 
 def test_a_body_without_joints_has_no_joint_variables(tmp_path):
-    free = example(joints=())
+    free = example(joints=(), efforts=())
     assert not {"joint_force", "joint_torque", "multiplier", "joint", "constraint"} & set(free.variables)
+    assert not {"driver_effort", "effort"} & set(free.variables)
     write(free, tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as opened:
         xr.testing.assert_identical(opened, free)
+
+
+def test_joints_without_drivers_have_no_efforts_and_drivers_alone_no_joints():
+    joints, drivers = example(efforts=()), example(joints=())
+    assert {"joint_force", "multiplier"} <= set(joints.variables)
+    assert not {"driver_effort", "effort"} & set(joints.variables)
+    assert {"driver_effort", "multiplier"} <= set(drivers.variables)
+    assert not {"joint_force", "joint_torque", "joint"} & set(drivers.variables)
+
+
+def test_reactions_that_are_not_unique_say_so(tmp_path):
+    write(example(shared=("pivot", "motor")), tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as opened:
+        for name in opened.variables:
+            marked = name in ("joint_force", "joint_torque", "multiplier", "driver_effort")
+            assert opened[name].attrs.get("not_unique") == ("pivot, motor" if marked else None), name
+            assert ("least norm" in opened[name].attrs.get("comment", "")) == marked, name
+    assert not any("not_unique" in variable.attrs for variable in example().variables.values())
 
 
 def test_a_part_of_the_dataset_can_be_written_again(written, tmp_path):

@@ -1,0 +1,55 @@
+"""Formulas as people write them: the usual slips, each with its remedy, and whether they have numbers at the start."""
+
+import re
+from math import isfinite
+from typing import Any
+
+from lienumba.compiler.jets import Jet, lift
+from lienumba.expressions import ExpressionError, Formula
+
+SLIPS = (
+    (r"\s*$", 'is empty; write a number, or a formula such as "0.3*sin(2*t)"'),
+    (r"[^(]*\d,\d", "has a comma in a number; a decimal number has a point: 0.5"),
+    (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
+    (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
+    (r".*(?<![\w.])[\d.]+\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),
+)
+
+
+def checked(text: str) -> str:
+    """The text itself; an ExpressionError with what is wrong and the remedy if it is no formula."""
+    try:
+        Formula(text)
+    except ExpressionError as error:
+        unread = str(error).startswith(("is not a formula", "contains"))
+        raise ExpressionError(_slip(text) or str(error) if unread else str(error)) from None
+    return text
+
+
+def constant(value: Any) -> float | None:
+    """The number that a value is; None for one that is omitted or varies in time."""
+    return Formula(value).constant if isinstance(value, str) else value
+
+
+def not_finite_at_start(value: Any, orders: int) -> str | None:
+    """What is wrong with a number or formula, of which so many are needed: value, first and second derivative."""
+    if not isinstance(value, str):
+        return None
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        x = lift(Formula(value)(Jet(0.0, 1.0)))
+    for name, number in zip(("value", "rate", "second derivative"), (x.a, x.b, x.c)[:orders], strict=False):
+        if not isfinite(number):
+            return (
+                f"its {name} at t = 0 is {float(number)}; give a formula that begins smoothly with finite numbers, "
+                "such as where(t > 0, ..., 0) or with a slightly later t"
+            )
+    return None
+
+
+def _slip(text: str) -> str | None:
+    opened, closed = text.count("("), text.count(")")
+    if opened != closed:
+        return f'has {opened} "(" and {closed} ")"; give each its other half'
+    return next((remedy for pattern, remedy in SLIPS if re.match(pattern, text, re.DOTALL)), None)

@@ -1,0 +1,95 @@
+"""Words of messages: the nearest known name, values as TOML writes them."""
+
+from collections.abc import Iterable
+from typing import Any
+
+# What other programs call the same thing; of several, the first that is known where the word stands.
+ALIASES = {
+    "omega": "angular_velocity rate", "w": "angular_velocity", "spin": "angular_velocity", "quaternion": "rotation",
+    "orientation": "rotation", "attitude": "rotation", "R": "rotation", "J": "inertia", "I": "inertia", "m": "mass",
+    "r": "position", "x": "position", "location": "position", "v": "velocity speed", "parent": "relative_to",
+    "g": "gravity", "dt": "step", "h": "step", "time_step": "step", "timestep": "step", "duration": "end_time",
+    "t_end": "end_time", "tend": "end_time", "tf": "end_time", "solver": "method", "scheme": "method",
+    "n": "runs", "count": "runs", "samples": "runs", "interval": "every", "parameters": "vary",
+    "std_dev": "std", "sigma": "std", "stddev": "std", "loc": "mean", "mu": "mean", "scale": "std",
+    "min": "low lower", "max": "high upper", "gaussian": "normal", "gauss": "normal", "norm": "normal",
+    "ball": "spherical", "rod": "distance", "hinge": "revolute", "pin": "revolute", "slider": "prismatic",
+    "translational": "prismatic", "weld": "fixed", "rigid": "fixed", "cardan": "universal", "hooke": "universal",
+    "helical": "screw", "lead": "pitch", "transmission": "gear", "belt": "gear", "anchor": "points",
+    "body": "bodies", "bodies": "body", "point": "points", "points": "point", "joint": "joints", "joints": "joint",
+    "coordinate": "coordinates", "coordinates": "coordinate",
+    "spring": "spring_damper", "damper": "spring_damper", "motor": "actuator value", "servo": "actuator",
+    "controller": "actuator", "stop": "end_stop", "bumper": "end_stop", "k": "stiffness", "d": "damping",
+    "c": "damping", "length": "free_length", "length0": "free_length", "rest_length": "free_length",
+    "function": "value", "formula": "value", "expression": "value", "torque": "value", "force": "value",
+    "rotation": "angle orientation value", "angle": "value", "translation": "displacement",
+    "position": "displacement point value", "displacement": "value", "velocity": "rate angular_velocity",
+    "speed": "rate", "sequence": "euler", "order": "euler",
+    "world": "ground global", "earth": "ground global", "inertial": "global", "local": "body",
+    "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
+}  # fmt: skip
+SIMILAR, VERY_SIMILAR = 0.5, 0.8  # of two words, as difflib measures
+
+
+def alias(word: str, known: Iterable[str]) -> str | None:
+    """The known name for which other programs have this word."""
+    names = list(known)
+    return next((name for name in ALIASES.get(word, "").split() if name in names), None)
+
+
+def nearest(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str | None:
+    """The known name most like a word, or None if none is like it."""
+    import difflib
+
+    names = list(known)
+    same = alias(word, names) or alias(word.lower(), names)
+    if same is not None:
+        return same
+    folded = {name.lower(): name for name in names}
+    close = difflib.get_close_matches(word.lower(), list(folded), n=1, cutoff=cutoff)
+    return folded[close[0]] if close else None
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """The remedy for an unknown name: the nearest known one, or the list of them."""
+    names = list(known)
+    close = nearest(word, names)
+    if close is not None:
+        return f'the nearest known name is "{close}"'
+    if not names:
+        return "none is known here"
+    return "known here are " + ", ".join(f'"{name}"' for name in names)
+
+
+def show(value: Any) -> str:
+    """A value as TOML writes it, cut to one line of reading."""
+    if isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, str):
+        text = '"' + value.replace("\n", "\\n") + '"'
+    elif isinstance(value, dict):
+        text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in value.items()) + "}"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(show(item) for item in value) + "]"
+    else:
+        text = repr(value)
+    return text if len(text) <= 80 else text[:76] + " ..."
+
+
+def plural(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}"
+
+
+def listed(words: Iterable[str]) -> str:
+    """a, b and c."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number without its quotes."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
