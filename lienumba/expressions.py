@@ -17,7 +17,8 @@ from lienumba.operations import absolute, atan2, cos, exp, log, maximum, minimum
 
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
 LONGEST = 2000  # characters
-DEEPEST = 50  # nested operations
+DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
+SHOWN = 80  # characters of a part in a message
 LARGEST_POWER = 64  # of an exponent that is a whole number
 
 
@@ -34,8 +35,8 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "sin": (1, 1, sin),
     "cos": (1, 1, cos),
     "tan": (1, 1, lambda x: sin(x) / cos(x)),
-    "asin": (1, 1, lambda x: atan2(x, sqrt(1.0 - x * x))),
-    "acos": (1, 1, lambda x: atan2(sqrt(1.0 - x * x), x)),
+    "asin": (1, 1, lambda x: atan2(x, sqrt((1.0 - x) * (1.0 + x)))),
+    "acos": (1, 1, lambda x: atan2(sqrt((1.0 - x) * (1.0 + x)), x)),
     "atan": (1, 1, lambda x: atan2(x, 1.0)),
     "atan2": (2, 2, atan2),
     "exp": (1, 1, exp),
@@ -112,7 +113,7 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if not abs(value) < 1e300:
-                raise ExpressionError(f"has the number {ast.unparse(node)}, which is too large")
+                raise ExpressionError(f"has the number {_text(node)}, which is too large")
         case ast.Name(id=name) if name in allowed:
             used.add(name)
         case ast.Name(id=name) if name in FUNCTIONS:
@@ -130,8 +131,8 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
             _need_conditions(values)
             below = list(values)
         case ast.BinOp(left=x, op=op, right=y) if type(op) in OPERATORS:
-            if isinstance(op, ast.Pow) and _is_whole(y) and abs(_value(y, {})) > LARGEST_POWER:
-                raise ExpressionError(f"has the exponent {ast.unparse(y)}, at most {LARGEST_POWER} is allowed")
+            if isinstance(op, ast.Pow) and _whole(y) > LARGEST_POWER:
+                raise ExpressionError(f"has the exponent {_text(y)}, at most {LARGEST_POWER} is allowed")
             below = [x, y]
         case ast.Compare(left=x, ops=ops, comparators=others) if all(type(op) in COMPARISONS for op in ops):
             below = [x, *others]
@@ -145,13 +146,13 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
             raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, list(FUNCTIONS))}')
         case _:
             raise ExpressionError(
-                f'contains "{ast.unparse(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
+                f'contains "{_text(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
                 f"{', '.join(sorted(allowed))}, {', '.join(CONSTANTS)} and the functions {', '.join(FUNCTIONS)}"
             )
     if not isinstance(node, ast.BoolOp) and not _is_negation(node):
         for part in below:
             if _is_condition(part):
-                condition = ast.unparse(part)
+                condition = _text(part)
                 raise ExpressionError(
                     f'computes with the condition "{condition}"; write where({condition}, number, other number)'
                 )
@@ -177,7 +178,7 @@ def _is_negation(node: ast.AST) -> bool:
 def _need_conditions(nodes: list[ast.expr]) -> None:
     for node in nodes:
         if not _is_condition(node):
-            raise ExpressionError(f'needs a condition instead of "{ast.unparse(node)}"; write one such as t > 1')
+            raise ExpressionError(f'needs a condition instead of "{_text(node)}"; write one such as t > 1')
 
 
 def _known(name: str, names: list[str]) -> str:
@@ -185,14 +186,23 @@ def _known(name: str, names: list[str]) -> str:
     return f'did you mean "{close[0]}"?' if close else f"known are {', '.join(sorted(names))}"
 
 
-def _is_whole(node: ast.AST) -> bool:
-    """Whether a node is a whole number, with or without a sign."""
+def _whole(node: ast.AST) -> float:
+    """The size of a whole number, with or without a sign; 0 for anything else."""
     match node:
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
-            return _is_whole(x)
-        case ast.Constant(value=int() | float() as value):
-            return not isinstance(value, bool) and float(value).is_integer()
-    return False
+            return _whole(x)
+        case ast.Constant(value=int() | float() as value) if isinstance(value, int) or value.is_integer():
+            return abs(value)
+    return 0.0
+
+
+def _text(node: ast.AST) -> str:
+    """A part of a formula, cut to what can be read."""
+    try:
+        text = ast.unparse(node)
+    except RecursionError:
+        return "..."
+    return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
 
 
 def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:

@@ -116,6 +116,8 @@ def divide(x: Any, y: Any) -> Any:
 def power(x: Any, p: Any) -> Any:
     """x**p: repeated multiplication where p is a whole number known beforehand, else exp(p log x)."""
     if not _is_float(p) or not float(p).is_integer():
+        if hasattr(x, "power"):
+            return x.power(p)
         return sqrt(x) if _is_float(p) and p == 0.5 else exp(p * log(x))
     result: Any = 1.0
     factor, n = x, abs(int(p))

@@ -92,7 +92,7 @@ def test_what_is_no_formula_is_refused(text):
         ("2**1e9", "has the exponent 1000000000.0, at most 64 is allowed"),
         ("1e300", "has the number 1e+300, which is too large"),
         ("t*1e999", "has the number 1e309, which is too large"),
-        ("2" + "0" * 300, "has the number 2" + "0" * 300 + ", which is too large"),
+        ("2" + "0" * 300, "has the number 2" + "0" * 75 + " ..., which is too large"),
         ("1/0", "has the value inf; it must be a finite number"),
         ("-1/0", "has the value -inf; it must be a finite number"),
         ("0/0", "has the value nan; it must be a finite number"),
@@ -103,10 +103,9 @@ def test_what_is_no_formula_is_refused(text):
         ("(-8)**(1/3)", "has the value nan; it must be a finite number"),
         ("t" + " " * 2000 + "+ 1", "is 2004 characters long, at most 2000 are allowed; shorten it"),
         ("1" * 10_000, "is 10000 characters long, at most 2000 are allowed; shorten it"),
-        ("-" * 51 + "t", "nests more than 50 operations; split it"),
-        ("-" * 1900 + "t", "nests more than 50 operations; split it"),
-        ("+".join(["t"] * 52), "nests more than 50 operations; split it"),
-        ("sin(" * 60 + "t" + ")" * 60, "nests more than 50 operations; split it"),
+        ("-" * 201 + "t", "nests more than 200 operations; split it"),
+        ("-" * 1900 + "t", "nests more than 200 operations; split it"),
+        ("+".join(["t"] * 202), "nests more than 200 operations; split it"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said(text, message):
@@ -116,7 +115,7 @@ def test_what_is_wrong_is_said(text, message):
 def test_limits_are_reached_without_complaint():
     assert Formula("t**64")(2.0) == 2.0**64
     assert Formula("t**-64.0")(2.0) == 2.0**-64
-    assert Formula("-" * 50 + "t")(3.0) == 3.0
+    assert Formula("-" * 200 + "t")(3.0) == 3.0
     assert Formula("+".join(["t"] * 51))(2.0) == 102.0
     assert Formula("(" * 150 + "t" + ")" * 150)(3.0) == 3.0
     assert Formula("t".ljust(2000))(3.0) == 3.0
@@ -174,12 +173,8 @@ def test_any_text_is_a_formula_or_an_expression_error(text):
 @pytest.mark.parametrize(
     ("text", "remedy"),
     [
-        pytest.param(
-            "t**1" + "0" * 400, "too large|at most 64", marks=pytest.mark.xfail(strict=True, raises=OverflowError)
-        ),
-        pytest.param(
-            "~" + "-" * 1900 + "t", "not allowed|nests", marks=pytest.mark.xfail(strict=True, raises=RecursionError)
-        ),
+        ("t**1" + "0" * 400, "at most 64"),
+        ("~" + "-" * 1900 + "t", "not allowed"),
     ],
     ids=["an exponent beyond floats", "what is forbidden around what is deep"],
 )

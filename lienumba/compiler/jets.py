@@ -92,6 +92,13 @@ class Jet:
         slope = divide(1.0, self.a)
         return self._chain(operations.log(self.a), slope, -slope * slope)
 
+    def power(self, p: Any) -> Any:
+        """p: a number that is not whole, or a jet."""
+        if isinstance(p, Jet):
+            return operations.exp(p * self.log())
+        power = operations.power
+        return self._chain(power(self.a, p), p * power(self.a, p - 1.0), (p * (p - 1.0)) * power(self.a, p - 2.0))
+
     def atan2(self, y: Any, x: Any) -> "Jet":
         y, x = lift(y), lift(x)
         square = x.a * x.a + y.a * y.a

@@ -17,8 +17,8 @@ PASSES = 3
 
 
 def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any]) -> Both:
-    """The 6 k accelerations at `now`, and their 6 k time derivatives, from those at -2, -1, 1 and 2 steps of its motion,
-    to fourth order."""
+    """The 6 k accelerations at `now`, and their 6 k time derivatives, to fourth order from those at -2, -1, 1 and 2
+    steps of its motion."""
     fastest = constraints.largest([x for body in now.bodies for x in body[15:18]])
     h = TURN / where(fastest > TURN / LONGEST, fastest, TURN / LONGEST)
     last: list[Any] = [0.0] * (6 * len(now.bodies))
