@@ -89,7 +89,7 @@ def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) ->
                     yield chunk
                     submit()
                 blocks = sum(int(c[0]) for c in counters) / len(batch.outputs)
-                report(min(blocks * W, batch.runs), failed)
+                report(min(blocks * W, batch.runs - bool(active)), failed)  # all are done once all are counted
         except BaseException:
             stop[0] = 1
             raise

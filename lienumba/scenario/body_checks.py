@@ -4,10 +4,10 @@ from math import pi
 from typing import Any
 
 from lienumba.scenario.conversions import tensor_of
-from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, norm
 from lienumba.scenario.schema import Body
 from lienumba.scenario.schema_types import AxisAngle, Euler, RotationVector
+from lienumba.scenario.words import show, suggestion
 
 ORTHOGONAL = 1e-6  # how far R R^T of a given rotation matrix may lie from the unit matrix
 SYMMETRIC = 1e-9  # how far a given inertia matrix may be from symmetric, relative to its largest element

@@ -4,6 +4,7 @@ A number is a float, or an array (runs,) where the sweep varies it.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lienumba.mechanics import model as m
@@ -105,8 +106,17 @@ class _Builder:
 
     def pose(self, body: Table) -> Pose:
         base = self.bodies[body["relative_to"] or "ground"]
-        guess = body["guess"]
-        return _pose(body, relative_to=None if base == GROUND else base, guess=None if guess is None else _pose(guess))
+        guess = None if body["guess"] is None else _pose(body["guess"])
+        if base == GROUND and (guess is None or guess.rotation is None):
+            guess = replace(guess or Pose(), rotation=self.prescribed_rotation(body["name"]))
+        return _pose(body, relative_to=None if base == GROUND else base, guess=guess)
+
+    def prescribed_rotation(self, name: str) -> Any:
+        """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
+        for driver in self.data["drivers"]:
+            if driver.get("motion") == "orientation" and driver["body"] == name:
+                return rotation_of({"rotation_vector": [m.at_time(timed(x), 0.0) for x in driver["value"]]})
+        return None
 
 
 def _pose(state: Table, **more: Any) -> Pose:

@@ -31,19 +31,24 @@ def constant(value: Any) -> float | None:
     return Formula(value).constant if isinstance(value, str) else value
 
 
-def not_finite_at_start(value: Any, orders: int) -> str | None:
-    """What is wrong with a number or formula, of which so many are needed: value, first and second derivative."""
-    if not isinstance(value, str):
-        return None
+def at_start(value: Any) -> tuple[float, float, float]:
+    """A number or a function of time at t = 0: its value, rate and second derivative."""
     import numpy as np
 
     with np.errstate(all="ignore"):
-        x = lift(Formula(value)(Jet(0.0, 1.0)))
-    for name, number in zip(("value", "rate", "second derivative"), (x.a, x.b, x.c)[:orders], strict=False):
+        x = lift(value(Jet(0.0, 1.0)) if callable(value) else value)
+    return float(x.a), float(x.b), float(x.c)
+
+
+def not_finite_at_start(value: Any, orders: int) -> str | None:
+    """What is wrong with a formula, of which so many are needed: value, rate and second derivative."""
+    if not isinstance(value, str):
+        return None
+    for name, number in zip(("value", "rate", "second derivative"), at_start(Formula(value))[:orders], strict=False):
         if not isfinite(number):
             return (
-                f"its {name} at t = 0 is {float(number)}; give a formula that begins smoothly with finite numbers, "
-                "such as where(t > 0, ..., 0) or with a slightly later t"
+                f"its {name} at t = 0 is {number}; give a formula that begins smoothly with finite numbers, such as "
+                "where(t > 0, ..., 0)"
             )
     return None
 

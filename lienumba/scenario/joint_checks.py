@@ -3,9 +3,9 @@
 from typing import Any
 
 from lienumba.mechanics.joints import COORDINATES, JOINT_TYPES
-from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, norm, read
 from lienumba.scenario.schema_joints import JOINTS
+from lienumba.scenario.words import show, suggestion
 
 PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
 
@@ -90,7 +90,7 @@ def _check_axes(place: str, joint: Any, report: Report) -> None:
     directed = [check_direction(f"{place}.axes[{i}]", v, report) for i, v in enumerate(axes or [])]
     if pair is not None:
         both = [check_direction(f"{place}.axis[{i}]", v, report) for i, v in enumerate(pair)]
-        if all(both) and _sine(*pair) < PARALLEL:
+        if all(both) and sine(*pair) < PARALLEL:
             report.problems.append(
                 f"{place}.axis = {show(pair)}: the two directions are parallel and must be perpendicular; "
                 "give the direction in each of the two bodies"
@@ -103,14 +103,14 @@ def _check_axes(place: str, joint: Any, report: Report) -> None:
             check_direction(at, reference, report)
             and directed
             and axes is not None
-            and _sine(reference, axes[i]) < PARALLEL
+            and sine(reference, axes[i]) < PARALLEL
         ):
             report.problems.append(
                 f"{at} = {show(reference)}: is parallel to the axis {show(axes[i])}; give a direction across it"
             )
 
 
-def _sine(a: list[float], b: list[float]) -> float:
+def sine(a: list[float], b: list[float]) -> float:
     """Of the angle between two vectors."""
     p, q = ([x / norm(v) for x in v] for v in (a, b))
     return norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]])
@@ -143,10 +143,10 @@ def find_coordinate(
         return None
     kinds = COORDINATES.get(type_of_joint, ())
     if not kinds:
-        having = ", ".join(joint for joint, own in COORDINATES.items() if own)
+        types = ", ".join(kind for kind, own in COORDINATES.items() if own)
         report.problems.append(
             f"{at}: is a {type_of_joint} joint, which has no coordinate; joints with an angle or a displacement are "
-            f"{having}"
+            f"{types}"
         )
         return None
     if kind is None and len(kinds) > 1:

@@ -6,9 +6,9 @@ from lienumba.mechanics.force_laws import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.scenario.formulas import constant, not_finite_at_start
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
-from lienumba.scenario.words import show, suggestion
 from lienumba.scenario.report import GROUND, Report, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
+from lienumba.scenario.words import show, suggestion
 
 DISSIPATIVE = (
     "stiffness", "damping", "rotational_stiffness", "rotational_damping", "viscous", "coulomb", "linear", "quadratic",

@@ -10,8 +10,8 @@ from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
-from lienumba.scenario.words import nearest, show
 from lienumba.scenario.schema_forces import FORCES
+from lienumba.scenario.words import nearest, show
 
 MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces")
 

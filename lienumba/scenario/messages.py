@@ -34,7 +34,7 @@ def _sentence(item: Any, raw: Any) -> str:
         return f"{path} is missing{remedy}"
     at = f"{path} = {show(value)}"
     if kind in ("float_type", "float_parsing"):
-        return f"{at}: must be a number{(isinstance(value, str) and _unquoted(value)) or remedy}"
+        return f"{at}: must be a number{(isinstance(value, str) and _unquoted(value, remedy)) or remedy}"
     if kind == "finite_number":
         return f"{at}: must be a finite number{remedy if isinstance(without_tags(loc)[-1], str) else '; replace it'}"
     if kind in _BOUNDS:
@@ -62,7 +62,9 @@ def _sentence(item: Any, raw: Any) -> str:
             f"{at}: has {plural(ctx['actual_length'], 'entry', 'entries')} and must have {_least(loc)}{wanted}{remedy}"
         )
     if kind == "list_type":
-        table = " (a list of tables is written with double brackets)" if isinstance(value, dict) else ""
+        table = (
+            " (a list of tables is written with double brackets)" if isinstance(value, dict) and "[[" in remedy else ""
+        )
         return f"{at}: must be a list{table}{remedy}"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
         return f"{at}: must be a table of keys and values{remedy}"
@@ -74,7 +76,7 @@ def _sentence(item: Any, raw: Any) -> str:
     return f"{path}.{message}" if re.match(r"\w+ = ", message) else f"{at}: {message}"
 
 
-def _unquoted(text: str) -> str | None:
+def _unquoted(text: str, remedy: str) -> str | None:
     """The remedy for a number or a formula in quotes where a number must stand."""
     if is_number(text):
         return f", not a text; write it without quotes: {text.strip()}"
@@ -84,7 +86,7 @@ def _unquoted(text: str) -> str | None:
         return None
     if constant is not None:
         return f", not a formula; write {constant!r}"
-    return ", not a formula; only gravity, drivers and forces may vary in time"
+    return f", not a formula, because it cannot vary in time{remedy}"
 
 
 _BOUNDS = {

@@ -1,22 +1,28 @@
 """Before anything runs: the samples, the model with its numbers, the initial states, and whether they fit together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.mechanics import assembly, placing, rank
 from lienumba.mechanics.assembly import Assembly
-from lienumba.mechanics.model import Model, Start, map_numbers
+from lienumba.mechanics.forces import generalized
+from lienumba.mechanics.model import Driver, Model, Start, map_numbers
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
+from lienumba.scenario.formulas import at_start
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.violations import violations
+from lienumba.scenario.words import listed
 from lienumba.sweep.design import design_table
 
 if TYPE_CHECKING:
     import numpy as np
+
+CLOSE = 1e-9  # how far what a joint and its driver say of the start may differ, relative to it
 
 
 @dataclass(frozen=True)
@@ -54,19 +60,40 @@ def check_initial(scenario: Scenario) -> Nominal:
     _check_start(model, start)
     done = assembly.assemble(model, start, 1)
     problems = violations(done, start, 0)
-    if problems:
+    if problems and not _only_prescribed(done, start):
         raise ScenarioError("\n".join(problems))
     nominal, now = rank.nominal(done.model), done.instant(0)
     unmet = rank.contradiction(nominal, now)
+    if problems and not unmet:
+        raise ScenarioError("\n".join(problems))
     typical = rank.on_the_way(nominal, now) or now
     found = rank.rank_of(nominal, typical)
     if unmet:
         raise ScenarioError(
-            f"model: {' and '.join(unmet)} contradict each other: there are {found.rows} equations of rank "
+            f"model: {listed(unmet)} contradict each other: there are {found.rows} equations of rank "
             f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
             "driver or a joint of these, or correct what it prescribes"
         )
+    _check_forces(nominal, now)
     return Nominal(nominal, now, typical, found)
+
+
+def _only_prescribed(done: Assembly, start: Start) -> bool:
+    """Whether positions fit and no velocity is given: then what does not fit is prescribed by drivers."""
+    given = [x for pose in start.poses for x in (pose.velocity, pose.angular_velocity)]
+    given += [x for says in start.joints for x in (says.rate, says.speed)]
+    fits = bool((done.position_violations <= done.position_limits).all())
+    return fits and all(x is None for x in given) and bool(done.model.drivers)
+
+
+def _check_forces(model: Model, now: Instant) -> None:
+    """Forces must be finite at the start."""
+    for force in model.forces:
+        if not all(map(isfinite, generalized(replace(model, forces=(force,)), now))):
+            rule = "must be finite at the start; look for numbers that are far too large or too small"
+            if force.type == "point_mass_gravity":
+                rule = "is infinite at the start, because its two points coincide; move one of them"
+            raise ScenarioError(f"model.forces.{force.name}: {rule}")
 
 
 def _check_start(model: Model, start: Start) -> None:
@@ -85,8 +112,25 @@ def _check_start(model: Model, start: Start) -> None:
             f"model.joints.{model.joints[joint].name}: its angle is prescribed at the start, but nothing says from "
             "where it counts; give references = [[x, y, z], [x, y, z]], or the rotations of its bodies"
         )
+    for driver in model.drivers:
+        problems += _contradicted(driver, model, start)
     if problems:
         raise ScenarioError("\n".join(problems))
+
+
+def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
+    """What a joint says of its coordinate at the start, but its driver says otherwise."""
+    if driver.coordinate is None:
+        return []
+    keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
+    says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
+    prescribed = zip(keys if driver.motion == "value" else keys[1:], at_start(driver.value[0]), strict=False)
+    return [
+        f"model.drivers.{driver.name}: prescribes the {key} {number:.6g} at t = 0, but model.joints.{name}.{key} = "
+        f"{given!r}; leave the latter out"
+        for key, number in prescribed
+        if (given := getattr(says, key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
+    ]
 
 
 def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:

@@ -9,8 +9,8 @@ from pydantic.fields import FieldInfo
 
 from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
-from lienumba.scenario.words import show
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
+from lienumba.scenario.words import show
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:

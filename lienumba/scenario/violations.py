@@ -1,88 +1,191 @@
 """What the start of a run does not fulfil, one sentence each: the joint, the size, the limit, what to free."""
 
-from lienumba.mechanics.assembly import Assembly, Condition
-from lienumba.mechanics.joints import JOINT_TYPES
-from lienumba.mechanics.model import Start
+from math import asin, hypot, isfinite, pi
+from typing import Any
 
-HAPPENS = {"spherical": "its points do not meet", "distance": "its points are not at its length"}
-FREE = (
-    "correct the {things} or the position and rotation of {bodies}, or omit those that shall be solved for; where all "
-    "are omitted, give a guess near the joints"
-)
+from lienumba.groups import so3
+from lienumba.mechanics import joints, placing, rank
+from lienumba.mechanics.assembly import Assembly, Condition
+from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
+from lienumba.mechanics.model import Model, Start, at_time
+from lienumba.mechanics.motion import Instant
+from lienumba.scenario.joint_checks import PARALLEL, sine
+from lienumba.scenario.words import listed, show
+
+POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
 
 
 def violations(done: Assembly, start: Start, run: int) -> list[str]:
     """Of one run of an assembled start, or none if all is well."""
-    if not done.position_violations.size and not done.velocity_violations.size:
+    return _Run(done, start, run).sentences()
+
+
+class _Run:
+    """One run of an assembled start."""
+
+    def __init__(self, done: Assembly, start: Start, run: int) -> None:
+        self.done, self.start, self.run = done, start, run
+        self.model: Model = rank.nominal(done.model, run)
+        self.now: Instant = done.instant(run)
+
+    def sentences(self) -> list[str]:
+        undefined = [s for j in range(len(self.model.joints)) for s in self.undefined(j)]
+        if undefined:
+            return undefined
+        if not all(isfinite(x) for body in self.now.bodies for x in body):
+            return [
+                "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values "
+                "of drivers that are far too large or too small"
+            ]
+        found = [s for c in self.done.conditions for s in self.unmet(c)]
+        return found or [s for j in range(len(self.model.joints)) for s in self.upside_down(j)]
+
+    # ---------------------------------------------------------------- what has no meaning at this start
+    def undefined(self, index: int) -> list[str]:
+        joint, given = self.model.joints[index], self.start.joints[index].references
+        at = f"model.joints.{joint.name}"
+        if joint.type == "distance" and not (joint.length or 0.0) > 0.0:
+            return [
+                f"{at}: its two points coincide at the start, so its length is 0 and it must be above 0; "
+                "move a point or a body, or use a spherical joint"
+            ]
+        if given is None or joint.frames is None:
+            return []
+        references = [[_number(x, self.run) for x in reference] for reference in given]
+        return [
+            f"{at}.references[{side}] = {show(reference)}: is parallel to the axis of the joint at the start; give a "
+            "direction across it"
+            for side, (reference, frame) in enumerate(zip(references, joint.frames, strict=True))
+            if sine(reference, list(frame[2])) < PARALLEL
+        ]
+
+    def upside_down(self, index: int) -> list[str]:
+        """The rows of directions vanish half a turn away, too."""
+        joint, says = self.model.joints[index], self.start.joints[index]
+        compared = {"fixed": (0, 2), "prismatic": (0,)}.get(joint.type, ()) if says.references else ()
+        if not compared:
+            return []
+        a, b = placing.ends(joint, self.now.bodies)
+        if all(so3.dot(joints.direction(joint, 0, a, n), joints.direction(joint, 1, b, n)) > 0.0 for n in compared):
+            return []
+        return [
+            f"model.joints.{joint.name}: its axes and references are half a turn apart at t = 0; turn round those of "
+            f"one body, or correct the {self.held(joint.bodies, POSE) or _guess(self.names(joint.bodies))}"
+        ]
+
+    # ---------------------------------------------------------------- what is not met
+    def unmet(self, c: Condition) -> list[str]:
+        """Its position, else its velocity."""
+        for left, limits, level in (
+            (self.done.position_violations[self.run], self.done.position_limits[self.run], "position"),
+            (self.done.velocity_violations[self.run], self.done.velocity_limits[self.run], "velocity"),
+        ):
+            rows = range(c.rows.start, c.rows.stop)
+            bad = [row for row in rows if not left[row] <= limits[row]]
+            if level == "position" and not bad and self.turned(c) > 0.5 * pi:
+                bad = list(rows)
+            if bad:
+                worst = max(bad, key=lambda row: (c.kinds[row - rows.start] == "m", left[row]))
+                turning = c.kinds[worst - rows.start] == "r"
+                return [self.sentence(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
         return []
-    found = [
-        f"model.joints.{joint.name}: its two points coincide at the start, so its length is 0 and it must be above 0; "
-        "move a point or a body, or use a spherical joint"
-        for joint in done.model.joints
-        if joint.type == "distance" and not _number(joint.length, run) > 0.0
-    ]
-    return found or [sentence for c in done.conditions for sentence in _sentences(done, c, run)]
+
+    def size(self, c: Condition, left: Any, worst: int, level: str) -> float:
+        """How far it is from being met: all rows of the worst one's kind beside it, as one distance or angle."""
+        first = last = worst - c.rows.start
+        while first > 0 and c.kinds[first - 1] == c.kinds[first]:
+            first -= 1
+        while last + 1 < len(c.kinds) and c.kinds[last + 1] == c.kinds[last]:
+            last += 1
+        size = hypot(*(float(left[c.rows.start + n]) for n in range(first, last + 1)))
+        if level == "velocity" or c.what not in ("joint", "driver"):
+            return size
+        if c.what == "driver":
+            return self.turned(c) or size
+        joint = next(j for j in self.model.joints if j.name == c.name)
+        if joint.type == "distance":
+            d = joints.separation(joint, *placing.ends(joint, self.now.bodies))
+            return abs(hypot(*d) - float(joint.length or 0.0))
+        directions = c.kinds[worst - c.rows.start] == "r" and joint.type not in COUPLED - {"screw"}
+        return asin(min(size, 1.0)) if directions else size
+
+    def turned(self, c: Condition) -> float:
+        """The angle (rad) by which a body misses the orientation that a driver prescribes."""
+        driver = next((d for d in self.model.drivers if c.what == "driver" and d.name == c.name), None)
+        if driver is None or driver.motion != "orientation":
+            return 0.0
+        x, y, z = (at_time(number, 0.0) for number in driver.value)
+        R = self.now.bodies[driver.bodies[0]][3:12]
+        return hypot(*so3.log(so3.multiply(so3.transpose(so3.exp((x, y, z))), R)))
+
+    # ---------------------------------------------------------------- what to say of it
+    def names(self, bodies: tuple[int, ...]) -> str:
+        return listed([self.model.bodies[i].name for i in bodies if i >= 0])
+
+    def held(self, bodies: tuple[int, ...], keys: tuple[str, str]) -> str:
+        """What is given of these bodies; empty if nothing is."""
+        given: dict[str, list[str]] = {}
+        for i in bodies:
+            names = [key for key in keys if i >= 0 and getattr(self.start.poses[i], key) is not None]
+            if names:
+                given.setdefault(listed(names), []).append(self.model.bodies[i].name)
+        return ", the ".join(f"{names} of {listed(of)}" for names, of in given.items())
+
+    def sentence(self, c: Condition, level: str, size: float, limit: float, turning: bool) -> str:
+        unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
+        missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
+        held = self.held(c.bodies, POSE if level == "position" else TWIST)
+        if c.what in ("angle", "displacement", "rate", "speed"):
+            return (
+                f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; correct "
+                f"it or the {held}, or omit one of them"
+                if held
+                else f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; "
+                f"correct it, or what drivers and other joints make of {self.names(c.bodies)}"
+            )
+        where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
+        omit = f"or the {held}, or omit what shall be solved for"
+        if c.what == "driver":
+            remedy = omit if held else f"or what other drivers and joints make of {self.names(c.bodies)}"
+            if level == "position" and self.turned(c) > 0.5 * pi and self.start.poses[c.bodies[0]].rotation is None:
+                remedy = f"or give a guess of the rotation of {self.names(c.bodies)} that is nearer to it"
+            return (
+                f"{where}: prescribes another {level} at t = 0 than the start has: they differ by {missed}; correct "
+                f"its value, {remedy}"
+            )
+        if level == "velocity":
+            happens = "its bodies turn apart" if turning else "its points separate"
+            remedy = f"correct the {held}, or omit what shall be solved for"
+            if not held:
+                remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"
+            return f"{where}: the initial velocities contradict it: {happens} at {missed}; {remedy}"
+        happens, things = self.happens(c, turning)
+        remedy = omit if held else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
+        verb = "differ by" if turning else "miss by"
+        return f"{where}: {happens} at t = 0: they {verb} {missed}; correct the {things} {remedy}"
+
+    def happens(self, c: Condition, turning: bool) -> tuple[str, str]:
+        """What a joint does at a start that does not fit it, and what of it to correct."""
+        kind = next(j.type for j in self.model.joints if j.name == c.name)
+        if kind in ("gear", "coupler"):
+            return "its coordinates do not have its ratio and offset", "offset"
+        if kind in ("universal", "perpendicular_axes") and turning:
+            return "its axes are not perpendicular", "axes"
+        if turning:
+            return "its axes do not fit together", "axes"
+        if kind == "distance":
+            return "its points are not at its length", "length"
+        meet = kind == "spherical" or JOINT_TYPES.get(kind, JOINT_TYPES["cylindrical"]).rows.startswith("mmm")
+        return "its points do not meet" if meet else "its points are not where it allows them", "points"
 
 
-def _number(x: object, run: int) -> float:
+def _guess(bodies: str) -> str:
+    return f"guess of position and rotation for {bodies}"
+
+
+def _number(x: Any, run: int) -> float:
+    """Of one run."""
     import numpy as np
 
     values = np.asarray(x, float)
     return float(values if values.ndim == 0 else values[run])
-
-
-def _sentences(done: Assembly, c: Condition, run: int) -> list[str]:
-    """The worst row of a condition that is not met: its position, else its velocity."""
-    rows = range(c.rows.start, c.rows.stop)
-    bodies = " and ".join(done.model.bodies[i].name for i in c.bodies if i >= 0)
-    for left, limits, level in (
-        (done.position_violations[run], done.position_limits[run], "position"),
-        (done.velocity_violations[run], done.velocity_limits[run], "velocity"),
-    ):
-        bad = [row for row in rows if not left[row] <= limits[row]]
-        if bad:
-            worst = max(bad, key=lambda row: left[row] / limits[row] if limits[row] > 0.0 else left[row])
-            turning = c.kinds[worst - c.rows.start] == "r"
-            return [_sentence(done, c, level, float(left[worst]), float(limits[worst]), turning, bodies)]
-    return []
-
-
-def _sentence(done: Assembly, c: Condition, level: str, size: float, limit: float, turning: bool, bodies: str) -> str:
-    unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
-    allowed = f"at most {limit:.1g} {unit} is allowed"
-    if c.what in ("angle", "displacement", "rate", "speed"):
-        state = "position and rotation" if c.what in ("angle", "displacement") else "velocity and angular_velocity"
-        return (
-            f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {size:.3g} {unit}, "
-            f"{allowed}; correct it or the {state} of {bodies}, or omit one of them"
-        )
-    kind = "driver" if c.what == "driver" else next(j.type for j in done.model.joints if j.name == c.name)
-    where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
-    if level == "position":
-        if c.what == "driver":
-            return (
-                f"{where}: prescribes another position at t = 0 than the start has, they differ by {size:.3g} {unit}, "
-                f"{allowed}; correct its value or the position and rotation of {bodies}, or omit those that shall be "
-                "solved for"
-            )
-        verb = "differ by" if turning else "miss by"
-        happens, things = HAPPENS.get(kind, "its points do not meet"), "points"
-        if turning:
-            happens, things = "its axes do not fit together", "axes"
-        elif kind not in HAPPENS and not JOINT_TYPES.get(kind, JOINT_TYPES["cylindrical"]).rows.startswith("mmm"):
-            happens = "its points are not where it allows them"
-        if kind in ("gear", "coupler"):
-            happens, things = "its coordinates do not have its ratio and offset", "offset"
-        free = FREE.format(things=things, bodies=bodies)
-        return f"{where}: {happens} at t = 0: they {verb} {size:.3g} {unit}, {allowed}; {free}"
-    if c.what == "driver":
-        happens = "prescribes another velocity at t = 0 than the start has: they differ by"
-        return (
-            f"{where}: {happens} {size:.3g} {unit}, {allowed}; correct its value, or velocity and angular_velocity of "
-            f"{bodies}, or omit one so that it is solved for"
-        )
-    subject = "its bodies turn apart" if turning else "its points separate"
-    return (
-        f"{where}: the initial velocities contradict it: {subject} at {size:.3g} {unit}, {allowed}; "
-        f"correct velocity and angular_velocity of {bodies}, or omit one so that it is solved for"
-    )

@@ -82,6 +82,6 @@ def test_an_old_cpu_throughout() -> None:
 
 def test_hashes_notice_a_change() -> None:
     found = sweeps()["hashes"]
-    assert set(found) == {"top", "links", "loop", "rotations"}
+    assert set(found) == {"top", "links", "loop", "linkage", "rotations"}
     for name in ("position", "joint_force", "multiplier"):
-        assert len({found[sweep][name] for sweep in ("top", "links", "loop")}) == 3
+        assert len({found[sweep][name] for sweep in ("top", "links", "loop", "linkage")}) == 4

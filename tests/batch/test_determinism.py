@@ -8,8 +8,9 @@ import pytest
 import lienumba
 from lienumba.batch import execute
 from lienumba.compiler.emit import W
+from lienumba.integrators.codes import EXCHANGED
 
-from .sweeps import COUNTS, SWEEPS, assert_same, bits, links, run, top
+from .sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top
 
 EVERY = pytest.mark.parametrize("sweep", SWEEPS.values(), ids=SWEEPS)
 
@@ -31,6 +32,23 @@ def test_one_and_two_workers(sweep: Any) -> None:
 def test_runs_differ_from_each_other() -> None:
     end = run(top(runs=100))["position"].values[:, -1].reshape(100, -1)
     assert len(np.unique(end[:, 0])) == 100
+
+
+def test_some_runs_of_the_linkage_exchange_rows_and_others_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that all tests here see runs that go again, beside others than before."""
+    found = []
+    original = execute._integrate
+
+    def watched(batch: Any, runs: slice, *rest: Any) -> Any:
+        chunk = original(batch, runs, *rest)
+        found.append(chunk.codes == EXCHANGED)
+        return chunk
+
+    monkeypatch.setattr(execute, "_integrate", watched)
+    run(linkage(runs=50))
+    exchanged = np.concatenate(found)
+    assert 10 < exchanged.sum() < 40
+    assert len(exchanged) == 50 + exchanged.sum()
 
 
 @EVERY

@@ -8,9 +8,10 @@ import pytest
 
 from lienumba.batch import statuses
 
-from .sweeps import SWEEPS, a_rod, assert_same, edit_samples, links, loop, run, top
+from .sweeps import SWEEPS, a_rod, assert_same, edit_samples, linkage, links, loop, run, top
 
 SPIN, ROCK = "bodies.top.angular_velocity[1]", "bodies.left.angular_velocity[0]"
+SWING = "joints.hinge1.rate"
 EDITS: list[tuple[str, dict[int, dict[str, float]]]] = [
     ("top", {3: {SPIN: 1e9}}),
     ("top", {0: {SPIN: 1e5}, 7: {SPIN: -1e300}, 12: {SPIN: np.inf}}),
@@ -19,6 +20,8 @@ EDITS: list[tuple[str, dict[int, dict[str, float]]]] = [
     ("links", {2: {"bodies.link4.angular_velocity[1]": 1e7}, 4: {"bodies.link0.mass": 1e-310}}),
     ("links", {11: {"joints.hinge1.points[1][2]": np.inf}, 12: {"bodies.link2.inertia[4]": 1e9}}),
     ("loop", {8: {"gravity[0]": 1e200}, 15: {"gravity[0]": np.nan}}),
+    ("linkage", {3: {SWING: np.nan}, 9: {SWING: 1e5}, 14: {"gravity[1]": 1e200}}),
+    ("linkage", {0: {SWING: 60.0}, 1: {SWING: 4e3}, 12: {"bodies.second.mass": np.nan}}),
     ("loop", {1: {ROCK: 60.0}, 2: {ROCK: 1e4}, 13: {"joints.tie.points[0][2]": 50.0}}),
 ]
 
@@ -58,6 +61,19 @@ def test_a_lane_that_needs_more_iterations_changes_no_other(monkeypatch: pytest.
     assert more.max() >= 1
     assert (wild["status"] == 0).all()
     assert_same(wild.drop_sel(run=3), calm.drop_sel(run=3))
+
+
+def test_a_lane_that_needs_other_rows_changes_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes again, in a block with others than before; those that went again before go beside others now."""
+    slow = {label: {SWING: 1.0 + 0.05 * label} for label in range(20)}
+    edit_samples(monkeypatch, slow)
+    calm = run(linkage())
+    edit_samples(monkeypatch, {3: {SWING: 9.0}, 4: {SWING: 8.0}})
+    swift = run(linkage())
+    assert (swift["status"] == 0).all()
+    assert_same(swift.drop_sel(run=[3, 4]), calm.drop_sel(run=[3, 4]))
+    edit_samples(monkeypatch, {3: {SWING: 1.0}})
+    assert_same(run(linkage()).sel(run=[4]), swift.sel(run=[4]))
 
 
 def test_a_lane_that_fails_in_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:

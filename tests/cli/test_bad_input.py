@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from refusal import refused
 from typer.testing import CliRunner
 
 from lienumba.cli import app
@@ -53,19 +54,6 @@ ROTATION = "rotation = [1, 0, 0, 0]"
 def replaced(old: str, new: str) -> str:
     assert BASE.count(old) == 1, f"{old!r} must occur once"
     return BASE.replace(old, new)
-
-
-def refused(folder: Path, text: str, *options: str, output: str = "out.nc", command: str = "run") -> list[str]:
-    """The message's lines of a run that must be refused and must leave nothing behind."""
-    scenario = folder / "case.toml"
-    scenario.write_text(text, encoding="utf-8")
-    before = sorted(folder.rglob("*"))
-    target = () if command == "validate" else ("-o", str(folder / output))
-    result = CliRunner().invoke(app, [command, str(scenario), *target, *options])
-    assert result.exit_code == 2, result.output
-    assert sorted(folder.rglob("*")) == before
-    lines = result.stderr.splitlines()
-    return [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]
 
 
 # Each case: the text, and the whole message: key, value, rule; remedy.
@@ -128,7 +116,7 @@ CASES = {
     ),
     "length of a spherical joint": (
         replaced('type = "spherical"', 'type = "spherical"\nlength = 1'),
-        'model.joints.pivot.length has no meaning for a spherical joint; leave it out (it belongs to distance)',
+        "model.joints.pivot.length has no meaning for a spherical joint; leave it out (it belongs to distance)",
     ),
     "zero mass": (
         replaced("mass = 15", "mass = 0"),

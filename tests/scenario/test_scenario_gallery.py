@@ -26,9 +26,23 @@ def test_is_valid_without_a_warning(file: Path) -> None:
 
 def test_the_gallery_is_complete() -> None:
     assert {file.stem for file in FILES} == {
+        "bennett",
+        "bricard",
+        "door_on_two_hinges",
+        "double_pendulum",
+        "dzhanibekov",
+        "flyball_governor",
+        "four_bar",
+        "gyroscope_in_gimbals",
         "heavy_top",
         "heavy_top_monte_carlo",
+        "n_four_bar",
         "pendulum_chain",
+        "sarrus",
+        "satellite",
+        "satellite_monte_carlo",
+        "screw_press",
+        "slider_crank",
         "template",
     }
     page = (FOLDER / "README.md").read_text(encoding="utf-8")

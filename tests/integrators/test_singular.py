@@ -1,0 +1,101 @@
+"""Closed loops at and through positions where the constraints lose their rank: the N-four-bar, all bars in a line.
+
+All its bars turn alike, so that it is one pendulum: w' = -G cos(phi) / J about the aligned position phi = 0.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.scenario.prepare import check_initial
+from lienumba.scenario.resolve import resolve
+
+SLENDER = [1e-4, 1 / 12, 1 / 12]
+GRAVITY = 9.81
+
+
+def n_four_bar(n: int, angle: float, rate: float, step: float = 1e-3, end: float = 10.0) -> dict[str, Any]:
+    """n parallelograms of unit bars, all revolutes about y; the angle of the bars counts from the aligned position."""
+    c, s = float(np.cos(angle)), float(np.sin(angle))
+    turned = {"axis": [0, 1, 0], "angle": -angle}
+    bar = {"mass": 1, "inertia": SLENDER}
+    bodies = [
+        {"name": f"b{i}", **bar, "position": [i + 0.5 * c, 0, 0.5 * s], "rotation": turned,
+         "angular_velocity": [0, -rate, 0]} for i in range(n + 1)
+    ]  # fmt: skip
+    level = {"rotation": [1, 0, 0, 0]}
+    bodies += [{"name": f"c{i}", **bar, **level, "position": [i + c + 0.5, 0, s]} for i in range(n)]
+    ends = [("ground", f"b{i}", [i, 0, 0]) for i in range(n + 1)]
+    ends += [(f"b{i}", f"c{i}", [i + c, 0, s]) for i in range(n)]
+    ends += [(f"c{i}", f"b{i + 1}", [i + 1 + c, 0, s]) for i in range(n)]
+    joints = [
+        {"name": f"j{m}", "type": "revolute", "bodies": [a, b], "at": at, "axis": [0, 1, 0]}
+        for m, (a, b, at) in enumerate(ends)
+    ]
+    return {
+        "model": {"gravity": [0, 0, -GRAVITY], "bodies": bodies, "joints": joints},
+        "integrator": {"step": step, "end_time": end},
+        "output": {"every": end / 100},
+    }
+
+
+def angles(dataset: Any, body: str) -> np.ndarray:
+    R = dataset.rotation.sel(body=body).isel(run=0).values
+    return np.arctan2(-R[:, 2, 0], R[:, 0, 0])
+
+
+def check(dataset: Any, n: int) -> None:
+    assert (dataset.status == 0).all()
+    assert float(dataset.max_energy_drift[0]) < 2e-8
+    assert float(dataset.max_position_violation[0]) < 1e-12
+    assert float(dataset.max_velocity_violation[0]) < 1e-10
+    for i in range(n):
+        np.testing.assert_allclose(dataset.angular_velocity.sel(body=f"c{i}"), 0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize(("n", "angle", "rate"), [(1, np.pi / 2, 1.0), (2, np.pi / 2, 3.0), (2, 0.3, 7.0)])
+def test_passing_keeps_the_energy(n: int, angle: float, rate: float) -> None:
+    dataset = lienumba.run(n_four_bar(n, angle, rate))
+    check(dataset, n)
+    passed = np.diff(np.sign(np.sin(angles(dataset, "b0"))))
+    assert np.count_nonzero(passed) >= 4
+
+
+@pytest.mark.parametrize(("n", "rate"), [(1, 3.0), (2, 0.5), (2, 3.0)])
+def test_starting_there_goes_the_way_of_the_velocities(n: int, rate: float) -> None:
+    from scipy.integrate import solve_ivp
+
+    dataset = lienumba.run(n_four_bar(n, 0.0, rate, end=1.0))
+    check(dataset, n)
+    J, G = (n + 1) / 3 + n, GRAVITY * ((n + 1) / 2 + n)
+    exact = solve_ivp(
+        lambda t, y: [y[1], -G * np.cos(y[0]) / J], (0, 1), [0.0, rate], method="DOP853", rtol=1e-12, atol=1e-12,
+        t_eval=dataset.time.values,
+    )  # fmt: skip
+    np.testing.assert_allclose(-dataset.angular_velocity.sel(body="b1", axis="y")[0], exact.y[1], atol=1e-8)
+
+
+def test_the_rank_is_that_of_the_motion_not_of_the_singular_start() -> None:
+    beside, there = (check_initial(resolve(n_four_bar(2, angle, 3.0))).rank for angle in (0.7, 0.0))
+    assert (there.rank, there.freedom) == (beside.rank, beside.freedom) == (29, 1)
+
+
+def test_every_run_of_a_sweep_passes_for_itself() -> None:
+    """The same bits alone and among others, also where a run needs other rows and goes again."""
+    data = n_four_bar(2, 0.0, 3.0, end=0.5)
+    data["sweep"] = {
+        "runs": 20,
+        "vary": {
+            "gravity[2]": {"distribution": "normal", "std": 3.0},
+            "bodies.c0.mass": {"distribution": "normal", "std": 0.1},
+        },
+    }
+    together = lienumba.run(data)
+    assert (together.status == 0).all()
+    assert float(together.max_energy_drift.max()) < 1e-7
+    for label in (0, 13):
+        alone = lienumba.run(data, runs=[label], workers=1)
+        for name in ("position", "velocity", "joint_force", "energy_residual"):
+            np.testing.assert_array_equal(alone[name].values[0], together[name].sel(run=label).values)

@@ -1,0 +1,1 @@
+"""An arm and its drivers against minimal coordinates."""

@@ -1,0 +1,1 @@
+"""Mechanisms against independent solutions in minimal coordinates."""
