@@ -22,7 +22,7 @@ SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of 
 WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
 FADED = 1e-6  # is faded, to one half here
 LEAST = 1e-13  # and the pivot is at least this fraction
-SHIFT = 1e-8  # of least_multipliers
+SHIFT = 1e-6  # of least_multipliers
 
 Entries = dict[tuple[int, int], Any]
 Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
@@ -242,7 +242,7 @@ def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[A
     f, g = _rest(identity, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
     x: list[Any] = [0.0] * n
     least: list[Any] = [0.0] * rows
-    for _ in range(3):
+    for _ in range(4):
         dx, dmu = factors.backward(factors.forward(*_rest(identity, C, f, g, x, least), [1.0] * rows))
         x = [a + b for a, b in zip(x, dx, strict=True)]
         least = [a + b for a, b in zip(least, dmu, strict=True)]

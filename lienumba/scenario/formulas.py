@@ -21,8 +21,10 @@ def checked(text: str) -> str:
     try:
         Formula(text)
     except ExpressionError as error:
-        unread = str(error).startswith(("is not a formula", "contains"))
-        raise ExpressionError(_slip(text) or str(error) if unread else str(error)) from None
+        message = str(error)
+        if message.startswith(("is not a formula", "contains")):
+            message = _slip(text) or message
+        raise ExpressionError(message if "; " in message else f"{message}; correct it") from None
     return text
 
 

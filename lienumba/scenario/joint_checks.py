@@ -36,7 +36,7 @@ def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -
     for index, name in enumerate(ends):
         if isinstance(name, str) and name not in (*bodies, GROUND):
             report.problems.append(
-                f'{place}.bodies[{index}] = "{name}": is not a body of the model; {suggestion(name, [*bodies, GROUND])}'
+                f"{place}.bodies[{index}] = {show(name)}: is not a body of the model; {suggestion(name, [*bodies, GROUND])}"
             )
     if len(ends) == 2 and isinstance(ends[0], str) and ends[0] == ends[1]:
         report.problems.append(
@@ -101,8 +101,8 @@ def _check_axes(place: str, joint: Any, report: Report) -> None:
         at = f"{place}.references[{i}]"
         if (
             check_direction(at, reference, report)
-            and directed
             and axes is not None
+            and directed[i]
             and sine(reference, axes[i]) < PARALLEL
         ):
             report.problems.append(
@@ -133,7 +133,7 @@ def find_coordinate(
     place: str, key: str, name: str, kind_key: str, kind: str | None, joints: Tables, report: Report
 ) -> tuple[str, str] | None:
     """The joint's name and the kind of its coordinate; None, and a problem, if there is none such."""
-    at = f'{place}.{key} = "{name}"'
+    at = f"{place}.{key} = {show(name)}"
     if name not in joints:
         having = [joint for joint, table in joints.items() if COORDINATES.get(str(table.get("type")))]
         report.problems.append(f"{at}: is not a joint of the model; {suggestion(name, having)}")

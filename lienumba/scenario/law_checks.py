@@ -4,7 +4,8 @@ from typing import Any
 
 from lienumba.mechanics.force_laws import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
-from lienumba.scenario.formulas import constant, not_finite_at_start
+from lienumba.scenario.conversions import timed
+from lienumba.scenario.formulas import at_start, constant, not_finite_at_start
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.report import GROUND, Report, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
@@ -112,7 +113,7 @@ def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> Non
     if name == GROUND:
         report.problems.append(f'{place}.body = "{GROUND}": the ground does not move; name a body')
     elif isinstance(name, str) and name not in bodies:
-        report.problems.append(f'{place}.body = "{name}": is not a body of the model; {suggestion(name, bodies)}')
+        report.problems.append(f"{place}.body = {show(name)}: is not a body of the model; {suggestion(name, bodies)}")
 
 
 def _numbers(at: str, value: Any) -> list[tuple[str, Any]]:
@@ -122,17 +123,20 @@ def _numbers(at: str, value: Any) -> list[tuple[str, Any]]:
 
 def _check_number(place: str, key: str, value: Any, report: Report) -> None:
     for at, given in _numbers(f"{place}.{key}", value):
-        number = constant(given)
-        if number is None:
+        if given is None:
             continue
-        if key in DISSIPATIVE and number < 0.0:
+        number, fixed = at_start(timed(given))[0], constant(given) is not None
+        when = "" if fixed else f", and is {number:.6g} at t = 0"
+        if key in DISSIPATIVE and fixed and number < 0.0:
             report.warnings.append(
                 f"{at} = {show(given)}: is negative, so it pushes away or feeds energy in; check its sign"
             )
         if key in NOT_NEGATIVE and number < 0.0:
-            report.problems.append(f"{at} = {show(given)}: must be at least 0; give its size without a sign")
-        if key == "velocity" and not number > 0.0:
-            report.problems.append(f"{at} = {show(given)}: must be above 0; give the speed at which sliding sets in")
+            report.problems.append(f"{at} = {show(given)}: must be at least 0{when}; give its size without a sign")
+        if key == "velocity" and number <= 0.0:
+            report.problems.append(
+                f"{at} = {show(given)}: must be above 0{when}; give the speed at which sliding sets in"
+            )
 
 
 def _check_together(place: str, force: Any, report: Report) -> None:

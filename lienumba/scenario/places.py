@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lienumba.scenario import schema
+from lienumba.scenario.words import show
 
 NAMED_LISTS = tuple(f"model.{kind}" for kind in schema.LISTS)
 
@@ -23,7 +24,7 @@ def place(loc: Loc, raw: Any) -> str:
             text += f".{name}" if name else f"[{part}]"
             node = item
         elif isinstance(node, dict) and (part in node or last):
-            quoted = f'"{part}"' if "." in part or "[" in part else part
+            quoted = show(part) if "." in part or "[" in part or not part.isprintable() else part
             text += f".{quoted}" if text else quoted
             node = node.get(part)
     return text
@@ -33,7 +34,7 @@ def unique_name(items: Any, index: int) -> str | None:
     """The name of an item of a list of tables, if it has one that no other item bears."""
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     name = names[index]
-    return name if isinstance(name, str) and name and names.count(name) == 1 else None
+    return name if isinstance(name, str) and name and name.isprintable() and names.count(name) == 1 else None
 
 
 def without_tags(loc: Loc) -> list[str | int]:

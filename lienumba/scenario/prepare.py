@@ -15,7 +15,7 @@ from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.formulas import at_start
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.violations import violations
+from lienumba.scenario.violations import NOT_FINITE, violations
 from lienumba.scenario.words import listed
 from lienumba.sweep.design import design_table
 
@@ -56,6 +56,16 @@ class Nominal:
 
 def check_initial(scenario: Scenario) -> Nominal:
     """The nominal start; a ScenarioError if it does not fit the joints, or the joints do not fit each other."""
+    import numpy as np
+
+    try:
+        with np.errstate(all="ignore"):
+            return _nominal_start(scenario)
+    except np.linalg.LinAlgError:
+        raise ScenarioError(NOT_FINITE) from None
+
+
+def _nominal_start(scenario: Scenario) -> Nominal:
     model, start = build(scenario, {})
     _check_start(model, start)
     done = assembly.assemble(model, start, 1)

@@ -1,6 +1,6 @@
 """What the start of a run does not fulfil, one sentence each: the joint, the size, the limit, what to free."""
 
-from math import asin, hypot, isfinite, pi
+from math import asin, hypot, pi
 from typing import Any
 
 from lienumba.groups import so3
@@ -13,6 +13,12 @@ from lienumba.scenario.joint_checks import PARALLEL, sine
 from lienumba.scenario.words import listed, show
 
 POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
+
+LARGEST = 1e100  # squares of larger numbers are no numbers
+NOT_FINITE = (
+    "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values of drivers "
+    "that are far too large or too small"
+)
 
 
 def violations(done: Assembly, start: Start, run: int) -> list[str]:
@@ -32,11 +38,9 @@ class _Run:
         undefined = [s for j in range(len(self.model.joints)) for s in self.undefined(j)]
         if undefined:
             return undefined
-        if not all(isfinite(x) for body in self.now.bodies for x in body):
-            return [
-                "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values "
-                "of drivers that are far too large or too small"
-            ]
+        left = (self.done.position_violations[self.run], self.done.velocity_violations[self.run])
+        if not all(abs(x) < LARGEST for numbers in (*self.now.bodies, *left) for x in numbers):
+            return [NOT_FINITE]
         found = [s for c in self.done.conditions for s in self.unmet(c)]
         return found or [s for j in range(len(self.model.joints)) for s in self.upside_down(j)]
 
@@ -136,12 +140,16 @@ class _Run:
         missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
         held = self.held(c.bodies, POSE if level == "position" else TWIST)
         if c.what in ("angle", "displacement", "rate", "speed"):
+            says = next(s for j, s in zip(self.model.joints, self.start.joints, strict=True) if j.name == c.name)
+            keys = ("angle", "displacement") if level == "position" else ("rate", "speed")
+            others = [key for key in keys if key != c.what and getattr(says, key) is not None]
+            rest = others + ([held] if held else [])
+            remedy = f"it, or what drivers and other joints make of {self.names(c.bodies)}"
+            if rest:
+                remedy = f"it or the {listed(rest)}, or omit one of them"
             return (
                 f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; correct "
-                f"it or the {held}, or omit one of them"
-                if held
-                else f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; "
-                f"correct it, or what drivers and other joints make of {self.names(c.bodies)}"
+                f"{remedy}"
             )
         where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
         omit = f"or the {held}, or omit what shall be solved for"

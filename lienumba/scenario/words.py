@@ -66,7 +66,7 @@ def show(value: Any) -> str:
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):
-        text = '"' + value.replace("\n", "\\n") + '"'
+        text = '"' + "".join(c if c.isprintable() else repr(c)[1:-1] for c in value) + '"'
     elif isinstance(value, dict):
         text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in value.items()) + "}"
     elif isinstance(value, list | tuple):

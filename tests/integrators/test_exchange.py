@@ -118,7 +118,7 @@ def test_what_is_stored_of_a_run_that_went_again_is_of_its_second_pass() -> None
 
 
 def test_the_same_motion_as_with_seventeen_rows() -> None:
-    """Three rows less by hand: the last hinge is a point on a line. They do until 0.21 s, the first choice until 0.1."""
+    """Three less by hand: the last hinge is a point on a line. They do until 0.21 s, the first choice until 0.1 s."""
     by_hand = {"model": {**BENNETT["model"], "joints": [dict(joint) for joint in BENNETT["model"]["joints"]]}}
     by_hand["model"]["joints"][3]["type"] = "point_on_line"
     apart = []

@@ -118,6 +118,33 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     return Motion(t, q, qd, qdd, r, R, vs[:, 3], ws[:, 3], a, alpha, solution[n:])
 
 
+def condition_loads(m: Mechanism, here: Motion) -> Array:
+    """What the conditions exert on every body: forces, and torques about the mass centres (2, bodies, 3), global."""
+    k = len(m.bodies)
+    found = np.zeros((2, k, 3))
+    time = np.array([here.t])
+    at = [(here.r[i : i + 1], here.R[i : i + 1]) for i in range(k)]
+    for i in range(k):
+        for n, e in enumerate(np.eye(3)):
+            hat = np.cross(np.eye(3), e)
+            for turning in range(2):
+                v, w = np.zeros((2, k, 1, 3))
+                moved = list(at)
+                if turning:
+                    w[i, 0] = e
+                    moved[i] = (at[i][0], at[i][1] + 1j * TINY * (hat @ at[i][1]))
+                else:
+                    v[i, 0] = e
+                    moved[i] = (at[i][0] + 1j * TINY * e, at[i][1])
+                rows = [np.zeros(0)]
+                if m.closure is not None:
+                    rows.append(np.broadcast_to(m.closure(moved, time), (1, len(here.multipliers)))[0].imag / TINY)
+                if m.prescribed is not None:
+                    rows.append((m.prescribed(at, v, w, time) - m.prescribed(at, 0 * v, 0 * w, time))[0])
+                found[turning, i, n] = np.concatenate(rows) @ here.multipliers
+    return found
+
+
 def closed(m: Mechanism, q: Array, qd: Array, free: Sequence[int]) -> tuple[Array, Array]:
     """The same state with all conditions fulfilled at t = 0 by the coordinates and rates that are not in `free`."""
     q, qd, n = q.copy(), qd.copy(), len(q)
@@ -148,12 +175,12 @@ def simulate(m: Mechanism, q: Array, qd: Array, times: Sequence[float]) -> list[
 
 
 def net_load(m: Mechanism, here: Motion, members: Sequence[int], point: Array) -> tuple[Array, Array]:
-    """What must act on some bodies, beside weight and applied forces, that they move as they do: force, and torque
+    """What must act on some bodies, beside weight, applied forces and conditions, that they move as they do: force, and torque
     about a point; global."""
     force, torque = np.zeros(3), np.zeros(3)
-    applied = np.zeros((2, len(m.bodies), 3))
+    applied = condition_loads(m, here)
     if m.applied is not None:
-        applied = np.array(m.applied(here.r, here.R, here.v, here.w, here.t))
+        applied += np.array(m.applied(here.r, here.R, here.v, here.w, here.t))
     for i in members:
         J = here.R[i] @ m.bodies[i].inertia @ here.R[i].T
         f = m.bodies[i].mass * (here.a[i] - np.array(m.gravity)) - applied[0, i]
