@@ -176,6 +176,20 @@ def test_info_of_a_scenario() -> None:
     assert "fma" in result.stdout
 
 
+def test_info_tells_what_is_redundant() -> None:
+    told = lienumba("info", SCENARIOS / "four_bar.toml").stdout
+    assert "crank_bearing (revolute, 5)" in told
+    assert "20 rows of rank 17 at the start, 1 degree of freedom" in told
+    assert "3 of rocker_bearing (rows that follow from those before them)" in told
+    assert "not unique for crank_bearing, crank_end, rocker_end, rocker_bearing; those of least norm" in told
+
+
+def test_info_names_drivers_and_forces() -> None:
+    told = lienumba("info", SCENARIOS / "template.toml").stdout
+    assert "shaker (value, 1)" in told
+    assert "spring (spring_damper), air (drag), bearing (friction)" in told
+
+
 def test_info_of_another_netcdf_file(tmp_path: Path) -> None:
     xr.Dataset({"x": 1}).to_netcdf(tmp_path / "other.nc", engine="netcdf4")
     result = lienumba("info", tmp_path / "other.nc")

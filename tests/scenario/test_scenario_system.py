@@ -54,6 +54,22 @@ def test_calls_may_be_chained_and_added_to() -> None:
     assert data.model.gravity == system.gravity
 
 
+def test_joints_drivers_and_forces_have_the_keys_of_the_file() -> None:
+    system = System().body("a", mass=1, inertia=[1, 1, 1]).body("b", mass=1, inertia=[1, 1, 1], relative_to="a")
+    system.joint("hinge", "revolute", ["ground", "a"], at=[0, 0, 1], axis=np.array([0, 1, 0]), rate=2)
+    system.joint("slide", "prismatic", ["a", "b"], points=np.zeros((2, 3)), axes=[[1, 0, 0], [1, 0, 0]])
+    system.joint("rack", "gear", joints=["hinge", "slide"], ratio=0.1)
+    system.driver(joint="hinge", rate="2 + sin(t)")
+    system.force(type="spring_damper", bodies=["ground", "b"], points=np.zeros((2, 3)), stiffness=3)
+    system.force("wind", type="force", body="b", value=["sin(t)", 0, 0])
+    system.integrator(step=0.1, end_time=1)
+    model = resolve(system).data.model
+    assert [joint.type for joint in model.joints] == ["revolute", "prismatic", "gear"]
+    assert [driver.name for driver in model.drivers] == ["driver_1"]
+    assert [force.name for force in model.forces] == ["spring_damper_1", "wind"]
+    assert resolve(system.to_dict()).to_toml() == resolve(system).to_toml()
+
+
 def test_mistakes_are_found_by_the_same_checks() -> None:
     system = heavy_top()
     system.output(evry=0.01)
