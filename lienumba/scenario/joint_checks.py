@@ -36,7 +36,8 @@ def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -
     for index, name in enumerate(ends):
         if isinstance(name, str) and name not in (*bodies, GROUND):
             report.problems.append(
-                f"{place}.bodies[{index}] = {show(name)}: is not a body of the model; {suggestion(name, [*bodies, GROUND])}"
+                f"{place}.bodies[{index}] = {show(name)}: is not a body of the model; "
+                f"{suggestion(name, [*bodies, GROUND])}"
             )
     if len(ends) == 2 and isinstance(ends[0], str) and ends[0] == ends[1]:
         report.problems.append(

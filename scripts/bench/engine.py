@@ -14,9 +14,11 @@ from lienumba.compiler.lanes import call
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.machine import aligned, compile_program
-from lienumba.integrators.program import Method, Program, Slot, build, split
+from lienumba.integrators.program import Program, build
+from lienumba.integrators.tracer import Method, Slot, split
 from lienumba.mechanics import assembly, dynamics, kkt
-from lienumba.mechanics.model import Body, Joint, Model, Pose, map_numbers
+from lienumba.mechanics.model import Body, Joint, JointStart, Model, Pose, Start, map_numbers
+from lienumba.mechanics.motion import Instant
 
 # Terze, Mueller, Zlatar (2015), section 7.1; inertia about the mass centre, body frame
 MASS, INERTIA, GRAVITY = 15.0, (0.234375, 0.46875, 0.234375), (0.0, 0.0, -9.81)
@@ -47,7 +49,7 @@ def tops(runs: int) -> Tops:
     joint = Joint("pivot", "spherical", (-1, 0), ((0.0, 0.0, 0.0), PIVOT))
     identity = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     pose = Pose((0.0, 1.0, 0.0), identity, None, (spins[:, 0], spins[:, 1], spins[:, 2]))
-    done = assembly.assemble(Model(GRAVITY, (body,), (joint,)), (pose,), runs)
+    done = assembly.assemble(Model(GRAVITY, (body,), (joint,)), Start((pose,), (JointStart(),)), runs)
     return Tops(masses, spins, done.state.reshape(runs, -1), done.model)
 
 
@@ -62,7 +64,8 @@ def chain(k: int, runs: int) -> tuple[Model, np.ndarray]:
         joints.append(Joint(f"hinge{i}", "spherical", (i - 1, i), (above, (0.0, 0.0, 0.125))))
         c, s = np.cos(0.2 + 0.3 / k * i), np.sin(0.2 + 0.3 / k * i)
         poses.append(Pose(None, (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c), None, (0.1, 0.2, 0.3)))
-    done = assembly.assemble(Model(GRAVITY, tuple(bodies), tuple(joints)), tuple(poses), runs)
+    start = Start(tuple(poses), (JointStart(),) * k)
+    done = assembly.assemble(Model(GRAVITY, tuple(bodies), tuple(joints)), start, runs)
     return done.model, done.state.reshape(runs, -1)
 
 
@@ -126,7 +129,7 @@ class AccelerationMap:
         graph, k = Graph(), len(model.bodies)
         numbers = map_numbers(template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(k))
-        solution = dynamics.accelerations(numbers, kkt.Structure.of(model), bodies)
+        solution = dynamics.accelerations(numbers, kkt.Structure.of(model), Instant(bodies))
         kernel = Kernel("map", (*solution.x, *solution.mu), len(values))
         self.counts = kernel.counts()
         self.runs = blocks * W

@@ -1,9 +1,9 @@
 """Mechanisms in coordinates of one's own choice, after Kane: a map from coordinates to poses, and nothing else.
 
-A mechanism says where its bodies are as a function of its coordinates and of time. Rates come from it by complex
-steps, their rates by central differences along the motion; the equations of motion are Newton's and Euler's for every
-body, projected onto the partial velocities. Where a loop is closed or a motion is prescribed by its velocity,
-conditions with multipliers are added. Angular velocities are global here.
+A mechanism says where its bodies are as a function of its coordinates and of time. Partial velocities come from it by
+complex steps, the two derivatives along the motion by Cauchy's formula on a circle in complex time; the equations of
+motion are Newton's and Euler's for every body, projected onto the partial velocities. Where a loop is closed or a
+motion is prescribed by its velocity, conditions with multipliers are added. Angular velocities are global here.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,9 +17,8 @@ Array = np.ndarray
 Places = list[tuple[Array, Array]]  # r (..., 3) and R (..., 3, 3) of every body
 
 TINY = 1e-40  # complex step
-WIDTH = 2e-3  # s, of the central difference
-SHIFTS = WIDTH * np.arange(-3, 4)
-WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / (60.0 * WIDTH)
+CIRCLE = np.exp(1j * np.pi * (np.arange(8) + 0.5) / 8)  # its upper half; the lower one is conjugate
+FIRST, SECOND = CIRCLE**-1 / 8, 2 * CIRCLE**-2 / 8  # the first and second derivative, after Cauchy
 
 
 @dataclass(frozen=True)
@@ -62,100 +61,102 @@ class Mechanism:
     applied: Callable[..., tuple[Array, Array]] | None = None
     closure: Callable[[Places, Any], Array] | None = None
     prescribed: Callable[..., Array] | None = None
+    speed: float = 5.0  # rad/s, about that of the functions of time
 
 
-def along(m: Mechanism, q: Array, rates: Array, t: Any, dt: Any) -> tuple[Places, Array, Array, Array]:
-    """Poses, v and w (bodies, members, 3) and the rates of the closure; q, rates (n, members) and t, dt (members,)."""
-    time = t + 1j * TINY * dt
-    places = m.place(list(q + 1j * TINY * rates), time)
-    members = q.shape[1]
-    v = np.array([np.broadcast_to(r, (members, 3)).imag / TINY for r, _ in places])
-    turning = [np.broadcast_to(R, (members, 3, 3)) for _, R in places]
-    spin = np.array([(R.imag / TINY) @ np.swapaxes(R.real, -1, -2) for R in turning])
-    w = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
-    closing = np.zeros((members, 0)) if m.closure is None else m.closure(places, time).imag / TINY
-    real = [(np.broadcast_to(r, (members, 3)).real, R.real) for (r, _), R in zip(places, turning, strict=True)]
-    return real, v, w, closing
+def poses(m: Mechanism, q: Array, t: Array) -> tuple[Array, Array, Array]:
+    """r (bodies, members, 3), R (bodies, members, 3, 3), closure (members, rows); q (n, members), t (members,)."""
+    places = m.place(list(q), t)
+    members = len(t)
+    r = np.array([np.broadcast_to(x, (members, 3)) for x, _ in places])
+    R = np.array([np.broadcast_to(X, (members, 3, 3)) for _, X in places])
+    gap = np.zeros((members, 0)) if m.closure is None else m.closure(list(zip(r, R, strict=True)), t)
+    return r, R, np.broadcast_to(gap, (members, gap.shape[-1]))
+
+
+def vee(A: Array) -> Array:
+    """Of the antisymmetric part."""
+    return 0.5 * np.stack([A[..., 2, 1] - A[..., 1, 2], A[..., 0, 2] - A[..., 2, 0], A[..., 1, 0] - A[..., 0, 1]], -1)
+
+
+def partial(m: Mechanism, q: Array, t: float) -> tuple[Array, Array, Array]:
+    """What a unit rate of every coordinate does: v (bodies, n, 3), w (bodies, n, 3), closure (n, rows)."""
+    n = len(q)
+    r, R, gap = poses(m, q[:, None] + 1j * TINY * np.eye(n), np.full(n, t))
+    return r.imag / TINY, vee((R.imag / TINY) @ np.swapaxes(R.real, -1, -2)), gap.imag / TINY
 
 
 def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     """Accelerations and multipliers of a state."""
     n = len(q)
-    points = np.concatenate([np.repeat(q[:, None], n, axis=1), q[:, None] + qd[:, None] * SHIFTS], axis=1)
-    rates = np.concatenate([np.eye(n), np.repeat(qd[:, None], 7, axis=1)], axis=1)
-    times = np.concatenate([np.full(n, t), t + SHIFTS])
-    places, v, w, closing = along(m, points, rates, times, np.concatenate([np.zeros(n), np.ones(7)]))
-    r, R = np.array([x[n + 3] for x, _ in places]), np.array([X[n + 3] for _, X in places])
-    V, W = v[:, :n], w[:, :n]  # (bodies, n, 3)
-    vs, ws = v[:, n:], w[:, n:]
-    bias_v, bias_w = (np.einsum("s,bsi->bi", WEIGHTS, x) for x in (vs, ws))
+    (r,), (R,), _ = (np.swapaxes(x, 0, 1) for x in poses(m, q[:, None], np.array([t])))
+    V, W, C = partial(m, q, t)
+    reach = 1.0 / max(m.speed, float(np.abs(qd).max(initial=0.0)))
+    around = poses(m, q[:, None] + reach * qd[:, None] * CIRCLE, t + reach * CIRCLE)
+    v, dR, _ = (np.einsum("k,bk...->b...", FIRST / reach, x).real for x in (*around[:2], around[2][None]))
+    a, ddR, gamma = (np.einsum("k,bk...->b...", SECOND / reach**2, x).real for x in (*around[:2], around[2][None]))
+    w, alpha = (vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR))  # a and alpha: where the coordinates do not speed up
 
     force = np.array([b.mass * np.array(m.gravity) for b in m.bodies])
     torque = np.zeros_like(force)
     if m.applied is not None:
-        more = m.applied(r, R, vs[:, 3], ws[:, 3], t)
+        more = m.applied(r, R, v, w, t)
         force, torque = force + more[0], torque + more[1]
     mass = np.array([b.mass for b in m.bodies])
     J = np.array([X @ b.inertia @ X.T for b, X in zip(m.bodies, R, strict=True)])
-    spun = np.cross(ws[:, 3], np.einsum("bij,bj->bi", J, ws[:, 3]))
     M = np.einsum("b,bni,bki->nk", mass, V, V) + np.einsum("bni,bij,bkj->nk", W, J, W)
-    Q = np.einsum("bni,bi->n", V, force - mass[:, None] * bias_v)
-    Q += np.einsum("bni,bi->n", W, torque - np.einsum("bij,bj->bi", J, bias_w) - spun)
-
-    C, gamma = closing[:n].T, WEIGHTS @ closing[n:]
+    Q = np.einsum("bni,bi->n", V, force - mass[:, None] * a)
+    Q += np.einsum("bni,bi->n", W, torque - np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w)))
+    C, gamma = C.T, gamma[0]
     if m.prescribed is not None:
-        ends = [(x[n:], X[n:]) for x, X in places]
-        rows = m.prescribed(ends, vs, ws, times[n:])
-        here = [(x[n + 3 : n + 4], X[n + 3 : n + 4]) for x, X in places]
-        rest = m.prescribed(here, 0 * vs[:, :1], 0 * ws[:, :1], t)
-        units = np.concatenate([m.prescribed(here, V[:, k : k + 1], W[:, k : k + 1], t) - rest for k in range(n)])
-        C, gamma = np.concatenate([C, units.T]), np.concatenate([gamma, WEIGHTS @ rows])
-    c = len(C)
-    left = np.block([[M, -C.T], [C, np.zeros((c, c))]])
+        i = 1j * TINY
+        later = list(zip((r + i * v)[:, None], (R + i * dR)[:, None], strict=True))
+        rate = m.prescribed(later, (v + i * a)[:, None], (w + i * alpha)[:, None], t + i)[0].imag / TINY
+        C, gamma = np.concatenate([C, prescribed_columns(m, r, R, V, W, t)]), np.concatenate([gamma, rate])
+    left = np.block([[M, -C.T], [C, np.zeros((len(C), len(C)))]])
     solution = np.linalg.solve(left, np.concatenate([Q, -gamma])) if n else np.zeros(0)
     qdd = solution[:n]
-    a, alpha = bias_v + np.einsum("bni,n->bi", V, qdd), bias_w + np.einsum("bni,n->bi", W, qdd)
-    return Motion(t, q, qd, qdd, r, R, vs[:, 3], ws[:, 3], a, alpha, solution[n:])
+    a, alpha = a + np.einsum("bni,n->bi", V, qdd), alpha + np.einsum("bni,n->bi", W, qdd)
+    return Motion(t, q, qd, qdd, r, R, v, w, a, alpha, solution[n:])
+
+
+def prescribed_columns(m: Mechanism, r: Array, R: Array, V: Array, W: Array, t: float) -> Array:
+    """What unit velocities (bodies, n, 3) add to the rows of the prescribed motion (rows, n)."""
+    assert m.prescribed is not None
+    here = list(zip(r[:, None], R[:, None], strict=True))
+    return (m.prescribed(here, V, W, t) - m.prescribed(here, 0 * V, 0 * W, t)).T
 
 
 def condition_loads(m: Mechanism, here: Motion) -> Array:
     """What the conditions exert on every body: forces, and torques about the mass centres (2, bodies, 3), global."""
     k = len(m.bodies)
     found = np.zeros((2, k, 3))
-    time = np.array([here.t])
-    at = [(here.r[i : i + 1], here.R[i : i + 1]) for i in range(k)]
+    hats = np.stack([np.cross(e, np.eye(3)).T for e in np.eye(3)])
     for i in range(k):
-        for n, e in enumerate(np.eye(3)):
-            hat = np.cross(np.eye(3), e)
-            for turning in range(2):
-                v, w = np.zeros((2, k, 1, 3))
-                moved = list(at)
-                if turning:
-                    w[i, 0] = e
-                    moved[i] = (at[i][0], at[i][1] + 1j * TINY * (hat @ at[i][1]))
-                else:
-                    v[i, 0] = e
-                    moved[i] = (at[i][0] + 1j * TINY * e, at[i][1])
-                rows = [np.zeros(0)]
-                if m.closure is not None:
-                    rows.append(np.broadcast_to(m.closure(moved, time), (1, len(here.multipliers)))[0].imag / TINY)
-                if m.prescribed is not None:
-                    rows.append((m.prescribed(at, v, w, time) - m.prescribed(at, 0 * v, 0 * w, time))[0])
-                found[turning, i, n] = np.concatenate(rows) @ here.multipliers
+        units = np.zeros((k, 6, 3))
+        units[i, :3] = units[i, 3:] = np.eye(3)
+        V, W = units * np.repeat([1.0, 0.0], 3)[:, None], units * np.repeat([0.0, 1.0], 3)[:, None]
+        C = np.zeros((0, 6))
+        if m.closure is not None:
+            turn = np.concatenate([np.zeros((3, 3, 3)), hats]) @ here.R[i] * 1j * TINY
+            moved = [(here.r[b] + 1j * TINY * V[b], here.R[b] + (turn if b == i else 0j * turn)) for b in range(k)]
+            C = m.closure(moved, np.full(6, here.t)).imag.T / TINY
+        if m.prescribed is not None:
+            C = np.concatenate([C, prescribed_columns(m, here.r, here.R, V, W, here.t)])
+        found[:, i] = (here.multipliers @ C).reshape(2, 3)
     return found
 
 
 def closed(m: Mechanism, q: Array, qd: Array, free: Sequence[int]) -> tuple[Array, Array]:
-    """The same state with all conditions fulfilled at t = 0 by the coordinates and rates that are not in `free`."""
-    q, qd, n = q.copy(), qd.copy(), len(q)
-    bound = [i for i in range(n) if i not in free]
-    assert m.closure is not None
-    for _ in range(30):
-        gaps = np.broadcast_to(m.closure(m.place(list(q[:, None]), np.zeros(1)), np.zeros(1)), (1, len(bound)))[0]
-        _, _, _, C = along(m, np.repeat(q[:, None], n, axis=1), np.eye(n), np.zeros(n), np.zeros(n))
-        q[bound] -= np.linalg.solve(C[bound].T, gaps)
-    _, _, _, rate = along(m, q[:, None], 0 * qd[:, None], np.zeros(1), np.ones(1))
-    qd[bound] = np.linalg.solve(C[bound].T, -rate[0] - C[list(free)].T @ qd[list(free)])
+    """The same state with the closure fulfilled at t = 0 by the coordinates and rates that are not in `free`."""
+    q, qd = q.copy(), qd.copy()
+    bound = [i for i in range(len(q)) if i not in free]
+    for _ in range(20):
+        gap = poses(m, q[:, None], np.zeros(1))[2][0]
+        C = partial(m, q, 0.0)[2]
+        q[bound] -= np.linalg.solve(C[bound].T, gap)
+    rate = poses(m, q[:, None] + 0j, np.array([1j * TINY]))[2][0].imag / TINY
+    qd[bound] = np.linalg.solve(C[bound].T, -rate - C[list(free)].T @ qd[list(free)])
     return q, qd
 
 
@@ -166,17 +167,19 @@ def simulate(m: Mechanism, q: Array, qd: Array, times: Sequence[float]) -> list[
     def flow(t: float, y: Array) -> Array:
         return np.concatenate([y[n:], motion(m, t, y[:n], y[n:]).qdd])
 
-    start = np.concatenate([q, qd])
-    if n == 0:
-        return [motion(m, t, start, start) for t in times]
-    found = solve_ivp(flow, (0.0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-12)
-    assert found.success
-    return [motion(m, t, y[:n], y[n:]) for t, y in zip(times, found.y.T, strict=True)]
+    state, found = np.concatenate([q, qd]), [motion(m, times[0], q, qd)]
+    for start, end in zip(times[:-1], times[1:], strict=True):
+        if n:
+            done = solve_ivp(flow, (start, end), state, "DOP853", rtol=1e-11, atol=1e-12)
+            assert done.success
+            state = done.y[:, -1]
+        found.append(motion(m, end, state[:n], state[n:]))
+    return found
 
 
 def net_load(m: Mechanism, here: Motion, members: Sequence[int], point: Array) -> tuple[Array, Array]:
-    """What must act on some bodies, beside weight, applied forces and conditions, that they move as they do: force, and torque
-    about a point; global."""
+    """What must act on some bodies, beside weight, applied forces and conditions, that they move as they do: force,
+    and torque about a point; global."""
     force, torque = np.zeros(3), np.zeros(3)
     applied = condition_loads(m, here)
     if m.applied is not None:
