@@ -71,7 +71,7 @@ def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> Choice:
         return UNIQUE
     structure = kkt.Structure.of(model, masked)
     C, M = constraints.jacobian(model, now), dynamics.mass_matrix(model)
-    triangle, scales = kkt.exchange(structure, C)
+    triangle, scales = kkt.exchange(structure, dynamics.shapes(model), C)
     S = np.zeros((len(scales), len(scales)))
     S[np.tril_indices(len(scales))] = triangle
     S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))

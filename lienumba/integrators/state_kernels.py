@@ -24,6 +24,9 @@ def position(tracer: Tracer) -> Kernel:
     counts = projection.counted(solution, mask, "position")
     violation = projection.position_violation(model, tracer.held.instant(new, held, hat.t), counts)
     code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
+    if tracer.structure.looped:
+        lost = projection.lost(model, tracer.held.instant(new, held, hat.t), counts)
+        code = where(lost < projection.LOST, code, codes.SINGULAR)
     code = where(solution.sound > 0.0, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("position", (*flat(new), *solution.x, violation, code))
@@ -47,7 +50,7 @@ def velocity(tracer: Tracer) -> Kernel:
 def exchange(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, _ = tracer.now(graph)
-    triangle, scales = kkt.exchange(tracer.whole, constraints.jacobian(model, now))
+    triangle, scales = kkt.exchange(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
     return tracer.kernel("exchange", (*triangle, *scales))
 
 

@@ -33,6 +33,15 @@ def mass_matrix(model: Model) -> kkt.Entries:
     return entries
 
 
+def shapes(model: Model) -> kkt.Entries:
+    """diag(I, I tr(J)/m): the metric of shifts and turns by the size of each body, whatever its mass or slenderness."""
+    entries: kkt.Entries = {}
+    for i, body in enumerate(model.bodies):
+        square = (body.inertia[0] + body.inertia[1] + body.inertia[2]) / body.mass
+        entries |= {(6 * i + c, 6 * i + c): 1.0 if c < 3 else square for c in range(6)}
+    return entries
+
+
 def gravity(model: Model, t: Any) -> Any:
     """Its three components (m/s^2, global) at time t."""
     return tuple(at_time(g, t) for g in model.gravity)

@@ -16,12 +16,13 @@ from lienumba.mechanics.constraints import constraints_of, rows_of
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import is_zero
 from lienumba.mechanics.order import elimination_order
-from lienumba.operations import minimum, where
+from lienumba.operations import maximum, minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
 WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
 FADED = 1e-6  # is faded, to one half here
 LEAST = 1e-13  # and the pivot is at least this fraction
+NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
 SHIFT = 1e-6  # of least_multipliers
 
 Entries = dict[tuple[int, int], Any]
@@ -43,6 +44,7 @@ class Structure:
     looped: bool = False
     masked: tuple[int, ...] = ()
     from_singular: bool = False
+    alike: tuple[tuple[int, ...], ...] = ()  # for each row those of its constraint and kind, which share one scale
 
     @staticmethod
     def of(
@@ -56,7 +58,15 @@ class Structure:
             else:
                 order += [6 * k + row for row in blocks[block - k].rows]
         order += [6 * k + row for row in dropped]
-        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular)
+        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model))
+
+
+def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
+    return tuple(
+        tuple(rows.start + other for other, k in enumerate(c.kinds) if k == kind)
+        for c, rows in zip(constraints_of(model), rows_of(model), strict=True)
+        for kind in c.kinds
+    )
 
 
 @dataclass
@@ -124,12 +134,13 @@ class _Factors:
     by_joints: list[Any] = field(default_factory=list)  # the bodies give, the scale, and what constraints take away
     column: list[dict[int, Any]] = field(default_factory=list)
     inverse: list[Any] = field(default_factory=list)
+    parts: list[dict[tuple[int, bool], Any]] = field(default_factory=list)  # of by_bodies: (body, whether it turns)
 
     @staticmethod
     def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Any]) -> "_Factors":
         size = len(order)
         place = {variable: position for position, variable in enumerate(order)}
-        factors = _Factors(order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size)
+        factors = _Factors(order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order])
         for row, x in diagonal.items():
             factors.by_bodies[place[n + row]] = x
         for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
@@ -149,9 +160,29 @@ class _Factors:
             for i2, factor in scaled[a:]:
                 if i2 == i:
                     diagonal[i] = diagonal[i] - factor * value
+                    if diagonal is self.by_bodies:
+                        part = (self.order[j] // 6, self.order[j] % 6 >= 3)
+                        self.parts[i][part] = self.parts[i].get(part, 0.0) + factor * value
                 else:
                     self.column[i][i2] = self.column[i].get(i2, 0.0) - factor * value
         self.column[j] = dict(scaled)
+
+    def smallest(self, rows: list[int]) -> Any:
+        """Of the parts of the scale of these rows: what shifting or turning one of the bodies gives to any of them. By
+        this neither a small mechanism nor a light body between heavy ones looks singular."""
+        parts: dict[tuple[int, bool], Any] = {}
+        for j in rows:
+            for part, value in self.parts[j].items():
+                parts[part] = maximum(value, parts[part]) if part in parts else value
+        found: list[Any] = []
+        for body in dict.fromkeys(body for body, _ in parts):
+            shift, turn = (parts.get((body, turns), 0.0) for turns in (False, True))
+            less, more = minimum(shift, turn), maximum(shift, turn)
+            found.append(where(less > NO_ARM * more, less, more))
+        least: Any = found[0] if found else 0.0
+        for part in found[1:]:
+            least = minimum(part, least)
+        return least
 
     def forward(self, f: list[Any], g: list[Any], firm: list[Any]) -> list[Any]:
         y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
@@ -193,6 +224,7 @@ def solve(
     g = [m * x for m, x in zip(mask, g, strict=True)]
     diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
     factors = _Factors.of(structure.order, n, A, C, diagonal)
+    place = {variable: position for position, variable in enumerate(structure.order)}
     firm: list[Any] = list(every)
     sound: Any = 1.0
     margin: Any = 1.0
@@ -200,6 +232,8 @@ def solve(
         scale = factors.by_bodies[j]
         pivot = scale + factors.by_joints[j]
         if variable >= n and structure.looped:
+            alike = [place[n + row] for row in structure.alike[variable - n]]
+            scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
             part = pivot / scale
             margin = minimum(part, margin)
             firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
@@ -249,13 +283,13 @@ def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[A
     return least
 
 
-def exchange(structure: Structure, C: Entries) -> tuple[list[Any], list[Any]]:
-    """What the rows of C that may be masked say beyond those that may not: the Schur complement of [I C^T; C 0] once
-    all else is eliminated (lower triangle, row by row), and the scale of each row: its diagonal of C C^T."""
+def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
+    """What the rows of C that may be masked say beyond those that may not: the Schur complement of [A C^T; C 0] once
+    all else is eliminated (lower triangle, row by row), and the scale of each row: its diagonal of C A^-1 C^T."""
     n, masked = 6 * structure.bodies, set(structure.masked)
     needed = [v for v in structure.order if v >= n and v - n not in masked]
     order = (*range(n), *needed, *(n + row for row in structure.masked))
-    factors = _Factors.of(order, n, {(i, i): 1.0 for i in range(n)}, C, {})
+    factors = _Factors.of(order, n, A, C, {})
     for j in range(n + len(needed)):
         factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j])
     last = range(n + len(needed), len(order))

@@ -15,6 +15,7 @@ from lienumba.mechanics.motion import Instant
 from lienumba.operations import absolute, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
+LOST = 1e-7  # relative violation up to which a constraint may be left out in a singular position
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
@@ -76,6 +77,18 @@ def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:
         every = minimum(count, every)
     every = every if level == "position" else 0.0
     return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
+
+
+def lost(model: Model, now: Instant, counts: list[Any]) -> Any:
+    """The largest violation of the rows that do not count, relative to the largest joint; 1 for angles."""
+    reach = constraints.sizes(model, now)[0]
+    lengths = [x for c in constraints.constraints_of(model) for x in c.kinds]
+    size = constraints.largest([r for r, kind in zip(reach, lengths, strict=True) if kind == "m"])
+    worst: Any = 0.0
+    for phi, kind, count in zip(constraints.residual(model, now), lengths, counts, strict=True):
+        violation = absolute(phi) if kind == "r" else absolute(phi) / size
+        worst = maximum(where(count > 0.5, 0.0, violation), worst)
+    return worst
 
 
 def velocity_correction(

@@ -17,7 +17,8 @@ from lienumba.mechanics.projection import placed
 NEGLIGIBLE = 1e-9  # singular values below this fraction of the largest count as zero
 INVOLVED = 1e-6  # a row takes part in a dependence from this component of the (unit) null vector on
 CONTRADICTORY = 1e-6  # relative to the largest right-hand side
-MISSED = 1e-9  # a violation below this, relative to the largest size or distance (m, at least 1), is met
+MISSED = 1e-9  # what is left below this, relative to the size, distance or speed of the joints, is met
+TINY = 1e-13  # and what is below this
 LATER, SMALL_TURN = 1e-2, 0.05  # s and rad: how far ahead drivers are compared
 ITERATIONS = 8
 ROUGH = 1e-6  # singular values counted as zero where the state is not on the constraints yet
@@ -49,11 +50,12 @@ def rank_of(model: Model, now: Instant) -> Rank:
     shared: list[str] = []
     exchangeable: list[int] = []
     before = 0
-    for constraint, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
+    found = _ranks(C, [rows.stop for rows in constraints.rows_of(model)]) if rank < len(C) else []
+    for n, (constraint, rows) in enumerate(zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True)):
         if np.any(np.abs(dependences[rows]) > INVOLVED):
             shared.append(constraint.name)
             exchangeable += range(rows.start, rows.stop)
-            so_far = _dependences(C[: rows.stop])[0]
+            so_far = before + found[n]
         else:
             so_far = before + constraint.rows
         if so_far - before < constraint.rows:
@@ -62,26 +64,40 @@ def rank_of(model: Model, now: Instant) -> Rank:
     return Rank(len(C), rank, C.shape[1] - rank, redundant, tuple(shared), tuple(exchangeable))
 
 
+def _ranks(C: np.ndarray, ends: list[int]) -> list[int]:
+    """By how much each block of rows, up to these ends, raises the rank of those before it."""
+    basis = np.zeros((0, C.shape[1]))
+    added = []
+    for start, end in zip([0, *ends], ends, strict=False):
+        rest = C[start:end]
+        for _ in range(2):  # the second time takes back the rounding of the first
+            rest = rest - (rest @ basis.T) @ basis
+        _, sizes, directions = np.linalg.svd(rest, full_matrices=False)
+        new = int(np.sum(sizes > NEGLIGIBLE))
+        basis = np.concatenate([basis, directions[:new]])
+        added.append(new)
+    return added
+
+
 def contradiction(model: Model, now: Instant) -> tuple[str, ...]:
     """The joints and drivers that cannot hold together: C v' = xi has no solution at the start, or Phi = 0,
     C v = -Phi_t or C v' = xi has none a little later; () if all is well."""
-    found = _unmet(model, now, _xi(model, now))
+    found = _unmet(model, now, _xi(model, now), _sizes(model, now)[2])
     if found or not model.drivers:
         return found
     later = _moved_on(model, now)
     C = _jacobian(model, later)
     growth = -np.array(constraints.time_rate(model, later), float)
-    reach, far, _ = constraints.sizes(model, later)
-    missed = MISSED * max(1.0, *map(float, reach), *map(float, far))
-    found = _unmet(model, later, -np.array(constraints.residual(model, later), float), missed)
-    found = found or _unmet(model, later, growth)
+    position, velocity, _ = _sizes(model, later)
+    found = _unmet(model, later, -np.array(constraints.residual(model, later), float), position)
+    found = found or _unmet(model, later, growth, velocity)
     if found:
         return found
     v = np.array([x for body in now.bodies for x in body[12:18]])
     v = v + np.linalg.lstsq(C, growth - C @ v, rcond=NEGLIGIBLE)[0]
     bodies = tuple((*body[0:12], *v[6 * i : 6 * i + 6].tolist()) for i, body in enumerate(later.bodies))
     later = Instant(bodies, later.t, later.angles)
-    return _unmet(model, later, _xi(model, later))
+    return _unmet(model, later, _xi(model, later), _sizes(model, later)[2])
 
 
 def on_the_way(model: Model, now: Instant) -> Instant | None:
@@ -89,6 +105,13 @@ def on_the_way(model: Model, now: Instant) -> Instant | None:
     later = _moved_on(model, now)
     fewer = _dependences(_scaled(model, now)[0])[0] < _dependences(_scaled(model, later)[0])[0]
     return later if fewer else None
+
+
+def _sizes(model: Model, now: Instant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of every row: what its position, velocity and acceleration compare with."""
+    reach, far, speed = (np.array(x, float) for x in constraints.sizes(model, now))
+    turning = max([abs(x) for body in now.bodies for x in body[15:18]], default=0.0)
+    return reach + far, speed, turning * speed
 
 
 def _xi(model: Model, now: Instant) -> np.ndarray:
@@ -109,13 +132,14 @@ def _moved_on(model: Model, now: Instant) -> Instant:
     return later
 
 
-def _unmet(model: Model, now: Instant, b: np.ndarray, negligible: float = 0.0) -> tuple[str, ...]:
-    """The joints and drivers in whose rows C x = b contradicts itself."""
+def _unmet(model: Model, now: Instant, b: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
+    """The joints and drivers in whose rows C x = b contradicts itself; sizes: what b compares with, row by row."""
     C, lengths = _scaled(model, now)
+    missed = MISSED * (sizes / lengths).max(initial=0.0)
     b = b / lengths
     _, dependences = _dependences(C)
     left = dependences.T @ b
-    if not np.any(np.abs(left) > max(CONTRADICTORY * np.abs(b).max(initial=0.0), negligible)):
+    if not np.any(np.abs(left) > max(CONTRADICTORY * np.abs(b).max(initial=0.0), missed, TINY)):
         return ()
     worst = np.abs(dependences @ left)
     names = []

@@ -10,6 +10,7 @@ from lienumba.scenario.schema_types import AxisAngle, Euler, RotationVector
 from lienumba.scenario.words import show, suggestion
 
 ORTHOGONAL = 1e-6  # how far R R^T of a given rotation matrix may lie from the unit matrix
+SMALLEST = 1e-80  # of the largest element of an inertia, whose cube must be a number
 SYMMETRIC = 1e-9  # how far a given inertia matrix may be from symmetric, relative to its largest element
 
 
@@ -62,6 +63,9 @@ def _check_inertia(place: str, body: Body, report: Report) -> None:
             f"{at}: is not symmetric, [{row}][{column}] is {upper!r} and [{column}][{row}] is {lower!r}; "
             "make them equal, or give the 6 elements xx yy zz xy xz yz"
         )
+        return
+    if np.abs(tensor).max() < SMALLEST:
+        report.problems.append(f"{at}: must be above {SMALLEST:g}; give it in kg m^2")
         return
     moments = np.linalg.eigvalsh(tensor)
     principal = ", ".join(f"{moment:.6g}" for moment in moments)

@@ -141,7 +141,7 @@ def _joint_start(joint: Table) -> JointStart:
 
 
 def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
-    """Which of the runs drew a mass, inertia, rod length or rotation that no body has: booleans (runs,).
+    """Which of the runs drew a mass, inertia, rotation, rod length or speed of friction that nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
     distribution.
@@ -161,6 +161,10 @@ def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
     for joint in model.joints:
         if joint.length is not None:
             bad |= ~(np.asarray(joint.length) > 0.0)
+    for force in model.forces:
+        speed = force.numbers.get("velocity")  # at which friction sets in
+        if speed is not None and not callable(speed):
+            bad |= ~(np.asarray(speed) > 0.0)
     for pose in start.poses:
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0

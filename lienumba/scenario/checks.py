@@ -12,6 +12,7 @@ from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, s
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.time_checks import check_times
+from lienumba.scenario.words import listed, show
 
 
 def check(raw: dict[str, Any]) -> Report:
@@ -86,5 +87,5 @@ def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None
         if number > 1:
             places = [f"model.{kind}[{index}]" for index, item in enumerate(items) if item.get("name") == name]
             report.problems.append(
-                f'{places[-1]}.name = "{name}": is also the name of {" and ".join(places[:-1])}; give each its own name'
+                f"{places[-1]}.name = {show(name)}: is also the name of {listed(places[:-1])}; give each its own name"
             )

@@ -1,12 +1,12 @@
 """Formulas as people write them: the usual slips, each with its remedy, and whether they have numbers at the start."""
 
 import re
-from math import isfinite
 from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.expressions import ExpressionError, Formula
 
+LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 SLIPS = (
     (r"\s*$", 'is empty; write a number, or a formula such as "0.3*sin(2*t)"'),
     (r"[^(]*\d,\d", "has a comma in a number; a decimal number has a point: 0.5"),
@@ -47,7 +47,7 @@ def not_finite_at_start(value: Any, orders: int) -> str | None:
     if not isinstance(value, str):
         return None
     for name, number in zip(("value", "rate", "second derivative"), at_start(Formula(value))[:orders], strict=False):
-        if not isfinite(number):
+        if not abs(number) < LARGEST:
             return (
                 f"its {name} at t = 0 is {number}; give a formula that begins smoothly with finite numbers, such as "
                 "where(t > 0, ..., 0)"

@@ -163,7 +163,7 @@ def _no_form(loc: Loc, path: str, value: Any, remedy: str) -> str:
     known = ["normal", "uniform"]
     if isinstance(value, dict) and isinstance(value.get("distribution"), str):
         name = value["distribution"]
-        return f'{path}.distribution = "{name}": is not known; {suggestion(name, known)}'
+        return f"{path}.distribution = {show(name)}: is not known; {suggestion(name, known)}"
     if isinstance(value, dict) and any(isinstance(item, dict) for item in value.values()):
         return f'{path}: a varied path needs quotes; write "{_dotted(str(loc[2]), value)}" = {{ ... }}'
     if isinstance(value, dict):

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
-from lienumba.scenario.words import show
+from lienumba.scenario.words import printable, show
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:
@@ -43,7 +43,8 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
                 raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
             seen[name] = path
         except paths.PathError as error:
-            report.problems.append(f'sweep.vary."{path}": the path {path} {error}')
+            shown = printable(path)
+            report.problems.append(f'sweep.vary."{shown}": the path {shown} {error}')
             continue
         if nominal is None:
             continue

@@ -9,12 +9,12 @@ from lienumba.mechanics.assembly import Assembly, Condition
 from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
 from lienumba.mechanics.model import Model, Start, at_time
 from lienumba.mechanics.motion import Instant
+from lienumba.scenario.formulas import LARGEST
 from lienumba.scenario.joint_checks import PARALLEL, sine
 from lienumba.scenario.words import listed, show
 
 POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
 
-LARGEST = 1e100  # squares of larger numbers are no numbers
 NOT_FINITE = (
     "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values of drivers "
     "that are far too large or too small"
@@ -72,9 +72,10 @@ class _Run:
         a, b = placing.ends(joint, self.now.bodies)
         if all(so3.dot(joints.direction(joint, 0, a, n), joints.direction(joint, 1, b, n)) > 0.0 for n in compared):
             return []
+        held = self.held(joint.bodies, POSE)
         return [
             f"model.joints.{joint.name}: its axes and references are half a turn apart at t = 0; turn round those of "
-            f"one body, or correct the {self.held(joint.bodies, POSE) or _guess(self.names(joint.bodies))}"
+            f"one body, or {f'correct the {held}' if held else f'give a {_guess(self.names(joint.bodies))}'}"
         ]
 
     # ---------------------------------------------------------------- what is not met
@@ -89,7 +90,7 @@ class _Run:
             if level == "position" and not bad and self.turned(c) > 0.5 * pi:
                 bad = list(rows)
             if bad:
-                worst = max(bad, key=lambda row: (c.kinds[row - rows.start] == "m", left[row]))
+                worst = max(bad, key=lambda row: float(left[row]))
                 turning = c.kinds[worst - rows.start] == "r"
                 return [self.sentence(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
         return []
@@ -163,6 +164,8 @@ class _Run:
             )
         if level == "velocity":
             happens = "its bodies turn apart" if turning else "its points separate"
+            if self.happens(c, turning)[1] == "offset":
+                happens = "its coordinates leave its ratio"
             remedy = f"correct the {held}, or omit what shall be solved for"
             if not held:
                 remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"

@@ -61,12 +61,17 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     return "known here are " + ", ".join(f'"{name}"' for name in names)
 
 
+def printable(text: str) -> str:
+    """A text in one line."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def show(value: Any) -> str:
     """A value as TOML writes it, cut to one line of reading."""
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):
-        text = '"' + "".join(c if c.isprintable() else repr(c)[1:-1] for c in value) + '"'
+        text = f'"{printable(value)}"'
     elif isinstance(value, dict):
         text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in value.items()) + "}"
     elif isinstance(value, list | tuple):

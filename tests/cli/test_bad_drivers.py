@@ -200,7 +200,7 @@ FORMULAS = {
     ),
     "wrong number of arguments": (
         value("atan2(t)"),
-        'model.drivers.drive.value = "atan2(t)": gives atan2 1 argument, it takes 2',
+        'model.drivers.drive.value = "atan2(t)": gives atan2 1 argument, it takes 2; correct it',
     ),
     "an attribute": (
         value("t.real"),

@@ -216,10 +216,15 @@ CASES = {
         "solved for",
     ),
     "numbers too large": (
-        rig(block=BLOCK.replace("[1, 0, 0]\nr", "[1, 1e300, 0]\nr")),
-        "model.joints.rail: its points are not where it allows them at t = 0: they miss by 1e+300 m, at "
-        "most 4e+285 m is allowed; correct the points or the position and rotation of block, or omit "
-        "what shall be solved for",
+        rig(block=BLOCK.replace("[1, 0, 0]\nr", "[1, 1e90, 0]\nr")),
+        "model.joints.rail: its points are not where it allows them at t = 0: they miss by 1e+90 m, at "
+        "most 4e+75 m is allowed; correct the points or the position and rotation of block, or omit what "
+        "shall be solved for",
+    ),
+    "numbers far too large": (
+        rig(block=BLOCK.replace("[1, 0, 0]\nr", "[1, 1e101, 0]\nr")),
+        "model.bodies.block.position[1] = 1e+101: must be at most 1e+100; give the mass centre in m, "
+        "global frame: 3 numbers (or omit it: solved from the joints)",
     ),
     "driver away from a given position": (
         rig(driver('joint = "rail"', 'value = "0.5 + t"')),

@@ -8,6 +8,7 @@ motion is prescribed by its velocity, conditions with multipliers are added. Ang
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ class Mechanism:
     applied: Callable[..., tuple[Array, Array]] | None = None
     closure: Callable[[Places, Any], Array] | None = None
     prescribed: Callable[..., Array] | None = None
-    speed: float = 5.0  # rad/s, about that of the functions of time
+    speed: float = 5.0  # 1/s; of functions of time: their angular frequency, or several times 1/distance to a pole
 
 
 def poses(m: Mechanism, q: Array, t: Array) -> tuple[Array, Array, Array]:
@@ -91,11 +92,13 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     n = len(q)
     (r,), (R,), _ = (np.swapaxes(x, 0, 1) for x in poses(m, q[:, None], np.array([t])))
     V, W, C = partial(m, q, t)
-    reach = 1.0 / max(m.speed, float(np.abs(qd).max(initial=0.0)))
+    reach = 1.0 / (m.speed + float(np.abs(qd).sum()))
     around = poses(m, q[:, None] + reach * qd[:, None] * CIRCLE, t + reach * CIRCLE)
     v, dR, _ = (np.einsum("k,bk...->b...", FIRST / reach, x).real for x in (*around[:2], around[2][None]))
     a, ddR, gamma = (np.einsum("k,bk...->b...", SECOND / reach**2, x).real for x in (*around[:2], around[2][None]))
-    w, alpha = (vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR))  # a and alpha: where the coordinates do not speed up
+    w, alpha = (
+        vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR)
+    )  # a and alpha: where the coordinates do not speed up
 
     force = np.array([b.mass * np.array(m.gravity) for b in m.bodies])
     torque = np.zeros_like(force)
@@ -106,7 +109,9 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     J = np.array([X @ b.inertia @ X.T for b, X in zip(m.bodies, R, strict=True)])
     M = np.einsum("b,bni,bki->nk", mass, V, V) + np.einsum("bni,bij,bkj->nk", W, J, W)
     Q = np.einsum("bni,bi->n", V, force - mass[:, None] * a)
-    Q += np.einsum("bni,bi->n", W, torque - np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w)))
+    Q += np.einsum(
+        "bni,bi->n", W, torque - np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w))
+    )
     C, gamma = C.T, gamma[0]
     if m.prescribed is not None:
         i = 1j * TINY
@@ -168,7 +173,7 @@ def simulate(m: Mechanism, q: Array, qd: Array, times: Sequence[float]) -> list[
         return np.concatenate([y[n:], motion(m, t, y[:n], y[n:]).qdd])
 
     state, found = np.concatenate([q, qd]), [motion(m, times[0], q, qd)]
-    for start, end in zip(times[:-1], times[1:], strict=True):
+    for start, end in pairwise(times):
         if n:
             done = solve_ivp(flow, (start, end), state, "DOP853", rtol=1e-11, atol=1e-12)
             assert done.success

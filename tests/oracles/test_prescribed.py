@@ -104,7 +104,7 @@ def check_lower(tree: Tree, q: Array, qd: Array, effort_bound: float = 2e-7) -> 
 
 def test_a_point_of_the_last_body_is_led() -> None:
     draw = Random("point")
-    tree, sizes, p = hung("universal", "-", {}), [0.3, -0.2, 0.4], np.array(draw.vector(0.3))
+    tree, sizes, p = hung("universal", "-", {}), [0.1, -0.08, 0.12], np.array(draw.vector(0.3))
     q, qd, start = started(tree, draw)
     at = start.r[1] + start.R[1] @ p
     driver = {"body": "b", "motion": "point", "point": p.tolist(), "value": formulas(at, sizes)}

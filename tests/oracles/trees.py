@@ -160,6 +160,8 @@ def compare(tree: Tree, ds: Any, history: Sequence[Motion], bound: float = 1e-8)
         same(now["velocity"], here.v, bound, f"velocity at {here.t}")
         same(now["angular_velocity"], np.einsum("bji,bj->bi", here.R, here.w), bound, f"angular velocity at {here.t}")
         same(now["kinetic_energy"], dense.kinetic(m, here), bound, f"kinetic energy at {here.t}")
+        weights = -sum(b.mass * r @ np.array(tree.gravity) for b, r in zip(m.bodies, here.r, strict=True))
+        same(now["potential_energy"], weights, bound, f"potential energy at {here.t}")
     settled(ds, bound)
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from every_law import alone
 from scenario_example import example
 from scipy.spatial.transform import Rotation
 
@@ -136,6 +137,12 @@ def test_runs_with_unphysical_samples_are_found() -> None:
         },
     )
     assert unphysical(model, start, 5).tolist() == [False, True, True, True, True]
+
+
+def test_runs_whose_friction_sets_in_at_no_speed_are_found() -> None:
+    data, _ = alone("forces", 5)
+    model, start = build(resolve(data), {"forces.rub.velocity": np.array([0.1, 0.0, -0.1])})
+    assert unphysical(model, start, 3).tolist() == [False, True, True]
 
 
 @pytest.mark.parametrize("rotation", [[1e-200, 0, 0, 0], {"axis": [1e-200, 0, 0], "angle": 1}, [1e200, 0, 0, 0]])

@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from every_law import EVERY_LAW, alone
 from scenario_example import EXAMPLE
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.build import build
+from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
 
 JUNK: list[Any] = [
@@ -52,20 +54,56 @@ def problems(data: dict[str, Any], overrides: dict[str, Any] | None = None) -> l
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: ".".join(str(key) for key in place))
 def test_junk_in_place_of_any_value(place: tuple[Any, ...]) -> None:
     for junk in [*JUNK, KeyError]:
-        data = copy.deepcopy(FULL)
-        node = data
-        for key in place[:-1]:
-            node = node[key]
-        if junk is KeyError:
-            del node[place[-1]]
-        else:
-            node[place[-1]] = junk
-        lines = problems(data)
-        assert len(set(lines)) == len(lines)
-        for line in lines:
-            assert "; " in line, line
-            assert "validation" not in line, line
-            assert "<" not in line, line
+        check_sentences(problems(changed(FULL, place, junk)))
+
+
+def changed(data: dict[str, Any], place: tuple[Any, ...], junk: Any) -> dict[str, Any]:
+    """The scenario with junk in a place, or without what is there."""
+    data = copy.deepcopy(data)
+    node: Any = data
+    for key in place[:-1]:
+        node = node[key]
+    if junk is KeyError:
+        del node[place[-1]]
+    else:
+        node[place[-1]] = copy.deepcopy(junk)
+    return data
+
+
+def check_sentences(lines: list[str]) -> None:
+    assert len(set(lines)) == len(lines)
+    for line in lines:
+        assert "; " in line, line
+        assert "validation" not in line, line
+        assert "<" not in line, line
+
+
+# ----------------------------------------------------------------------- joints, drivers and forces, each for itself
+LAWS = [(kind, index) for kind in ("joints", "drivers", "forces") for index in range(len(EVERY_LAW["model"][kind]))]
+FORMULAS: list[Any] = [
+    "t", "-1", "1/t", "sqrt(t)", "sin(", "2t", "1e400", "t**1e9", "1e200*t", "exp(1e5)", "t\n", "\0", "(" * 300,
+    ["t", "1/t", 0], [1e-300] * 3, [[1, 0, 0]] * 2, [[1e90] * 3] * 2, ["ground"] * 2, ["revolute"] * 2, "revolute",
+]  # fmt: skip
+NEW_KEYS = ("value", "rate", "angle", "speed", "points", "at", "axis", "references", "length", "point", "number", "t")
+
+
+def test_every_law_is_valid() -> None:
+    check_initial(resolve(EVERY_LAW))
+
+
+@pytest.mark.parametrize(("kind", "index"), LAWS)
+def test_junk_in_a_law(kind: str, index: int) -> None:
+    data, law = alone(kind, index)
+    item = data["model"][kind][law[-1]]
+    check_initial(resolve(data))
+    listed = [law, *(law + inside for inside in places(item)), *(law + (key,) for key in NEW_KEYS if key not in item)]
+    for number, place in enumerate(listed):
+        known = place[-1] not in NEW_KEYS or place[-1] in item
+        for junk in [*[*JUNK, *FORMULAS][number % 3 :: 3], *([KeyError] if known else [])]:
+            try:
+                check_initial(resolve(changed(data, place, junk)))
+            except ScenarioError as error:
+                check_sentences(str(error).splitlines())
 
 
 SETTINGS = ["", "[", "{", "nan", "1e400", "x" * 100, '"', "[1, [2, {a = 3}]]", "\n", "1 = 2", "1\nb = 2", " 3 "]

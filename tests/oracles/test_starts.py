@@ -1,0 +1,60 @@
+"""Starts that only the joints' coordinates, or drivers, decide: bodies without poses move as in minimal coordinates."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from .dense import simulate
+from .test_joints import chain
+from .test_prescribed import NUDGE, SWAY, hung
+from .trees import TIMES, Random, Tree, compare, run, scenario
+
+EVERYTHING = ("position", "rotation", "velocity", "angular_velocity")
+SAYS = {
+    "revolute": ("angle", "rate"),
+    "prismatic": ("displacement", "speed"),
+    "cylindrical": ("angle", "rate", "displacement", "speed"),
+    "screw": ("displacement", "rate"),
+}
+
+
+@pytest.mark.parametrize("order", ["+-", "-+"])
+@pytest.mark.parametrize("kind", SAYS)
+def test_coordinates_of_the_joints_are_enough(kind: str, order: str) -> None:
+    tree, draw = chain(kind, order)
+    q, qd = draw.start(tree)
+    each = len(tree.links[0].free)
+    links = []
+    for i, link in enumerate(tree.links):
+        c, rate = q[each * i], qd[each * i]
+        known = {"angle": c, "rate": rate, "displacement": q[each * i + each - 1], "speed": qd[each * i + each - 1]}
+        if kind == "screw":
+            known["displacement"] = c * link.size / (2 * np.pi)
+        assert link.joint is not None
+        says: dict[str, Any] = {key: float(known[key]) for key in SAYS[kind]}
+        links.append(replace(link, joint=replace(link.joint, says=says)))
+    history = simulate(tree.mechanism, q, qd, TIMES)
+    compare(tree, run(scenario(Tree(links), history[0], EVERYTHING)), history)
+
+
+@pytest.mark.parametrize("kind", ["spherical", "revolute", "universal", "fixed"])
+def test_positions_and_velocities_follow_from_the_turning(kind: str) -> None:
+    tree, draw = chain(kind, "+-")
+    q, qd = draw.start(tree)
+    history = simulate(tree.mechanism, q, qd, TIMES)
+    compare(tree, run(scenario(tree, history[0], ("position", "velocity"))), history)
+
+
+@pytest.mark.parametrize("order", "+-")
+def test_drivers_decide_where_a_body_starts(order: str) -> None:
+    texts = {"angle": SWAY[0], "displacement": NUDGE[0]}
+    drivers = [{"joint": "shaft", "coordinate": c, "value": text} for c, text in texts.items()]
+    tree = hung("cylindrical", order, {0: SWAY[1], 1: NUDGE[1]}, drivers=drivers, closing={"speed": 20.0})
+    q, qd = Random("decided", order).start(tree)
+    history = simulate(tree.mechanism, q, qd, TIMES)
+    data = scenario(tree, history[0])
+    for key in EVERYTHING:
+        del data["model"]["bodies"][1][key]
+    compare(tree, run(data), history)
