@@ -50,7 +50,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     every = reports.sound[0]
     for sound in reports.sound[1:]:
         every = every * sound
-    code = munthe_kaas.verdict(rotation, square, reports.sound[0], every)
+    code = munthe_kaas.verdict(tracer.strict(rotation), square, reports.sound[0], every)
     after = _held_after(tracer, model, held, tracer.held.instant(new, held, t + h), h, reports)
     margin = reports.margin[:1] if tracer.held.masks else []
     return {"step": tracer.kernel("step", (*flat(new), *after, code, *margin))}
@@ -100,12 +100,12 @@ def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
         if any(row):
             graph, _ = tracer.graph()
             u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(tracer, graph, s))
-            kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, rotation))
+            kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
     slopes = _slopes(tracer, graph, len(tracer.tableau.b))
     new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), tracer.tableau, x, slopes)
-    return kernels | {"advance": tracer.kernel("advance", (*new, rotation, square))}
+    return kernels | {"advance": tracer.kernel("advance", (*new, tracer.strict(rotation), square))}
 
 
 def _slopes(tracer: Tracer, graph: Graph, stages: int) -> list[Any]:

@@ -1,6 +1,7 @@
 """Runs the mechanics of one mechanism on symbols, one graph per kernel."""
 
 from dataclasses import dataclass, replace
+from math import pi
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
@@ -9,6 +10,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
+from lienumba.integrators.munthe_kaas import LARGEST_STAGE
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt
 from lienumba.mechanics.model import Model, map_numbers
@@ -64,6 +66,11 @@ class Tracer:
             fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
+
+    def strict(self, rotation: Any) -> Any:
+        """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
+        limit is a quarter of a turn: two bodies then turn by less than half a turn relative to each other."""
+        return rotation * (LARGEST_STAGE / (0.5 * pi) ** 2) if self.held.angles else rotation
 
     def expected(self, held: tuple[Any, ...], node: Any) -> list[Any] | None:
         """The accelerations to be expected in a stage at t + node h; None if they are not held."""

@@ -34,10 +34,11 @@ def mass_matrix(model: Model) -> kkt.Entries:
 
 
 def shapes(model: Model) -> kkt.Entries:
-    """diag(I, I tr(J)/m): the metric of shifts and turns by the size of each body, whatever its mass or slenderness."""
+    """diag(I, I 6 tr(J)/m): the metric of shifts and turns by the size of each body, whatever its mass: for a slender
+    bar, its length squared."""
     entries: kkt.Entries = {}
     for i, body in enumerate(model.bodies):
-        square = (body.inertia[0] + body.inertia[1] + body.inertia[2]) / body.mass
+        square = 6.0 * (body.inertia[0] + body.inertia[1] + body.inertia[2]) / body.mass
         entries |= {(6 * i + c, 6 * i + c): 1.0 if c < 3 else square for c in range(6)}
     return entries
 

@@ -58,7 +58,9 @@ class Structure:
             else:
                 order += [6 * k + row for row in blocks[block - k].rows]
         order += [6 * k + row for row in dropped]
-        return Structure(k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model))
+        return Structure(
+            k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model)
+        )
 
 
 def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
@@ -140,7 +142,9 @@ class _Factors:
     def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Any]) -> "_Factors":
         size = len(order)
         place = {variable: position for position, variable in enumerate(order)}
-        factors = _Factors(order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order])
+        factors = _Factors(
+            order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order]
+        )
         for row, x in diagonal.items():
             factors.by_bodies[place[n + row]] = x
         for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:

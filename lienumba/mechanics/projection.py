@@ -15,7 +15,7 @@ from lienumba.mechanics.motion import Instant
 from lienumba.operations import absolute, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
-LOST = 1e-7  # relative violation up to which a constraint may be left out in a singular position
+LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 

@@ -51,7 +51,9 @@ def rank_of(model: Model, now: Instant) -> Rank:
     exchangeable: list[int] = []
     before = 0
     found = _ranks(C, [rows.stop for rows in constraints.rows_of(model)]) if rank < len(C) else []
-    for n, (constraint, rows) in enumerate(zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True)):
+    for n, (constraint, rows) in enumerate(
+        zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True)
+    ):
         if np.any(np.abs(dependences[rows]) > INVOLVED):
             shared.append(constraint.name)
             exchangeable += range(rows.start, rows.stop)

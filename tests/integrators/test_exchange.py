@@ -65,7 +65,7 @@ def test_as_many_rows_are_chosen_as_the_rank_needs() -> None:
         assert choice.rows == rank.exchangeable
         assert set(choice.masks) == {0.0, 1.0}
         assert len(choice.dropped) == rank.rows - rank.rank
-        assert choice.margin > 1e-3
+        assert choice.margin > 1e-4
     assert first_choice(model, (), now) is UNIQUE
 
 
@@ -133,14 +133,14 @@ def test_the_same_motion_as_with_seventeen_rows() -> None:
 
 def test_the_order_of_the_method_across_exchanges() -> None:
     """Positions and velocities after more than half a turn, against steps an eighth as long."""
-    fine = np.concatenate([np.ravel(x) for x in state_at(simulate(BENNETT, 2.5e-4, 0.8))])
+    fine = np.concatenate([np.ravel(x) for x in state_at(simulate(BENNETT, 1.25e-4, 0.8))])
     errors = []
-    for step in (4e-3, 2e-3, 1e-3):
+    for step in (2e-3, 1e-3, 5e-4):
         end = np.concatenate([np.ravel(x) for x in state_at(simulate(BENNETT, step, 0.8))])
         errors.append(np.abs(end - fine).max())
     slopes = np.log2(np.divide(errors[:-1], errors[1:]))
     assert slopes == pytest.approx(4.0, abs=0.4), errors
-    assert errors[-1] > 1e-10
+    assert errors[-1] > 1e-12
 
 
 @pytest.mark.parametrize("which", range(4))

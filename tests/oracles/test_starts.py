@@ -9,14 +9,14 @@ import pytest
 from .dense import simulate
 from .test_joints import chain
 from .test_prescribed import NUDGE, SWAY, hung
-from .trees import TIMES, Random, Tree, compare, run, scenario
+from .trees import TIMES, Random, Tree, compare, reactions, run, scenario
 
 EVERYTHING = ("position", "rotation", "velocity", "angular_velocity")
 SAYS = {
     "revolute": ("angle", "rate"),
     "prismatic": ("displacement", "speed"),
     "cylindrical": ("angle", "rate", "displacement", "speed"),
-    "screw": ("displacement", "rate"),
+    "screw": ("angle", "rate", "displacement"),
 }
 
 
@@ -58,3 +58,35 @@ def test_drivers_decide_where_a_body_starts(order: str) -> None:
     for key in EVERYTHING:
         del data["model"]["bodies"][1][key]
     compare(tree, run(data), history)
+
+
+MEETING = {  # the coordinates that are 0 where both points are the same
+    "spherical": (), "revolute": (), "universal": (), "cylindrical": (1,), "prismatic": (0,), "planar": (1, 2),
+    "point_on_line": (0,), "point_in_plane": (0, 1), "parallel_axes": (), "perpendicular_axes": (), "screw": (0,),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", MEETING)
+def test_joints_are_placed_in_the_global_frame(kind: str) -> None:
+    """at and axis instead of points and axes; angles count from the start."""
+    tree, draw = chain(kind, "+-")
+    q, qd = draw.start(tree)
+    each = len(tree.links[0].free)
+    q[[each * link + i for link in range(2) for i in MEETING[kind]]] = 0.0
+    history = simulate(tree.mechanism, q, qd, TIMES)
+    start = history[0]
+    data = scenario(tree, start)
+    poses = {"ground": (np.zeros(3), np.eye(3))} | dict(zip("ab", zip(start.r, start.R, strict=True), strict=True))
+    for link, joint in zip(tree.links, data["model"]["joints"], strict=True):
+        assert link.joint is not None
+        ends = [poses[name] for name in link.joint.bodies]
+        axes = [(R @ z).tolist() for (_, R), z in zip(ends, link.joint.axes, strict=True)]
+        if "axes" in joint:
+            joint["axis"] = axes if kind in ("universal", "perpendicular_axes") else axes[0]
+        if "points" in joint:
+            joint["at"] = (ends[0][0] + ends[0][1] @ link.joint.points[0]).tolist()
+        for key in ("points", "axes", "references"):
+            joint.pop(key, None)
+    ds = run(data)
+    compare(tree, ds, history)
+    reactions(tree, ds, history)
