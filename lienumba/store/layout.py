@@ -79,7 +79,7 @@ def dataset(
     bodies: Sequence[str],
     joints: Sequence[str],
     constraints: Sequence[str],
-    efforts: Sequence[str],
+    efforts: Sequence[str] = (),
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],

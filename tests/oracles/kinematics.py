@@ -4,6 +4,7 @@ Angles, displacements and their bodies' poses may be complex and have any common
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ class Joint:
     references: tuple[Any, Any] = ((1, 0, 0), (1, 0, 0))
     says: dict[str, Any] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def frames(self) -> tuple[Array, Array]:
         return frame(self.axes[0], self.references[0]), frame(self.axes[1], self.references[1])
 
