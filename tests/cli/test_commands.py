@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -224,20 +223,15 @@ def test_version() -> None:
 @pytest.mark.parametrize(
     "arguments", [["--help"], ["run", "--help"], ["validate", str(SCENARIOS / "heavy_top_monte_carlo.toml")]]
 )
-def test_light_commands_answer_at_once(arguments: list[str]) -> None:
-    """No heavy import, and under half a second (the best of five, since the machine may be busy)."""
+def test_light_commands_import_nothing_heavy(arguments: list[str]) -> None:
+    """What they would import takes longer than all that they do."""
     code = f"import sys; sys.argv = {['lienumba', *arguments]!r}\n" + (
         "from lienumba.cli import main\ntry:\n    main()\nexcept SystemExit as end:\n    assert not "
         "end.code\n"
         f"loaded = [name for name in {HEAVY!r} if name in sys.modules]\nassert not loaded, loaded"
     )
-    best = 60.0
-    for _ in range(5):
-        start = time.perf_counter()
-        process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-        best = min(best, time.perf_counter() - start)
-        assert process.returncode == 0, process.stderr
-    assert best < 0.5
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert process.returncode == 0, process.stderr
 
 
 def test_importing_the_package_is_light() -> None:
