@@ -26,7 +26,8 @@ __all__ = ["Progress", "check_initial", "operation_counts", "run"]
 
 @dataclass(frozen=True)
 class Progress:
-    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total."""
+    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total,
+    which grows where some go again."""
 
     stage: str
     done: int
@@ -74,14 +75,17 @@ def run(
     collected = _Collector(resolved, prepared)
     remaining = np.arange(len(labels))
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
-        tell(Progress("compile", len(labels) - len(remaining), len(labels), collected.failed))
+        done_before, failed_before = (0 if fixed else len(labels)), collected.failed
+        total = done_before + len(remaining)
+        tell(Progress("compile", done_before, total, failed_before))
         program = _program(resolved, prepared, fixed)
         batch = _batch(resolved, prepared, program, compile_program(program)).part(remaining)
         collected.expect(program)
-        done_before, failed_before = len(labels) - len(remaining), collected.failed
 
-        def report(done: float, failed: int, before: int = done_before, bad: int = failed_before) -> None:
-            tell(Progress("run", before + int(done), len(labels), bad + failed))
+        def report(
+            done: float, failed: int, before: int = done_before, bad: int = failed_before, of: int = total
+        ) -> None:
+            tell(Progress("run", before + int(done), of, bad + failed))
 
         report(0, 0)
         for chunk in execute(batch, workers or _cores(), report):
