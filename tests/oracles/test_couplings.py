@@ -47,7 +47,6 @@ def coupled(tree: Tree, here: Motion, link: Link) -> tuple[Array, Array, float]:
         (("revolute", "revolute"), "-+", 1.7, -8.0, True),
         (("revolute", "prismatic"), "+-", 0.4, 0.1, False),
         (("prismatic", "revolute"), "--", 3.0, 1.0, True),
-        (("prismatic", "prismatic"), "++", -1.2, 0.2, False),
     ],
 )
 def test_two_coordinates_go_together(

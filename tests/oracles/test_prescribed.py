@@ -12,7 +12,7 @@ from .kinematics import exponential, turned, vector
 from .trees import TIMES, Link, Random, Tree, compare, reactions, run, same, scenario
 
 SWAY = ("0.2*sin(5*t) + 0.3*t - 0.1", lambda t: 0.2 * np.sin(5 * t) + 0.3 * t - 0.1)
-SPIN = ("0.4 - 30*t + 0.3*cos(6*t)", lambda t: 0.4 - 30 * t + 0.3 * np.cos(6 * t))  # two turns and a half
+SPIN = ("0.4 - 35*t + 0.3*cos(6*t)", lambda t: 0.4 - 35 * t + 0.3 * np.cos(6 * t))  # more than two turns
 NUDGE = ("0.1*log(1 + 3*t) + 0.05*tanh(4*t)", lambda t: 0.1 * np.log(1 + 3 * t) + 0.05 * np.tanh(4 * t))
 STEP = 2.5e-4  # s, where something spins
 
@@ -50,7 +50,7 @@ def along_axis(tree: Tree, here: Motion) -> Array:
 def test_coordinates_of_a_joint(kind: str, order: str, prescriptions: list[Any], size: float) -> None:
     drivers = [{"name": c, "joint": "shaft", "coordinate": c, "value": text} for c, _, text, _ in prescriptions]
     prescribed = {i: f for _, i, _, f in prescriptions}
-    tree = hung(kind, order, prescribed, size, drivers=drivers, closing={"speed": 30.0})
+    tree = hung(kind, order, prescribed, size, drivers=drivers, closing={"speed": 35.0})
     q, qd = Random(kind, order, "start").start(tree)
     history = simulate(tree.mechanism, q, qd, TIMES)
     ds = run(scenario(tree, history[0], step=STEP))

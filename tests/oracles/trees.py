@@ -13,7 +13,7 @@ from .dense import Array, Mechanism, Motion
 from .kinematics import COORDINATES, GROUND, Joint, exponential, relative, vector
 
 G = (0.7, -1.1, -9.5)  # m/s^2
-TIMES = (0.0, 0.25, 0.5)
+TIMES = (0.0, 0.2, 0.4)
 
 
 @dataclass(frozen=True)
