@@ -233,4 +233,4 @@ def test_the_public_run_hides_who_went_again() -> None:
     assert [event.stage for event in events].count("compile") == 2
     assert all(event.done <= event.total and event.failed == 0 for event in events)
     assert max(event.total for event in events) > 24  # those that go again count twice
-    assert events[-1].done == 24
+    assert events[-1].done == events[-1].total

@@ -52,14 +52,12 @@ class Motion:
 class Mechanism:
     """place(q, t): q is a list of arrays of one common shape.
 
-    applied(r, R, v, w, t): forces and torques at the mass centres (bodies, 3) each beside the weight, global.
     closure(places, t): rows that vanish, (..., rows). prescribed(places, v, w, t): rows that vanish, affine in v and w.
     """
 
     bodies: Sequence[Body]
     place: Callable[[list[Array], Array], Places]
     gravity: Sequence[float]
-    applied: Callable[..., tuple[Array, Array]] | None = None
     closure: Callable[[Places, Any], Array] | None = None
     prescribed: Callable[..., Array] | None = None
     speed: float = 5.0  # 1/s; of functions of time: their angular frequency, or several times 1/distance to a pole
@@ -101,17 +99,11 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     )  # a and alpha: where the coordinates do not speed up
 
     force = np.array([b.mass * np.array(m.gravity) for b in m.bodies])
-    torque = np.zeros_like(force)
-    if m.applied is not None:
-        more = m.applied(r, R, v, w, t)
-        force, torque = force + more[0], torque + more[1]
     mass = np.array([b.mass for b in m.bodies])
     J = np.array([X @ b.inertia @ X.T for b, X in zip(m.bodies, R, strict=True)])
     M = np.einsum("b,bni,bki->nk", mass, V, V) + np.einsum("bni,bij,bkj->nk", W, J, W)
     Q = np.einsum("bni,bi->n", V, force - mass[:, None] * a)
-    Q += np.einsum(
-        "bni,bi->n", W, torque - np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w))
-    )
+    Q += np.einsum("bni,bi->n", W, -np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w)))
     C, gamma = C.T, gamma[0]
     if m.prescribed is not None:
         i = 1j * TINY
@@ -183,17 +175,15 @@ def simulate(m: Mechanism, q: Array, qd: Array, times: Sequence[float]) -> list[
 
 
 def net_load(m: Mechanism, here: Motion, members: Sequence[int], point: Array) -> tuple[Array, Array]:
-    """What must act on some bodies, beside weight, applied forces and conditions, that they move as they do: force,
+    """What must act on some bodies, beside weight and conditions, that they move as they do: force,
     and torque about a point; global."""
     force, torque = np.zeros(3), np.zeros(3)
-    applied = condition_loads(m, here)
-    if m.applied is not None:
-        applied += np.array(m.applied(here.r, here.R, here.v, here.w, here.t))
+    loads = condition_loads(m, here)
     for i in members:
         J = here.R[i] @ m.bodies[i].inertia @ here.R[i].T
-        f = m.bodies[i].mass * (here.a[i] - np.array(m.gravity)) - applied[0, i]
+        f = m.bodies[i].mass * (here.a[i] - np.array(m.gravity)) - loads[0, i]
         force += f
-        torque += J @ here.alpha[i] + np.cross(here.w[i], J @ here.w[i]) - applied[1, i]
+        torque += J @ here.alpha[i] + np.cross(here.w[i], J @ here.w[i]) - loads[1, i]
         torque += np.cross(here.r[i] - point, f)
     return force, torque
 

@@ -44,14 +44,13 @@ class Link:
 
 @dataclass(frozen=True)
 class Tree:
-    """forces: tables of the scenario, and `applied`, the same for the oracle (see `Mechanism`); so for extra joints."""
+    """drivers, joints: more tables of the scenario; closing: what these are in `Mechanism`."""
 
     links: Sequence[Link]
     gravity: Sequence[float] = G
     drivers: Sequence[dict[str, Any]] = ()
-    forces: Sequence[dict[str, Any]] = ()
     joints: Sequence[dict[str, Any]] = ()
-    closing: dict[str, Any] = field(default_factory=dict)  # more of `Mechanism`
+    closing: dict[str, Any] = field(default_factory=dict)
     reduced: Callable[[list[Array], Any], list[Array]] | None = None  # all free coordinates from fewer, and time
 
     @property
@@ -95,7 +94,7 @@ class Tree:
         return (force, torque) if link.base_is_first else (-force, -torque)
 
 
-def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 1e-3, end: float = TIMES[-1]) -> Any:
+def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 1e-3) -> dict[str, Any]:
     """omit: which of position, rotation, velocity, angular_velocity are left to the joints."""
     bodies = []
     for i, link in enumerate(tree.links):
@@ -114,12 +113,11 @@ def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 
         "bodies": bodies,
         "joints": joints + list(tree.joints),
         "drivers": list(tree.drivers),
-        "forces": list(tree.forces),
     }
     return {
         "model": model,
-        "integrator": {"method": "rk4", "step": step, "end_time": end},
-        "output": {"times": [t for t in TIMES if t < end] + [end]},
+        "integrator": {"method": "rk4", "step": step, "end_time": TIMES[-1]},
+        "output": {"times": list(TIMES)},
     }
 
 
