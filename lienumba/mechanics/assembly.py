@@ -84,7 +84,9 @@ def _assemble(model: Model, start: Start, runs: int) -> Assembly:
     unsolved = replace(unsolved, joints=tuple(map(placing.provisional, unsolved.joints)))
     local = poses.local
     if poses.shifts | poses.turns:
-        local = Closing(unsolved, poses, angles, _rows_known(unsolved, model, start), runs).positions()
+        local = Closing(
+            unsolved, poses, angles, _rows_known(unsolved, model, start), runs, _upright(model, start, poses)
+        ).positions()
     bodies = poses.bodies(local)
 
     model = _placed(model, start, poses, targets, bodies, final=True)
@@ -132,6 +134,18 @@ def _with_given(model: Model, start: Start, given: list[tuple[int, str]]) -> Mod
         joint, value = model.joints[j], getattr(start.joints[j], name)
         drivers.append(Driver(joint.name, MOTIONS[name], joint.bodies, (value,), Coordinate(j, COORDINATES[name])))
     return replace(model, drivers=(*model.drivers, *drivers))
+
+
+def _upright(model: Model, start: Start, poses: Poses) -> tuple[tuple[int, int], ...]:
+    """The joints with parallel axes in both bodies, or aligned references, whose relative rotation is not given."""
+    found = []
+    for j, (joint, says) in enumerate(zip(model.joints, start.joints, strict=True)):
+        if says.axes is None or placing.relative_known(joint, poses) or not placing.kind_of(joint).parallel:
+            continue
+        found.append((j, joints.Z))
+        if says.references is not None and placing.kind_of(joint).looser is not None:
+            found.append((j, joints.X))
+    return tuple(found)
 
 
 def _rows_known(unsolved: Model, model: Model, start: Start) -> tuple[int, ...]:

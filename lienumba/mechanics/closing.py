@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.mechanics import constraints
+from lienumba.groups import so3
+from lienumba.mechanics import constraints, joints
 from lienumba.mechanics.least import Entries, least
 from lienumba.mechanics.model import Model
-from lienumba.mechanics.motion import Instant
+from lienumba.mechanics.motion import Instant, still
 from lienumba.mechanics.poses import Local, Poses, Rates
 from lienumba.mechanics.projection import ROUNDING
 from lienumba.operations import absolute, cos, maximum, where
@@ -23,7 +24,16 @@ PATIENCE = 8  # iterations without a smaller violation than before
 LONGEST_TURN = 1.0  # rad, of any body in one iteration
 DAMPING = 0.1  # of a violation of 1
 SLOW = 0.5  # an accepted state whose violation shrinks no faster than this has met rounding
-KICKS = (0.0, 0.2, 0.7, 1.5, -0.7)  # rad: where no way leads from the start, bodies start again turned and moved
+KICKS = (
+    0.0,
+    0.2,
+    0.7,
+    1.5,
+    -0.7,
+    2.5,
+    -1.5,
+    3.1,
+)  # rad: where no way leads from the start, bodies start again turned and moved
 
 
 @dataclass(frozen=True)
@@ -35,6 +45,7 @@ class Closing:
     angles: dict[int, Any]
     rows: tuple[int, ...]
     runs: int
+    upright: tuple[tuple[int, int], ...] = ()  # joint, axis: which shall point the same way; their sines do not say it
 
     def positions(self) -> tuple[Local, ...]:
         """Positions first, those without a guess before the others; rotations only where that does not do."""
@@ -108,6 +119,11 @@ class Closing:
             left = where(size <= rounding, 0.0, where(size > rounding, size, np.inf))  # NaN is the worst
             worst = maximum(worst, left)
             accepted = accepted & (left <= ACCEPTED * reach[row] + rounding)
+        for index, axis in self.upright:
+            joint, view = self.model.joints[index], still(now, self.model.joints[index].bodies)
+            first, second = (joints.direction(joint, side, view[i], axis) for side, i in enumerate(joint.bodies))
+            against = so3.dot(first, second) < 0.0
+            worst, accepted = where(against, maximum(worst, 1.0), worst), accepted & ~np.asarray(against)
         return np.array(np.broadcast_to(np.asarray(worst, float), (self.runs,))), accepted
 
     def _kick(self, local: tuple[Local, ...], free: frozenset[int], angle: float) -> list[Any]:

@@ -36,6 +36,11 @@ class JointType:
     points: bool = True
     looser: str | None = None
 
+    @property
+    def parallel(self) -> bool:
+        """Whether the axes of both bodies stay parallel: all types of two axes but those of crossed ones."""
+        return self.axes == 2 and self.rows.count("r") >= 2
+
 
 def separation(joint: Joint, a: Motion, b: Motion) -> Any:
     """The vector from the point on the second body to the point on the first, global frame (-d)."""

@@ -94,15 +94,13 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     around = poses(m, q[:, None] + reach * qd[:, None] * CIRCLE, t + reach * CIRCLE)
     v, dR, _ = (np.einsum("k,bk...->b...", FIRST / reach, x).real for x in (*around[:2], around[2][None]))
     a, ddR, gamma = (np.einsum("k,bk...->b...", SECOND / reach**2, x).real for x in (*around[:2], around[2][None]))
-    w, alpha = (
-        vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR)
-    )  # a and alpha: where the coordinates do not speed up
+    w, alpha = (vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR))
 
-    force = np.array([b.mass * np.array(m.gravity) for b in m.bodies])
+    # a, alpha and gamma so far: as if the coordinates did not accelerate
     mass = np.array([b.mass for b in m.bodies])
     J = np.array([X @ b.inertia @ X.T for b, X in zip(m.bodies, R, strict=True)])
     M = np.einsum("b,bni,bki->nk", mass, V, V) + np.einsum("bni,bij,bkj->nk", W, J, W)
-    Q = np.einsum("bni,bi->n", V, force - mass[:, None] * a)
+    Q = np.einsum("bni,bi->n", V, mass[:, None] * (np.array(m.gravity) - a))
     Q += np.einsum("bni,bi->n", W, -np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w)))
     C, gamma = C.T, gamma[0]
     if m.prescribed is not None:

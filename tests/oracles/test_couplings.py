@@ -29,7 +29,6 @@ def train(kinds: tuple[str, str], order: str, ratio: float, offset: float, plane
 
 def coupled(tree: Tree, here: Motion, link: Link) -> tuple[Array, Array, float]:
     """A joint's own reaction, and what the coupling exerts along its coordinate."""
-    assert link.joint is not None
     force, torque = tree.load(here, link)
     first = link.joint.bodies[0]
     axis = link.joint.frames[0][:, 2]
@@ -66,7 +65,6 @@ def test_two_coordinates_go_together(
         now = ds.isel(time=time)
         efforts = []
         for link in (first, second):
-            assert link.joint is not None
             force, torque, effort = coupled(tree, here, link)
             same(now["joint_force"].sel(joint=link.joint.name), force, 1e-7, f"force of {link.joint.name}")
             same(now["joint_torque"].sel(joint=link.joint.name), torque, 1e-7, f"torque of {link.joint.name}")

@@ -62,7 +62,6 @@ def test_joints_are_placed_in_the_global_frame_at_the_start(kind: str) -> None:
 def placed(tree: Tree, link: Link, start: Motion) -> dict[str, Any]:
     """The joint in terms of the global frame, its angle counted from the start."""
     joint = link.joint
-    assert joint is not None
     poses = {"ground": (np.zeros(3), np.eye(3))}
     poses |= dict(zip(tree.names, zip(start.r, start.R, strict=True), strict=True))
     (r, R), (_, Q) = (poses[name] for name in joint.bodies)

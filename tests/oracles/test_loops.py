@@ -84,7 +84,6 @@ def test_a_driven_crank_moves_its_loop() -> None:
     check_ball(tree, ds, history)
     reactions(tree, ds, history, skip=["shaft"])
     shaft = tree.links[0]
-    assert shaft.joint is not None
     for time, here in enumerate(history):
         force, torque = tree.load(here, shaft)
         axis = here.R[0] @ shaft.joint.frames[0][:, 2]
@@ -105,7 +104,7 @@ def test_a_driven_loop_keeps_the_order(method: str, order: int, steps: tuple[flo
     history = simulate(tree.mechanism, q, qd, TIMES)
     last = history[-1]
     torque = tree.load(last, tree.links[0])[1]
-    axis = last.R[0] @ tree.links[0].joint.frames[0][:, 2]  # type: ignore[union-attr]
+    axis = last.R[0] @ tree.links[0].joint.frames[0][:, 2]
     errors = []
     for step in steps:
         data = scenario(tree, history[0], step=step)
@@ -229,6 +228,5 @@ def test_a_four_bar_of_four_hinges_in_a_tilted_plane() -> None:
         forces = ds["joint_force"].isel(time=time)
         same(plane[:, :2].T @ forces.sel(joint="four").values, here.multipliers, 1e-7, f"force at {here.t}")
         for link in links:
-            assert link.joint is not None
             force = tree.load(here, link)[0]
             same(plane[:, :2].T @ forces.sel(joint=link.joint.name).values, plane[:, :2].T @ force, 1e-7, "force")

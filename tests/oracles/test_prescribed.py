@@ -32,7 +32,6 @@ def hung(kind: str, order: str, prescribed: dict[int, Callable[[Any], Any]], siz
 def along_axis(tree: Tree, here: Motion) -> Array:
     """The axis of the shaft that is fixed in its first body, global frame."""
     joint = tree.links[-1].joint
-    assert joint is not None
     return here.R[tree.names.index(joint.bodies[0])] @ joint.frames[0][:, 2]
 
 

@@ -10,7 +10,7 @@ import lienumba
 
 from . import dense
 from .dense import Array, Mechanism, Motion
-from .kinematics import COORDINATES, GROUND, Joint, exponential, relative, vector
+from .kinematics import COORDINATES, GROUND, Joint, exponential, relative
 
 G = (0.7, -1.1, -9.5)  # m/s^2
 TIMES = (0.0, 0.2, 0.4)
@@ -18,28 +18,26 @@ TIMES = (0.0, 0.2, 0.4)
 
 @dataclass(frozen=True)
 class Link:
-    """A body and the joint that carries it from its base, which comes earlier; without one it flies.
+    """A body and the joint that carries it from its base, which comes earlier.
 
     prescribed: functions of time by the index of the joint's coordinate; size: of a rod, or the pitch of a screw.
     """
 
     name: str
     body: dense.Body
-    joint: Joint | None = None
+    joint: Joint
     base: str = "ground"
     size: float = 0.0
     prescribed: dict[int, Callable[[Any], Any]] = field(default_factory=dict)
 
     @property
     def base_is_first(self) -> bool:
-        assert self.joint is not None
         return self.joint.bodies[0] == self.base
 
     @property
     def free(self) -> list[int]:
         """Which of the joint's coordinates are unknown."""
-        count = 6 if self.joint is None else COORDINATES[self.joint.type]
-        return [i for i in range(count) if i not in self.prescribed]
+        return [i for i in range(COORDINATES[self.joint.type]) if i not in self.prescribed]
 
 
 @dataclass(frozen=True)
@@ -67,11 +65,8 @@ class Tree:
         for link in self.links:
             count = len(link.free) + len(link.prescribed)
             c = [link.prescribed[i](t) if i in link.prescribed else next(unknown) for i in range(count)]
-            if link.joint is None:
-                places[link.name] = (vector(*c[:3]), exponential(vector(*c[3:])))
-            else:
-                there = relative(link.joint.type, c, link.size)
-                places[link.name] = link.joint.carry(places[link.base], there, link.base_is_first)
+            there = relative(link.joint.type, c, link.size)
+            places[link.name] = link.joint.carry(places[link.base], there, link.base_is_first)
         return [places[name] for name in self.names]
 
     def beyond(self, name: str) -> list[int]:
@@ -85,7 +80,6 @@ class Tree:
     def load(self, here: Motion, link: Link) -> tuple[Array, Array]:
         """All that acts across a joint on its second body, at its point there."""
         joint = link.joint
-        assert joint is not None
         second, point = joint.bodies[1], np.array(joint.points[1], float)
         if second != "ground":
             i = self.names.index(second)
@@ -107,7 +101,7 @@ def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 
         }
         known = {key: value for key, value in given.items() if key not in omit}
         bodies.append({"name": link.name, "mass": link.body.mass, "inertia": J.tolist(), **known})
-    joints = [table(link) for link in tree.links if link.joint is not None]
+    joints = [table(link) for link in tree.links]
     model = {
         "gravity": list(tree.gravity),
         "bodies": bodies,
@@ -124,7 +118,6 @@ def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 
 def table(link: Link) -> dict[str, Any]:
     """The joint as the scenario has it."""
     joint = link.joint
-    assert joint is not None
     found: dict[str, Any] = {"name": joint.name, "type": joint.type, "bodies": list(joint.bodies)}
     if joint.type not in ("parallel_axes", "perpendicular_axes"):
         found["points"] = [list(p) for p in joint.points]
@@ -172,7 +165,7 @@ def settled(ds: Any, bound: float = 1e-8) -> None:
 def reactions(tree: Tree, ds: Any, history: Sequence[Motion], bound: float = 1e-7, skip: Sequence[str] = ()) -> None:
     """Every joint of the tree carries what Newton and Euler ask of all that hangs on it."""
     for link in tree.links:
-        if link.joint is None or link.joint.name in skip:
+        if link.joint.name in skip:
             continue
         here = ds.sel(joint=link.joint.name)
         for time, motion in enumerate(history):
