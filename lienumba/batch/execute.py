@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.machine import Machine, aligned, prepare

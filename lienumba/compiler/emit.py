@@ -2,24 +2,24 @@
 
 Every kernel has the signature  void (state, parameters, clock, extra, out, work)  of pointers to rows of W doubles.
 What depends on parameters alone is moved to a second function, `prepare`, which stores it behind the parameters.
-LLVM slows down on one huge block, so a long graph is cut into functions of at most SEGMENT operations; values that
-cross a cut travel through `work`. No instruction carries a fast-math flag.
+LLVM slows down on one huge block, so a graph is cut into segments, functions of a few hundred operations; values that
+cross a cut travel through `work`, and segments that do the same share their code. No instruction carries a fast-math
+flag.
 """
 
 import struct
 from dataclasses import dataclass, field
 from typing import Any
 
+from lienumba.compiler.rows import W, WorkRows
+from lienumba.compiler.segments import cut
+from lienumba.compiler.sharing import Segment, assembled
 from lienumba.compiler.symbols import Symbol, live, operation_counts
 
-W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
-SEGMENT = 300
-ARRAYS = ("state", "parameters", "clock", "extra")
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
 BITS = f"<{W} x i64>"
-SIGNATURE = ", ".join(f"ptr noalias readonly %{name}" for name in ARRAYS) + ", ptr noalias %out, ptr noalias %work"
-ARGUMENTS = ", ".join(f"ptr %{name}" for name in (*ARRAYS, "out", "work"))
+SOON = 8  # segments within which a value is read for the last time, or it is kept apart
 BINARY = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
 DECLARATIONS = f"""
@@ -67,7 +67,7 @@ class Kernel:
         kept = [("parameters", self.hoisted[n.id], n) for n in invariant if n.id in self.hoisted]
         preparer = _Writer(self, preparing=True)
         prepare = preparer.function(f"{self.name}_prepare", invariant, kept)
-        self.work_rows = max(writer.rows, preparer.rows)
+        self.work_rows = max(writer.work.count, preparer.work.count)
         return DECLARATIONS + body + "\n" + prepare
 
 
@@ -75,38 +75,21 @@ def _hex(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
 
-def _cut(order: list[Symbol]) -> list[list[Symbol]]:
-    """Segments of at most SEGMENT operations and loads of inputs."""
-    segments: list[list[Symbol]] = [[]]
-    size = 0
-    for node in order:
-        cost = 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
-        if size + cost > SEGMENT and segments[-1]:
-            segments.append([])
-            size = 0
-        size += cost
-        segments[-1].append(node)
-    return segments
-
-
 class _Writer:
-    """Writes one function as a row of segments. `rows`: of work that it needs."""
+    """Writes one function as a row of segments."""
 
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
-        self.kernel, self.preparing, self.rows = kernel, preparing, 0
-        self.lines: list[str] = []
-        self.accesses: list[tuple[int, str, int]] = []  # line, array, row of every pointer of the segment
+        self.kernel, self.preparing, self.work = kernel, preparing, WorkRows()
+        self.segment = Segment()
         self.loaded: dict[tuple[str, int], str] = {}
-        self.here: set[int] = set()
-        self.slots: dict[int, int] = {}  # work rows of the values that cross a cut
-        self.free: list[int] = []
+        self.here: dict[int, int] = {}  # the values of the segment, numbered
 
     def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
-        segments = _cut(order)
+        parts = cut(order)
         last_use: dict[int, int] = {}
-        for i, segment in enumerate(segments):
-            last_use |= {x.id: i for node in segment for x in node.args if isinstance(x, Symbol)}
+        for i, part in enumerate(parts):
+            last_use |= {x.id: i for node in part for x in node.args if isinstance(x, Symbol)}
         computed = {node.id for node in order}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
         late = []  # values that are not computed here
@@ -115,62 +98,37 @@ class _Writer:
                 stored.setdefault(x.id, []).append((array, row))
             else:
                 late.append((array, row, x))
-        signature = SIGNATURE.replace("readonly %parameters", "%parameters") if self.preparing else SIGNATURE
-        text, calls = [], []
-        for i, segment in enumerate(segments):
-            self.lines, self.accesses, self.loaded, self.here = [], [], {}, set()
-            for node in segment:
+        segments = []
+        for i, part in enumerate(parts):
+            self.segment, self.loaded, self.here = Segment(), {}, {}
+            segments.append(self.segment)
+            crossing = [node.id for node in part if last_use.get(node.id, i) > i]
+            self.work.keep([id_ for id_ in crossing if last_use[id_] - i <= SOON])
+            self.work.keep([id_ for id_ in crossing if last_use[id_] - i > SOON])
+            for node in part:
                 self._compute(node)
                 for array, row in stored.get(node.id, ()):
-                    self._store(array, row, f"%v{node.id}")
+                    self._store(array, row, self._value(node))
                 if last_use.get(node.id, i) > i:
-                    self._store("work", self._slot(node), f"%v{node.id}")
-            if i + 1 == len(segments):
+                    self._store("work", self.work.of[node.id], self._value(node))
+            if i + 1 == len(parts):
                 for array, row, x in late:
                     self._store(array, row, self._value(x))
-            calls += self._call(f"{name}.{i}", i)
-            body = "\n".join(self.lines)
-            text.append(f"define internal void @{name}.{i}({signature}) noinline nounwind {{\n{body}\nret void\n}}\n")
-            for id_ in [id_ for id_ in self.slots if last_use[id_] <= i]:
-                self.free.append(self.slots.pop(id_))
-        text.append(f"define void @{name}({ARGUMENTS}) nounwind {{\n" + "\n".join(calls) + "\nret void\n}\n")
-        return "\n".join(text)
+            for id_ in [id_ for id_ in self.work.of if last_use[id_] <= i]:
+                self.work.release(id_)
+        return assembled(name, segments)
 
     # ------------------------------------------------------------ rows of memory
-    def _slot(self, node: Symbol) -> int:
-        if not self.free:
-            self.free.append(self.rows)
-            self.rows += 1
-        self.slots[node.id] = self.free.pop()
-        return self.slots[node.id]
-
-    def _pointer(self, array: str, row: int) -> str:
-        self.accesses.append((len(self.lines), array, row))
-        self.lines.append("")  # filled in by _call
-        return f"%p{len(self.lines) - 1}"
-
-    def _call(self, segment: str, number: int) -> list[str]:
-        """The call of a segment. It gets its pointers in the middle of the rows that it uses, since instructions are
-        shorter, and fetching them is what long kernels wait for, where an offset is within 127 rows."""
-        middle = {}
-        for array in (*ARRAYS, "out", "work"):
-            rows = sorted(row for _, name, row in self.accesses if name == array)
-            middle[array] = rows[len(rows) // 2] if rows else 0
-        for line, array, row in self.accesses:
-            self.lines[line] = f"%p{line} = getelementptr double, ptr %{array}, i64 {W * (row - middle[array])}"
-        shifts = [f"%{a}.{number} = getelementptr double, ptr %{a}, i64 {W * row}" for a, row in middle.items()]
-        return [*shifts, f"call void @{segment}({', '.join(f'ptr %{array}.{number}' for array in middle)})"]
-
     def _store(self, array: str, row: int, value: str) -> None:
-        pointer = self._pointer(array, row)
-        self.lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
+        pointer = self.segment.pointer(array, row, True)
+        self.segment.lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
 
     def _load(self, array: str, row: int) -> str:
         key = (array, row)
         if key not in self.loaded:
-            pointer = self._pointer(array, row)
-            self.loaded[key] = f"%l{len(self.lines)}"
-            self.lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
+            pointer = self.segment.pointer(array, row, False)
+            self.loaded[key] = f"%l{len(self.loaded)}"
+            self.segment.lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
         return self.loaded[key]
 
     # ------------------------------------------------------------ values
@@ -178,48 +136,49 @@ class _Writer:
         if not isinstance(x, Symbol):
             return f"<{', '.join([f'double {_hex(float(x))}'] * W)}>"
         if x.id in self.here:
-            return f"%v{x.id}"
+            return f"%v{self.here[x.id]}"
         if x.op == "input":
             return self._load(*x.args)
         if x.invariant and not self.preparing:
             return self._load("parameters", self.kernel.hoisted[x.id])
-        return self._load("work", self.slots[x.id])
+        return self._load("work", self.work.of[x.id])
 
     def _compute(self, node: Symbol) -> None:
         a = [self._value(x) for x in node.args]
+        number, lines = len(self.here), self.segment.lines
         if node.op in BINARY:
             right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
         elif node.op in ("fma", "fms", "fnma"):
             if node.op != "fma":
                 which = 2 if node.op == "fms" else 0
-                self.lines.append(f"%n{node.id} = fneg {VECTOR} {a[which]}")
-                a[which] = f"%n{node.id}"
+                lines.append(f"%n{number} = fneg {VECTOR} {a[which]}")
+                a[which] = f"%n{number}"
             right = f"call {VECTOR} @llvm.fma.v{W}f64({', '.join(f'{VECTOR} {v}' for v in a)})"
         elif node.op == "neg":
             right = f"fneg {VECTOR} {a[0]}"
         elif node.op == "sqrt":
             right = f"call {VECTOR} @llvm.sqrt.v{W}f64({VECTOR} {a[0]})"
         elif node.op == "where":
-            right = f"select {MASK} {self._condition(node)}, {VECTOR} {a[1]}, {VECTOR} {a[2]}"
+            right = f"select {MASK} {self._condition(node, number)}, {VECTOR} {a[1]}, {VECTOR} {a[2]}"
         elif node.op in COMPARE:  # masks live as 0 or 1 beside ordinary values, so that they may cross a cut
             one, zero = self._value(1.0), self._value(0.0)
-            self.lines.append(f"%m{node.id} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
-            right = f"select {MASK} %m{node.id}, {VECTOR} {one}, {VECTOR} {zero}"
+            lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
+            right = f"select {MASK} %m{number}, {VECTOR} {one}, {VECTOR} {zero}"
         elif node.op == "power_of_two":
             bias, shift = self._value(6755399441055744.0 + 1023.0), ", ".join(["i64 52"] * W)
-            self.lines.append(f"%f{node.id} = fadd {VECTOR} {a[0]}, {bias}")
-            self.lines.append(f"%b{node.id} = bitcast {VECTOR} %f{node.id} to {BITS}")
-            self.lines.append(f"%s{node.id} = shl {BITS} %b{node.id}, <{shift}>")
-            right = f"bitcast {BITS} %s{node.id} to {VECTOR}"
+            lines.append(f"%f{number} = fadd {VECTOR} {a[0]}, {bias}")
+            lines.append(f"%b{number} = bitcast {VECTOR} %f{number} to {BITS}")
+            lines.append(f"%s{number} = shl {BITS} %b{number}, <{shift}>")
+            right = f"bitcast {BITS} %s{number} to {VECTOR}"
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
-        self.lines.append(f"%v{node.id} = {right}")
-        self.here.add(node.id)
+        lines.append(f"%v{number} = {right}")
+        self.here[node.id] = number
 
-    def _condition(self, node: Symbol) -> str:
+    def _condition(self, node: Symbol, number: int) -> str:
         condition = node.args[0]
         if condition.id in self.here and condition.op in COMPARE:
-            return f"%m{condition.id}"
-        name = f"%c{node.id}"
-        self.lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
+            return f"%m{self.here[condition.id]}"
+        name = f"%c{number}"
+        self.segment.lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
         return name

@@ -13,7 +13,7 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 
 VECTOR = ir.VectorType(ir.DoubleType(), W)
 BITS = ir.VectorType(ir.IntType(1), W)

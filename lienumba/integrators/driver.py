@@ -11,8 +11,8 @@ from numba import njit
 from numba.core import types
 
 from lienumba.compiler import cache, jit
-from lienumba.compiler.emit import W
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ALGEBRA, ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.exchange import WEAKENED, choose_rows
@@ -23,7 +23,6 @@ from lienumba.operations import maximum
 ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange")
 STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE = range(len(ORDER))
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-ROW = 8 * W  # bytes
 
 jit.register()  # `verdict` is a kernel
 

@@ -8,7 +8,7 @@ from importlib import import_module
 import numpy as np
 
 from lienumba.compiler import native
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 from lienumba.integrators.held import Held
 from lienumba.integrators.program import Program
 

@@ -9,8 +9,9 @@ from numba import njit
 
 from lienumba.batch.execute import Batch, execute
 from lienumba.compiler import native
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.emit import Kernel
 from lienumba.compiler.lanes import call
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.machine import aligned, compile_program

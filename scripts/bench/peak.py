@@ -5,8 +5,8 @@ from typing import Any
 
 from numba import njit
 
-from lienumba.compiler.emit import W
 from lienumba.compiler.lanes import fma, splat, store
+from lienumba.compiler.rows import W
 from lienumba.integrators.machine import aligned
 
 PER_TURN = 8  # multiply-adds of each chain in one turn of the loop

@@ -7,7 +7,7 @@ import pytest
 
 import lienumba
 from lienumba.batch import execute
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 from lienumba.integrators.codes import EXCHANGED
 
 from .sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top

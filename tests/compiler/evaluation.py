@@ -8,8 +8,9 @@ import numpy as np
 from numba import njit
 
 from lienumba.compiler import native
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.emit import Kernel
 from lienumba.compiler.lanes import choose, load, store
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 
 Shape = Sequence[int]  # of the arguments: 0 for a number, n for an n-tuple

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lienumba import operations
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.vector_math import round_to_integer
 

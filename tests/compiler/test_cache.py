@@ -18,7 +18,8 @@ COMPILE = """
 import ctypes
 import numpy as np
 from lienumba.compiler import cache, native
-from lienumba.compiler.emit import W, Kernel
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 
 emitted = []

@@ -1,14 +1,18 @@
 """Compiled graphs give, bit for bit, what their operations mean; however they are cut, called or hoisted."""
 
 import re
+from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
 
 from lienumba import operations
-from lienumba.compiler import emit
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler import segments
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol
+from lienumba.operations import minimum
 
 from .evaluation import assert_same_bits, call
 from .interpreter import RandomGraph, fma, interpret, numbers
@@ -24,6 +28,22 @@ def arrays(seed: int) -> dict[str, np.ndarray]:
 def functions(text: str) -> dict[str, str]:
     """The body of every function of a module by its name."""
     return dict(re.findall(r"^define [^@]*@([\w.]+)\([^)]*\)[^{]*\{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL))
+
+
+def segments_called(text: str, kernel: str) -> list[str]:
+    """The bodies of the segments that a kernel runs, one after the other."""
+    bodies = functions(text)
+    return [bodies[name] for name in re.findall(r"^call void @([\w.]+)", bodies[kernel], re.MULTILINE)]
+
+
+def computed(body: str) -> int:
+    """How many values a segment computes."""
+    return len(re.findall(r"^%v\d+ =", body, re.MULTILINE))
+
+
+def cut_every(operations: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(segments, "SHORTEST", 10**9)
+    monkeypatch.setattr(segments, "LONGEST", operations)
 
 
 def test_the_interpreters_fma_is_rounded_once():
@@ -50,18 +70,59 @@ def test_cutting_a_graph_into_segments_changes_no_bit(seed, segment, monkeypatch
     outputs = tuple(made.grow(200)[::7])
     given = arrays(seed)
     whole = call(Kernel("main", outputs, PARAMETERS), **given)
-    monkeypatch.setattr(emit, "SEGMENT", segment)
+    cut_every(segment, monkeypatch)
     kernel = Kernel("main", outputs, PARAMETERS)
     assert_same_bits(call(kernel, **given), whole)
-    bodies = functions(kernel.text())
-    computed = {name: len(re.findall(r"^%v\d+ =", body, re.MULTILINE)) for name, body in bodies.items()}
-    assert max(computed.values()) <= segment + 1
-    assert sum(computed.values()) == sum(1 for node in kernel.order if node.op != "input")
+    text = kernel.text()
+    sizes = [computed(body) for name in ("main", "main_prepare") for body in segments_called(text, name)]
+    assert max(sizes) <= segment
+    assert sum(sizes) == sum(1 for node in kernel.order if node.op != "input")
+
+
+def motif(graph: Graph, seed: int, links: int, start: tuple[Any, ...], looked_up: list[int]) -> tuple[Any, ...]:
+    """What a mechanism of equal links computes: forth along the links and back, with values kept for the way back, rows
+    of states and parameters that go on by 2 and 3 per link, and some in an order of their own."""
+    random, kept, x = Random(seed), [], start
+    choices = [(random.randrange(8), random.choice("+-*/m")) for _ in range(60)]
+    for link in range(2 * links):
+        back = link >= links
+        i = 2 * links - 1 - link if back else link
+        rows = [graph.input("state", 2 * i), graph.input("state", 2 * i + 1), graph.input("parameters", 3 * i)]
+        values = [*x, *rows, graph.input("extra", looked_up[i]), *(kept.pop() if back else (1.5,))]
+        for n, (earlier, op) in enumerate(choices):  # every value is used
+            p, q = values[n], values[-1 - earlier]
+            values.append({"+": p + q, "-": 0.5 * p - q, "*": 0.5 * p * q, "/": p / (1.0 + q * q), "m": minimum(p, q)}[op])
+        small = [v / (1.0 + v * v) for v in values[-8:]]
+        x = tuple(small[:3])
+        if not back:
+            kept.append(tuple(small[3:]))
+    return x
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_equal_links_share_their_code(seed, monkeypatch):
+    """To the bit, and so that the text hardly grows with the number of links."""
+    monkeypatch.setattr(segments, "SHORTEST", 15)
+    monkeypatch.setattr(segments, "MEAN", 20)
+    functions_of = {}
+    for links in (20, 40):
+        graph = Graph()
+        looked_up = Random(seed).sample(range(links), links)
+        outputs = motif(graph, seed, links, graph.inputs("clock", 3), looked_up)
+        kernel = Kernel("main", outputs, 3 * links)
+        given = {"state": numbers(2 * links, seed), "parameters": numbers(3 * links, seed + 1)}
+        given |= {"clock": numbers(3, seed + 2), "extra": numbers(links, seed + 3)}
+        assert_same_bits(call(kernel, **given)[: len(outputs)], interpret(outputs, **given))
+        text = kernel.text()
+        functions_of[links] = len(functions(text))
+        assert ".rows = internal constant" in text  # what is looked up
+        assert len(segments_called(text, "main")) > 2 * functions_of[links]
+    assert functions_of[40] <= functions_of[20] + 4
 
 
 def test_work_rows_are_used_again(monkeypatch):
     """A long thin computation needs a handful of rows, however often it is cut."""
-    monkeypatch.setattr(emit, "SEGMENT", 10)
+    cut_every(10, monkeypatch)
     graph = Graph()
     a, b = graph.inputs("state", 2)
     for _ in range(500):
@@ -69,7 +130,7 @@ def test_work_rows_are_used_again(monkeypatch):
     kernel = Kernel("main", (a, b), 0)
     given = {"state": numbers(2, 1)}
     assert_same_bits(call(kernel, **given)[:2], interpret((a, b), **given))
-    assert kernel.work_rows <= 6
+    assert kernel.work_rows <= 10
 
 
 def test_outputs_may_be_inputs_and_numbers_and_repeat():
@@ -132,12 +193,11 @@ def test_invariants_of_random_graphs_are_hoisted(seed):
     made = RandomGraph(seed)
     outputs = tuple(made.grow(150))
     kernel = Kernel("main", outputs, PARAMETERS)
-    bodies = functions(kernel.text())
-    invariant = {node.id for node in kernel.order if node.invariant and node.op != "input"}
+    text, operations = kernel.text(), [node for node in kernel.order if node.op != "input"]
+    invariant = sum(node.invariant for node in operations)
     assert invariant
-    for name, body in bodies.items():
-        ids = {int(i) for i in re.findall(r"^%v(\d+) =", body, re.MULTILINE)}
-        assert ids <= invariant if "prepare" in name else not ids & invariant
+    assert sum(map(computed, segments_called(text, "main_prepare"))) == invariant
+    assert sum(map(computed, segments_called(text, "main"))) == len(operations) - invariant
     rows = sorted(kernel.hoisted.values())
     assert rows == list(range(PARAMETERS, PARAMETERS + len(rows)))
 
@@ -146,7 +206,7 @@ def test_invariants_of_random_graphs_are_hoisted(seed):
 @pytest.mark.parametrize("segment", [3, 800])
 def test_outputs_go_to_their_rows(segment, monkeypatch):
     """Computed values, inputs, constants and invariants alike; other rows stay untouched."""
-    monkeypatch.setattr(emit, "SEGMENT", segment)
+    cut_every(segment, monkeypatch)
     made = RandomGraph(301)
     made.grow(40)
     computed = [x for x in made.values[STATE + PARAMETERS + CLOCK :] if isinstance(x, Symbol)][-3:]

@@ -8,7 +8,7 @@ from numba import njit
 
 from lienumba import operations
 from lienumba.compiler import lanes
-from lienumba.compiler.emit import W
+from lienumba.compiler.rows import W
 
 from .evaluation import assert_same_bits, on_lanes
 from .interpreter import fma, numbers

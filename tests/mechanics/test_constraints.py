@@ -8,7 +8,8 @@ import pytest
 from groups import oracles
 from reference import naive
 
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import constraints, dynamics, kkt

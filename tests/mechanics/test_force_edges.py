@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from compiler.evaluation import call
 
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.emit import Kernel
 from lienumba.compiler.jets import Jet
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import forces

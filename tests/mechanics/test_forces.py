@@ -7,7 +7,8 @@ import pytest
 from compiler.evaluation import machine_code
 from scipy.integrate import solve_ivp
 
-from lienumba.compiler.emit import Kernel, W
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import dynamics, forces, joints
