@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lienumba.compiler.rows import W, WorkRows
-from lienumba.compiler.segments import cut
+from lienumba.compiler.segments import LONGEST, cut
 from lienumba.compiler.sharing import Segment, assembled
-from lienumba.compiler.symbols import Symbol, live, operation_counts
+from lienumba.compiler.symbols import Symbol, live, operation_counts, uncollected
 
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
@@ -57,6 +57,7 @@ class Kernel:
         """Operations of one evaluation; invariants are not counted."""
         return operation_counts([n for n in self.order if not n.invariant])
 
+    @uncollected()
     def text(self) -> str:
         """The LLVM text of this kernel and of its `prepare`."""
         main = [n for n in self.order if not n.invariant and n.op != "input"]
@@ -80,6 +81,7 @@ class _Writer:
 
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
         self.kernel, self.preparing, self.work = kernel, preparing, WorkRows()
+        self.segments: list[Segment] = []
         self.segment = Segment()
         self.loaded: dict[tuple[str, int], str] = {}
         self.here: dict[int, int] = {}  # the values of the segment, numbered
@@ -98,10 +100,8 @@ class _Writer:
                 stored.setdefault(x.id, []).append((array, row))
             else:
                 late.append((array, row, x))
-        segments = []
         for i, part in enumerate(parts):
-            self.segment, self.loaded, self.here = Segment(), {}, {}
-            segments.append(self.segment)
+            self._begin()
             crossing = [node.id for node in part if last_use.get(node.id, i) > i]
             self.work.keep([id_ for id_ in crossing if last_use[id_] - i <= SOON])
             self.work.keep([id_ for id_ in crossing if last_use[id_] - i > SOON])
@@ -111,12 +111,18 @@ class _Writer:
                     self._store(array, row, self._value(node))
                 if last_use.get(node.id, i) > i:
                     self._store("work", self.work.of[node.id], self._value(node))
-            if i + 1 == len(parts):
-                for array, row, x in late:
-                    self._store(array, row, self._value(x))
             for id_ in [id_ for id_ in self.work.of if last_use[id_] <= i]:
                 self.work.release(id_)
-        return assembled(name, segments)
+        for n, (array, row, x) in enumerate(late):
+            if n and n % LONGEST == 0:
+                self._begin()
+            self._store(array, row, self._value(x))
+        return assembled(name, self.segments)
+
+    def _begin(self) -> None:
+        """A segment."""
+        self.segment, self.loaded, self.here = Segment(), {}, {}
+        self.segments.append(self.segment)
 
     # ------------------------------------------------------------ rows of memory
     def _store(self, array: str, row: int, value: str) -> None:

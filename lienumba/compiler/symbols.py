@@ -5,10 +5,26 @@ into an explicit multiply-add. Each rule looks at one operation alone, never at 
 what is stored cannot change what is computed, and the recorded graph fixes every bit of the result.
 """
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Millions of small objects are made here, and all stay: walking through them again and again to look for garbage
+    would double the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 class Graph:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import uncollected
 from lienumba.integrators import state_kernels, step_kernels
 from lienumba.integrators.exchange import UNIQUE, Choice
 from lienumba.integrators.held import Held
@@ -43,6 +44,7 @@ class Program:
     observed: dict[str, tuple[int, int]]
 
 
+@uncollected()
 def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = True) -> Program:
     """Trace every kernel that this mechanism and method need.
 
