@@ -22,7 +22,7 @@ from lienumba.operations import maximum
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
 ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange")
 STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE = range(len(ORDER))
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 jit.register()  # `verdict` is a kernel
 

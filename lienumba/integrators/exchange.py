@@ -20,31 +20,32 @@ BETTER = 4.0  # another set of the same number replaces the present one if its w
 WEAKENED = 0.5  # a choice is looked at again when its margin falls below this fraction of the largest that it had
 
 
-@njit(nogil=True, error_model="numpy")
-def _strongest(S: Any, allowed: Any, taken: Any) -> Any:
-    """Mark the independent rows among the allowed ones in `taken`; returns their number and the weakest pivot."""
-    q = allowed.size
-    S = S.copy()
-    left = allowed.copy()
+@njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+def _strongest(S: Any, left: Any, taken: Any) -> Any:
+    """Mark the independent ones among the rows with left = 1 in `taken`; returns their number and the weakest pivot.
+    S and `left` are used up."""
+    q = left.size
     count, weakest = 0, 1.0
     while True:
         best = 0.0
         for i in range(q):
-            if left[i] and S[i, i] > best:
+            if left[i] > 0.0 and S[i, i] > best:
                 best = S[i, i]
         if not best > INDEPENDENT:
             return count, weakest
         chosen = 0
-        while not (left[chosen] and S[chosen, chosen] >= NEARLY * best):
+        while not (left[chosen] > 0.0 and S[chosen, chosen] >= NEARLY * best):
             chosen += 1
-        left[chosen] = False
+        left[chosen] = 0.0
         taken[chosen] = 1.0
         count += 1
         pivot = S[chosen, chosen]
         weakest = min(weakest, pivot)
         for i in range(q):
-            if left[i]:
-                S[i] -= (S[i, chosen] / pivot) * S[chosen]
+            if left[i] > 0.0:
+                factor = S[i, chosen] / pivot
+                for j in range(q):
+                    S[i, j] -= factor * S[chosen, j]
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> Choice:
     S[np.tril_indices(len(scales))] = triangle
     S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))
     masks = np.zeros(len(scales))
-    _strongest.py_func(S, np.ones(len(scales), bool), masks)
+    _strongest.py_func(S, np.ones(len(scales)), masks)
     mask = [1.0] * structure.rows
     for row, used in zip(masked, masks, strict=True):
         mask[row] = float(used)
@@ -85,19 +86,25 @@ def first_choice(model: Model, masked: tuple[int, ...], now: Instant) -> Choice:
     return Choice(masked, tuple(masks.tolist()), margin)
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 def choose_rows(table: Any, lane: int, q: int) -> None:
-    """Choose for one lane. table: rows of lanes: lower triangle of S, scale of each row, masks (updated)."""
-    S = np.empty((q, q))
+    """Choose for one lane. table: rows of lanes: lower triangle of S, scale of each row, masks (updated).
+
+    Loops of numbers: Numba takes seconds to compile expressions of arrays.
+    """
     scales, masks = q * (q + 1) // 2, q * (q + 1) // 2 + q
-    n = 0
-    for i in range(q):
-        for j in range(i + 1):
-            S[i, j] = S[j, i] = table[n, lane] / np.sqrt(table[scales + i, lane] * table[scales + j, lane])
-            n += 1
-    present = np.zeros(q)
-    count, weakest = _strongest(S, table[masks : masks + q, lane] > 0.5, present)
-    better = np.zeros(q)
-    new_count, new_weakest = _strongest(S, np.ones(q, np.bool_), better)
-    if new_count > count or (new_count == count and new_weakest > BETTER * weakest):
-        table[masks : masks + q, lane] = better
+    S, left, taken = np.empty((q, q)), np.empty(q), np.empty(q)
+    count, weakest = 0, 1.0
+    for attempt in range(2):  # with the present rows, with all
+        n = 0
+        for i in range(q):
+            left[i], taken[i] = (table[masks + i, lane] if attempt == 0 else 1.0), 0.0
+            for j in range(i + 1):
+                S[i, j] = S[j, i] = table[n, lane] / np.sqrt(table[scales + i, lane] * table[scales + j, lane])
+                n += 1
+        found, pivot = _strongest(S, left, taken)
+        if attempt == 0:
+            count, weakest = found, pivot
+    if found > count or (found == count and pivot > BETTER * weakest):
+        for i in range(q):
+            table[masks + i, lane] = taken[i]

@@ -91,7 +91,8 @@ def motif(graph: Graph, seed: int, links: int, start: tuple[Any, ...], looked_up
         values = [*x, *rows, graph.input("extra", looked_up[i]), *(kept.pop() if back else (1.5,))]
         for n, (earlier, op) in enumerate(choices):  # every value is used
             p, q = values[n], values[-1 - earlier]
-            values.append({"+": p + q, "-": 0.5 * p - q, "*": 0.5 * p * q, "/": p / (1.0 + q * q), "m": minimum(p, q)}[op])
+            new = {"+": p + q, "-": 0.5 * p - q, "*": 0.5 * p * q, "/": p / (1.0 + q * q), "m": minimum(p, q)}
+            values.append(new[op])
         small = [v / (1.0 + v * v) for v in values[-8:]]
         x = tuple(small[:3])
         if not back:
