@@ -4,6 +4,7 @@ Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing 
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -157,6 +158,7 @@ def doctor() -> None:
 
 def main() -> None:
     """The entry point of the command `lienumba`."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its matrices are small: threads would only wait for each other
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a title may hold what this terminal's encoding cannot show
