@@ -5,6 +5,7 @@ named operations, so that it runs on floats, arrays, jets and symbols. Nothing i
 """
 
 import ast
+import copy
 import difflib
 import math
 from collections.abc import Callable, Mapping
@@ -103,6 +104,20 @@ class Formula:
 
     def __call__(self, t: Any, **names: Any) -> Any:
         return _value(self._tree, {"t": t, **names})
+
+    def bound(self, values: Mapping[str, float]) -> str:
+        """The text of the same formula with numbers for these names."""
+        return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
+
+
+class _Binding(ast.NodeTransformer):
+    """Puts numbers in the place of names."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        self.values = values
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Constant(self.values[node.id]) if node.id in self.values else node
 
 
 def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -> None:

@@ -1,7 +1,7 @@
 """A mechanism as data: bodies, joints, drivers, forces, gravity, and what is known of the initial state.
 
 A *number* is a float, an array of shape (runs,) where a sweep varies it, or where the field says so a function of
-time (a `Formula`: anything that is called with t).
+time (a `Formula`, a `Law`: anything that is called with t).
 """
 
 from collections.abc import Callable
@@ -20,6 +20,17 @@ Frame = tuple[Vec3, Vec3, Vec3]  # x (reference), y, z (axis): orthonormal, in a
 def at_time(x: Timed, t: Any) -> Any:
     """The number that a timed number is at time t."""
     return x(t) if callable(x) else x
+
+
+@dataclass(frozen=True)
+class Law:
+    """A function of time that has numbers of its own: function(t, **numbers)."""
+
+    function: Callable[..., Any]
+    numbers: dict[str, Number]
+
+    def __call__(self, t: Any) -> Any:
+        return self.function(t, **self.numbers)
 
 
 @dataclass(frozen=True)
@@ -151,7 +162,7 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
     inertia, a component of gravity), where a mass or a length is always a parameter. Of drivers and forces, only an
-    exact 0 does. Functions of time stay as they are.
+    exact 0 does. Functions of time stay as they are, but for the numbers of a `Law`.
     """
 
     def vector(v: Any) -> Any:
@@ -161,6 +172,8 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
         return (vector(axes[0]), vector(axes[1]), vector(axes[2]))
 
     def timed(x: Any, structural: bool) -> Any:
+        if isinstance(x, Law):
+            return replace(x, numbers={name: number(y, False) for name, y in x.numbers.items()})
         return x if callable(x) else number(x, structural)
 
     def law(x: Any) -> Any:

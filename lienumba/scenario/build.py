@@ -26,8 +26,10 @@ def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Mode
     import numpy as np
 
     data = scenario.data.model.model_dump()
+    scenario.parameters.fill(data, samples)
     for path, values in samples.items():
-        paths.put(data, paths.parse(path), values)
+        if not path.startswith("parameters."):
+            paths.put(data, paths.parse(path), values)
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
         return _Builder(data).build()
 

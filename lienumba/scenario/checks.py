@@ -7,6 +7,7 @@ from typing import Any
 from lienumba.scenario.body_checks import check_bases, check_body
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
+from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
 from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
 from lienumba.scenario.schema_types import NAME
@@ -15,7 +16,7 @@ from lienumba.scenario.time_checks import check_times
 from lienumba.scenario.words import listed, show
 
 
-def check(raw: dict[str, Any]) -> Report:
+def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`)."""
     report = Report()
     model = raw.get("model")
@@ -38,7 +39,7 @@ def check(raw: dict[str, Any]) -> Report:
         check_times(integrator, read(Output, raw.get("output", {})), report)
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
-        check_sweep(sweep, _numbers_of(model, lists), report)
+        check_sweep(sweep, _numbers_of(model, lists), parameters, report)
     return report
 
 

@@ -21,11 +21,16 @@ def checked(text: str) -> str:
     try:
         Formula(text)
     except ExpressionError as error:
-        message = str(error)
-        if message.startswith(("is not a formula", "contains")):
-            message = _slip(text) or message
-        raise ExpressionError(message if "; " in message else f"{message}; correct it") from None
+        raise ExpressionError(explained(text, error)) from None
     return text
+
+
+def explained(text: str, error: ExpressionError) -> str:
+    """What is wrong with a text that is no formula, and the remedy."""
+    message = str(error)
+    if message.startswith(("is not a formula", "contains")):
+        message = _slip(text) or message
+    return message if "; " in message else f"{message}; correct it"
 
 
 def constant(value: Any) -> float | None:

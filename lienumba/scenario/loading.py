@@ -157,7 +157,7 @@ def _text(value: Any) -> str:
 
 def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
     """A number that the sweep varies has no single value to set."""
-    if tokens[0] != "model":
+    if tokens[0] not in ("model", "parameters"):
         return
     model = data["model"] if isinstance(data.get("model"), dict) else {}
     tokens = paths.named(tokens, model)

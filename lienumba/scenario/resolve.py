@@ -16,6 +16,7 @@ from lienumba.scenario.checks import check
 from lienumba.scenario.conversions import timed
 from lienumba.scenario.loading import apply_overrides, load, name_unnamed
 from lienumba.scenario.messages import sentences
+from lienumba.scenario.parameters import Parameters, take
 from lienumba.scenario.schema import LISTS, ScenarioData
 
 FIRST = ("name", "type")  # keys that head a table
@@ -28,6 +29,7 @@ class Scenario:
     data: ScenarioData
     warnings: list[str] = field(default_factory=list)
     file: Path | None = None
+    parameters: Parameters = field(default_factory=Parameters)
 
     @property
     def steps(self) -> int:
@@ -66,16 +68,17 @@ class Scenario:
 
     def nominal(self) -> dict[str, float]:
         """The nominal value of every varied path."""
-        model = self.data.model.model_dump()
-        return {path: timed(paths.get(model, paths.parse(path))) for path in self.data.sweep.vary}
+        data = {**self.data.model.model_dump(), "parameters": self.parameters.values()}
+        return {path: timed(paths.get(data, paths.parse(path))) for path in self.data.sweep.vary}
 
     def to_dict(self) -> dict[str, Any]:
         """The scenario's keys and values with every default written out."""
         data = self.data.model_dump(exclude_none=True)
         model = data["model"]
+        self.parameters.restore(model)
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
-        return data
+        return data if data["parameters"] else {key: item for key, item in data.items() if key != "parameters"}
 
     def to_toml(self) -> str:
         """The scenario as TOML with every default written out."""
@@ -116,16 +119,21 @@ def resolve(
     raw = load(source)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
+    parameters, wrong = take(raw)
+    if wrong and not parameters.places:  # nothing else can be judged without them
+        raise ScenarioError("\n".join(problems + wrong))
+    found: list[str] = []
     data = None
     try:
         data = ScenarioData.model_validate(raw)
     except ValidationError as error:
-        problems += sentences(error, raw)
-    report = check(raw)
-    problems += report.problems
+        found += sentences(error, raw)
+    report = check(raw, parameters)
+    problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
     if problems or data is None:
         raise ScenarioError("\n".join(problems))
-    return Scenario(_filled(data), report.warnings, file)
+    warnings = [*map(parameters.explain, report.warnings), *parameters.unused()]
+    return Scenario(_filled(data), warnings, file, parameters)
 
 
 def _filled(data: ScenarioData) -> ScenarioData:

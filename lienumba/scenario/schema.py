@@ -143,6 +143,9 @@ class ScenarioData(Section):
     """A whole scenario, as the TOML file has it."""
 
     title: Annotated[str, Field(strict=True)] = Field(default="", description="a text")
+    parameters: dict[str, float | str] = Field(
+        default={}, description="numbers with names, or formulas of other parameters: kp = 40"
+    )
     model: ModelSection = Field(description="the section [model] with its bodies")
     integrator: Integrator = Field(description="the section [integrator] with step and end_time")
     projection: Projection = Field(default_factory=Projection, description="the section [projection]")

@@ -5,13 +5,19 @@ A key's description is also the remedy in its error messages, which read "give <
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
 from lienumba.scenario.formulas import LARGEST, checked
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+# In the file a number may be a formula of parameters; it is a number before it comes here (see `parameters`).
+WRITTEN: dict[str, Any] = {"type": ["number", "string"]}
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST), WithJsonSchema(WRITTEN)]
+Positive = Annotated[
+    float,
+    Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST),
+    WithJsonSchema({**WRITTEN, "exclusiveMinimum": 0}),
+]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), WithJsonSchema({**WRITTEN, "minimum": 0})]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Vec3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vec3], Field(min_length=3, max_length=3)]

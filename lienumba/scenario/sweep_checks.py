@@ -10,10 +10,11 @@ from pydantic.fields import FieldInfo
 from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
-from lienumba.scenario.words import printable, show
+from lienumba.scenario.words import printable, show, suggestion
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 if TYPE_CHECKING:
+    from lienumba.scenario.parameters import Parameters
     from lienumba.scenario.report import Report
 
 # Numbers that must be above 0 in every run, and who says so.
@@ -21,7 +22,7 @@ POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no frict
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
-def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") -> None:
+def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
     """Check the varied paths against the model as written, gravity's default included."""
     vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
     if not isinstance(vary, dict):
@@ -37,7 +38,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], report: "Report") 
         if _is_nested(entry):
             continue  # a path without its quotes, which `messages` explains
         try:
-            nominal = _nominal(path, model)
+            nominal = _nominal(path, model, parameters)
             name = paths.canonical(path, model)
             if name in seen:
                 raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
@@ -59,9 +60,15 @@ def _is_nested(entry: Any) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: dict[str, Any]) -> float | None:
+def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> float | None:
     """The number that a path leads to; PathError if none may vary; None if the model is wrong there."""
     tokens = paths.parse(path)
+    if tokens[0] == "parameters":
+        return _parameter(tokens, parameters)
+    formula = parameters.places.get(tuple(paths.named(tokens, model)))
+    if formula is not None and formula.used:
+        names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
+        raise paths.PathError(f"is the formula {show(formula.text)}; vary {' or '.join(names)} instead")
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
         raise paths.PathError("is not part of the model; vary a number of the model, such as bodies.top.mass")
@@ -86,6 +93,18 @@ def _nominal(path: str, model: dict[str, Any]) -> float | None:
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
     _refuse_parts_of_matrices(tokens)
     return float(value) if abs(value) <= float_info.max else None
+
+
+def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
+    """The nominal value of a parameter that is a number."""
+    name = str(tokens[1]) if len(tokens) == 2 else ""
+    if name in parameters.formulas:
+        formula = parameters.formulas[name]
+        used = " or ".join(f"parameters.{other}" for other in sorted(formula.used))
+        raise paths.PathError(f"is the formula {show(formula.text)}; vary {used or 'a number'} instead")
+    if name not in parameters.numbers:
+        raise paths.PathError(f"does not exist; {suggestion(name, parameters.numbers)}")
+    return parameters.numbers[name]
 
 
 def _constant(text: str) -> float | None:

@@ -75,6 +75,11 @@ class System:
         """Add a force law, such as type="spring_damper" with bodies, points, stiffness and damping."""
         return self._add("forces", {"name": name, "type": type, **keys})
 
+    def parameter(self, name: str, value: float | str) -> Self:
+        """Give a number a name, by which formulas know it: a number, or a formula of other parameters."""
+        self._data.setdefault("parameters", {})[name] = value
+        return self
+
     def integrator(self, *, step: float, end_time: float, method: str = "rk4") -> Self:
         """Choose the method, the time step and the simulated time in s."""
         self._data["integrator"] = {"method": method, "step": step, "end_time": end_time}

@@ -30,6 +30,8 @@ def units(path: str, model: dict[str, Any]) -> str:
     """The units of the number at a canonical path of a resolved scenario's model; "1" for quaternions and axes."""
     tokens = paths.parse(path)
     keys = [token for token in tokens if isinstance(token, str)]
+    if keys[0] == "parameters":
+        return "1"  # nobody says
     key = keys[-1]
     if keys[0] not in ("joints", "drivers", "forces"):
         return UNITS.get(key, "1")

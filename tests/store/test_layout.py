@@ -1,6 +1,5 @@
 """The layout of the dataset, and that plain xarray gives back what was put in."""
 
-import time
 import warnings
 
 import netCDF4
@@ -169,13 +168,3 @@ def test_a_part_of_the_dataset_can_be_written_again(written, tmp_path):
 def test_wrong_shapes_are_refused():
     with pytest.raises(ValueError, match="time"):
         example(energy=np.zeros((4, 7)))
-
-
-def test_a_thousand_runs_are_written_in_about_a_second(tmp_path):
-    large = example(runs=1000, times=[k / 100 for k in range(201)])
-    durations = []
-    for _ in range(2):
-        start = time.perf_counter()
-        write(large, tmp_path / "out.nc")
-        durations.append(time.perf_counter() - start)
-    assert min(durations) < 3.0  # 0.8 s on an idle core; random numbers, the hardest to compress
