@@ -10,6 +10,7 @@ from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
+from lienumba.scenario.extends import extended
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.words import nearest, show
 
@@ -19,13 +20,13 @@ MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces")
 def load(source: Any) -> dict[str, Any]:
     """The scenario's keys and values, not yet checked; `source` is a path, a dict or a System."""
     if isinstance(source, str | Path):
-        return _read(Path(source))
+        return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
     if hasattr(source, "to_dict"):
         source = source.to_dict()
     if isinstance(source, Mapping):
         plain = _plain(source)
         assert isinstance(plain, dict)
-        return plain
+        return extended(plain, Path(), _read)
     raise ScenarioError(
         f"the scenario is a {type(source).__name__}: must be the path of a TOML file, a dict or a System"
     )

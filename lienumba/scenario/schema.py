@@ -143,6 +143,7 @@ class ScenarioData(Section):
     """A whole scenario, as the TOML file has it."""
 
     title: Annotated[str, Field(strict=True)] = Field(default="", description="a text")
+    extends: str | None = Field(default=None, description="the path of a scenario on which this one builds")
     parameters: dict[str, float | str] = Field(
         default={}, description="numbers with names, or formulas of other parameters: kp = 40"
     )

@@ -153,7 +153,16 @@ def test_schema_is_json_and_describes_every_section() -> None:
     result = lienumba("schema")
     assert result.exit_code == 0
     schema = json.loads(result.stdout)
-    assert set(schema["properties"]) == {"title", "parameters", "model", "integrator", "projection", "output", "sweep"}
+    assert set(schema["properties"]) == {
+        "title",
+        "extends",
+        "parameters",
+        "model",
+        "integrator",
+        "projection",
+        "output",
+        "sweep",
+    }
     assert schema["additionalProperties"] is False
 
 

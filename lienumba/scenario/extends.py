@@ -1,0 +1,73 @@
+"""`extends`: a scenario that builds on another one and writes only what differs."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.words import show
+
+# Of these a scenario has one or the other: the one that is given takes the place of the other one below.
+ALTERNATIVES = (("every", "times"), ("points", "at"), ("axes", "axis"), ("value", "rate"))
+Read = Callable[[Path], dict[str, Any]]
+
+
+def extended(raw: dict[str, Any], folder: Path, read: Read, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """The scenario put over the one that it extends, and so on; paths are relative to the file that names them."""
+    raw = dict(raw)
+    named = raw.pop("extends", None)
+    if named is None:
+        return raw
+    if not isinstance(named, str):
+        raise ScenarioError(f"extends = {show(named)}: must be a text in quotes; give the path of a TOML file")
+    path = folder / named
+    if path.resolve() in above:
+        raise ScenarioError(f"extends = {show(named)}: leads back to itself; take it out of one of the files")
+    try:
+        below = read(path)
+    except ScenarioError as error:
+        raise ScenarioError(f"extends = {show(named)}: {error}") from None
+    return _over(extended(below, path.parent, read, (*above, path.resolve())), raw)
+
+
+def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
+    """Sections are put over sections key by key."""
+    merged = dict(below)
+    for name, section in raw.items():
+        both = isinstance(section, dict) and isinstance(below.get(name), dict)
+        merged[name] = _section(below[name], section) if both else section
+    return merged
+
+
+def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
+    """Lists of tables go by their names; what is varied, by its path; everything else is replaced."""
+    merged = _replaced(below, section)
+    for key, value in section.items():
+        old = below.get(key)
+        if _are_tables(value) and _are_tables(old):
+            merged[key] = _by_name(old, value)
+        elif key == "vary" and isinstance(value, dict) and isinstance(old, dict):
+            merged[key] = {**old, **value}
+    return merged
+
+
+def _by_name(below: Any, items: Any) -> list[Any]:
+    merged = list(below)
+    places = {item.get("name"): i for i, item in enumerate(merged)}
+    for item in items:
+        place = places.get(item.get("name")) if "name" in item else None
+        if place is None:
+            merged.append(item)
+        else:
+            merged[place] = _replaced(merged[place], item)
+    return merged
+
+
+def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
+    """Keys take the place of those below, and of their alternatives."""
+    gone = {a for pair in ALTERNATIVES for a, b in (pair, pair[::-1]) if b in keys and a not in keys}
+    return {key: value for key, value in below.items() if key not in gone} | keys
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
