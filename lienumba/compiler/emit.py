@@ -12,13 +12,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lienumba.compiler.rows import W, WorkRows
-from lienumba.compiler.segments import LONGEST, cut
-from lienumba.compiler.sharing import Segment, assembled
+from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
+from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import Symbol, live, operation_counts, uncollected
 
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
 BITS = f"<{W} x i64>"
+LONG = 3000  # operations from which on equal parts are looked for,
+REPEATED = 0.7  # and worth it where this fraction of the segments, or less, are distinct
 SOON = 8  # segments within which a value is read for the last time, or it is kept apart
 BINARY = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
@@ -88,11 +90,20 @@ class _Writer:
 
     def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
-        parts = cut(order)
+        if len(order) >= LONG:
+            self._write(by_content(order), stores, frames=True)
+            if distinct(self.segments) <= REPEATED * len(self.segments):
+                return assembled(name, self.segments)
+        self._write(by_size(order), stores, frames=False)
+        return assembled(name, self.segments)
+
+    def _write(self, parts: Segments, stores: list[tuple[str, int, Any]], frames: bool) -> None:
+        """Fill the segments; frames: what each leaves lies side by side."""
+        self.segments, self.work = [], WorkRows()
         last_use: dict[int, int] = {}
         for i, part in enumerate(parts):
             last_use |= {x.id: i for node in part for x in node.args if isinstance(x, Symbol)}
-        computed = {node.id for node in order}
+        computed = {node.id for part in parts for node in part}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
         late = []  # values that are not computed here
         for array, row, x in stores:
@@ -103,8 +114,12 @@ class _Writer:
         for i, part in enumerate(parts):
             self._begin()
             crossing = [node.id for node in part if last_use.get(node.id, i) > i]
-            self.work.keep([id_ for id_ in crossing if last_use[id_] - i <= SOON])
-            self.work.keep([id_ for id_ in crossing if last_use[id_] - i > SOON])
+            if frames:
+                self.work.keep([id_ for id_ in crossing if last_use[id_] - i <= SOON])
+                self.work.keep([id_ for id_ in crossing if last_use[id_] - i > SOON])
+            else:
+                for id_ in crossing:
+                    self.work.keep([id_])
             for node in part:
                 self._compute(node)
                 for array, row in stored.get(node.id, ()):
@@ -117,10 +132,9 @@ class _Writer:
             if n and n % LONGEST == 0:
                 self._begin()
             self._store(array, row, self._value(x))
-        return assembled(name, self.segments)
 
     def _begin(self) -> None:
-        """A segment."""
+        """The next segment."""
         self.segment, self.loaded, self.here = Segment(), {}, {}
         self.segments.append(self.segment)
 

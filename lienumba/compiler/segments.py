@@ -1,22 +1,40 @@
-"""Where a long row of operations is cut into segments, so that equal parts of a mechanism give equal segments.
+"""Where a long row of operations is cut into segments.
 
-A cut depends only on the few operations before it, as backup programs cut files: the operations of every link of a
-chain are then cut in the same places, whatever came before, and the machine code of one serves them all. Code that is
-read again and again stays in the nearest cache, which is what long mechanisms wait for.
+`by_content`: a cut depends only on the few operations before it, as backup programs cut files. The operations of every
+link of a chain are then cut in the same places, whatever came before, and the machine code of one serves them all.
+Code that is read again and again stays in the nearest cache, which is what long mechanisms wait for.
+`by_size`: for what does not repeat itself.
 """
 
 from zlib import crc32
 
 from lienumba.compiler.symbols import Symbol
 
-SHORTEST, LONGEST = 100, 400  # operations of a segment
+SIZE = 300  # operations and loads of inputs of a segment, where cut by size
+SHORTEST, LONGEST = 100, 400  # operations of a segment, where cut by content
 MEAN = 100  # operations from SHORTEST on until a cut is found, on average
 WINDOW = 12  # operations that decide about a cut
 
+Segments = list[list[Symbol]]
 
-def cut(order: list[Symbol]) -> list[list[Symbol]]:
-    """Operations in the order in which they are computed, cut into segments; at least one."""
-    segments: list[list[Symbol]] = [[]]
+
+def by_size(order: list[Symbol]) -> Segments:
+    """Operations in the order in which they are computed; at least one segment."""
+    segments: Segments = [[]]
+    size = 0
+    for node in order:
+        cost = 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
+        if size + cost > SIZE and segments[-1]:
+            segments.append([])
+            size = 0
+        size += cost
+        segments[-1].append(node)
+    return segments
+
+
+def by_content(order: list[Symbol]) -> Segments:
+    """The same; equal parts are cut in equal places."""
+    segments: Segments = [[]]
     window = b""
     for node in order:
         segments[-1].append(node)

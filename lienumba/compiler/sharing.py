@@ -30,6 +30,11 @@ class Segment:
         return (*self.lines, *((array, written) for _, array, _, written in self.accesses))
 
 
+def distinct(segments: list[Segment]) -> int:
+    """How many functions they need."""
+    return len({segment.key() for segment in segments})
+
+
 def assembled(name: str, segments: list[Segment]) -> str:
     """The function that calls the segments one after the other."""
     alike: dict[tuple[object, ...], list[int]] = {}

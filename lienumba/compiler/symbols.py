@@ -8,23 +8,31 @@ what is stored cannot change what is computed, and the recorded graph fixes ever
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
 from typing import Any
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
 
 
+_inside: list[bool] = []  # for everyone in `uncollected`, whether garbage was collected when the first came
+_lock = Lock()
+
+
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Millions of small objects are made here, and all stay: walking through them again and again to look for garbage
-    would double the time."""
-    enabled = gc.isenabled()
-    gc.disable()
+    """Millions of small objects are made here, and nearly all stay: walking through them again and again to look for
+    garbage would double the time. For any number of threads."""
+    with _lock:
+        _inside.append(_inside[0] if _inside else gc.isenabled())
+        gc.disable()
     try:
         yield
     finally:
-        if enabled:
-            gc.enable()
+        with _lock:
+            enabled = _inside.pop()
+            if enabled and not _inside:
+                gc.enable()
 
 
 class Graph:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lienumba import operations
-from lienumba.compiler import segments
+from lienumba.compiler import emit, segments
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol
@@ -42,8 +42,7 @@ def computed(body: str) -> int:
 
 
 def cut_every(operations: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(segments, "SHORTEST", 10**9)
-    monkeypatch.setattr(segments, "LONGEST", operations)
+    monkeypatch.setattr(segments, "SIZE", operations)
 
 
 def test_the_interpreters_fma_is_rounded_once():
@@ -103,6 +102,7 @@ def motif(graph: Graph, seed: int, links: int, start: tuple[Any, ...], looked_up
 @pytest.mark.parametrize("seed", range(6))
 def test_equal_links_share_their_code(seed, monkeypatch):
     """To the bit, and so that the text hardly grows with the number of links."""
+    monkeypatch.setattr(emit, "LONG", 0)
     monkeypatch.setattr(segments, "SHORTEST", 15)
     monkeypatch.setattr(segments, "MEAN", 20)
     functions_of = {}
@@ -131,7 +131,7 @@ def test_work_rows_are_used_again(monkeypatch):
     kernel = Kernel("main", (a, b), 0)
     given = {"state": numbers(2, 1)}
     assert_same_bits(call(kernel, **given)[:2], interpret((a, b), **given))
-    assert kernel.work_rows <= 10
+    assert kernel.work_rows <= 6
 
 
 def test_outputs_may_be_inputs_and_numbers_and_repeat():
