@@ -17,9 +17,33 @@ SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID =
 STATUSES = (
     Status(SUCCESS, "success", "finished"),
     Status(NON_FINITE, "non_finite", "the state became infinite or undefined; try a smaller step"),
-    Status(NOT_CONVERGED, "projection_not_converged", "the projection did not reach its tolerance; try a smaller step"),
-    Status(SINGULAR, "singular_constraints", "the constraints became dependent on each other"),
-    Status(ROTATION, "rotation_too_large", "a body turned by nearly a full turn within one stage; try a smaller step"),
-    Status(NOT_ASSEMBLED, "not_assembled", "no initial state that fulfils the joints was found for the sampled values"),
-    Status(INVALID, "invalid_sample", "a sampled mass or inertia is not positive, or a sampled rotation is zero"),
+    Status(
+        NOT_CONVERGED,
+        "projection_not_converged",
+        "the projection did not reach its tolerance; try a smaller step, or see whether a driver wants more than the "
+        "mechanism can reach",
+    ),
+    Status(
+        SINGULAR,
+        "singular_constraints",
+        "joints or drivers could not be kept where they depend on one another (a dead point); start elsewhere, or "
+        "drive another joint",
+    ),
+    Status(
+        ROTATION,
+        "rotation_too_large",
+        "a body turned by nearly a full turn within one stage; try a smaller step, or see whether a driver wants more "
+        "than the mechanism can reach",
+    ),
+    Status(
+        NOT_ASSEMBLED,
+        "not_assembled",
+        "no initial state that fulfils the joints was found for the sampled values; give fewer initial values, or "
+        "less spread",
+    ),
+    Status(
+        INVALID,
+        "invalid_sample",
+        "a sampled mass, inertia, length or speed of friction is not positive, or a rotation is zero; give less spread",
+    ),
 )

@@ -8,7 +8,7 @@ from lienumba.integrators import codes, munthe_kaas
 from lienumba.integrators.tracer import Tracer, finite, flat
 from lienumba.mechanics import constraints, dynamics, kkt, projection
 from lienumba.mechanics.motion import Instant
-from lienumba.operations import where
+from lienumba.operations import minimum, where
 
 
 def position(tracer: Tracer) -> Kernel:
@@ -43,6 +43,9 @@ def velocity(tracer: Tracer) -> Kernel:
     counts = projection.counted(solution, mask, "velocity")
     violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
     code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
+    if tracer.structure.looped:
+        lost = projection.lost_rate(model, Instant(new, now.t, now.angles), counts)
+        code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("velocity", (*flat(new), violation, code))
 
@@ -60,7 +63,8 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     expected = tracer.expected(tracer.held_rows(graph), 0.0)
     mu = dynamics.accelerations(model, tracer.structure, now, mask, expected).mu
     if tracer.whole.masked:
-        mu = kkt.least_multipliers(tracer.whole, constraints.jacobian(model, now), mu)
+        short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
+        mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
     kinetic, potential = dynamics.energies(model, now)
     force, torque = constraints.loads(model, now, mu)
     driven = constraints.rows_of(model)[len(model.joints) :]

@@ -151,7 +151,7 @@ def _upright(model: Model, start: Start, poses: Poses) -> tuple[tuple[int, int],
 def _rows_known(unsolved: Model, model: Model, start: Start) -> tuple[int, ...]:
     """The rows on the position level, but for those that only the assembled start decides."""
     rows: list[int] = []
-    undecided = [placing.decided_by_start(j, says) for j, says in zip(model.joints, start.joints, strict=True)]
+    undecided = [placing.decided_by_start(model, start, j) for j in range(len(model.joints))]
     undecided += [0] * len(unsolved.drivers)
     listed = zip(constraints.constraints_of(unsolved), constraints.rows_of(unsolved), undecided, strict=True)
     for constraint, own, last in listed:

@@ -23,7 +23,7 @@ WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot 
 FADED = 1e-6  # is faded, to one half here
 LEAST = 1e-13  # and the pivot is at least this fraction
 NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
-SHIFT = 1e-6  # of least_multipliers
+SHIFT, FINE_SHIFT = 1e-6, 1e-12  # of least_multipliers; the second is relative
 
 Entries = dict[tuple[int, int], Any]
 Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
@@ -270,20 +270,23 @@ def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: 
     return rest_f, rest_g
 
 
-def least_multipliers(structure: Structure, C: Entries, mu: list[Any]) -> list[Any]:
-    """The multipliers of minimum norm with the same C^T mu, over all rows: iterated Tikhonov regularisation."""
+def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: list[Any]) -> list[Any]:
+    """The multipliers of minimum norm with the same C^T mu, over all rows: iterated Tikhonov regularisation of
+    C A^-1 C^T. `A`, positive definite, does not change them; with lengths near those of the mechanism few directions
+    are weak. What is weak all the same, near singular positions, is left over by the first shift for the second."""
     n, rows = 6 * structure.bodies, structure.rows
-    identity = {(i, i): 1.0 for i in range(n)}
-    factors = _Factors.of(structure.order, n, identity, C, {})
-    for j, variable in enumerate(structure.order):
-        factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j] - (SHIFT if variable >= n else 0.0))
-    f, g = _rest(identity, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
+    f, g = _rest(A, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
     x: list[Any] = [0.0] * n
     least: list[Any] = [0.0] * rows
-    for _ in range(4):
-        dx, dmu = factors.backward(factors.forward(*_rest(identity, C, f, g, x, least), [1.0] * rows))
-        x = [a + b for a, b in zip(x, dx, strict=True)]
-        least = [a + b for a, b in zip(least, dmu, strict=True)]
+    for shift, relative, iterations in ((SHIFT, 0.0, 4), (0.0, FINE_SHIFT, 2)):
+        factors = _Factors.of(structure.order, n, A, C, {})
+        for j, variable in enumerate(structure.order):
+            moved = shift - relative * factors.by_bodies[j] if variable >= n else 0.0
+            factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j] - moved)
+        for _ in range(iterations):
+            dx, dmu = factors.backward(factors.forward(*_rest(A, C, f, g, x, least), [1.0] * rows))
+            x = [a + b for a, b in zip(x, dx, strict=True)]
+            least = [a + b for a, b in zip(least, dmu, strict=True)]
     return least
 
 

@@ -115,8 +115,12 @@ def provisional(joint: Joint) -> Joint:
     return replace(joint, length=length, offset=offset)
 
 
-def decided_by_start(joint: Joint, says: JointStart) -> int:
+def decided_by_start(model: Model, start: Start, index: int) -> int:
     """How many of the last rows of a joint only the assembled start decides."""
+    joint, says = model.joints[index], start.joints[index]
+    if joint.coordinates is not None:
+        free = [c for c in joint.coordinates if c.kind == "angle" and start.joints[c.joint].references is None]
+        return 1 if joint.offset is None or free else 0
     if joint.type in COUPLED or (joint.type == "distance" and joint.length is None):
         return 1
     if joint.type == "fixed" and says.references is None:

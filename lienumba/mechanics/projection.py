@@ -15,7 +15,8 @@ from lienumba.mechanics.motion import Instant
 from lienumba.operations import absolute, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
-LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position
+LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
+LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
@@ -88,6 +89,17 @@ def lost(model: Model, now: Instant, counts: list[Any]) -> Any:
     for phi, kind, count in zip(constraints.residual(model, now), lengths, counts, strict=True):
         violation = absolute(phi) if kind == "r" else absolute(phi) / size
         worst = maximum(where(count > 0.5, 0.0, violation), worst)
+    return worst
+
+
+def lost_rate(model: Model, now: Instant, counts: list[Any]) -> Any:
+    """The largest violation (m/s or rad/s) of the rows that have no position and do not count."""
+    worst: Any = 0.0
+    rates, _ = constraints.rate_and_bias(model, now)
+    for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
+        if c.level != "position":
+            for row in range(rows.start, rows.stop):
+                worst = maximum(where(counts[row] > 0.5, 0.0, absolute(rates[row])), worst)
     return worst
 
 

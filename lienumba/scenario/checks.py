@@ -12,7 +12,7 @@ from lienumba.scenario.report import GROUND, Report, placed, read, tables
 from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
-from lienumba.scenario.time_checks import check_times
+from lienumba.scenario.time_checks import check_times, looked_at
 from lienumba.scenario.words import listed, show
 
 
@@ -24,6 +24,9 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     lists = {kind: tables(model.get(kind)) for kind in LISTS}
     for kind, items in lists.items():
         _check_names(kind, items, report)
+    integrator = read(Integrator, raw.get("integrator"))
+    if integrator is not None:
+        report.times = looked_at(integrator)
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, report)
@@ -34,7 +37,6 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
         checked = read(Body, body)
         if checked is not None:
             check_body(place, checked, report)
-    integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         check_times(integrator, read(Output, raw.get("output", {})), report)
     sweep = raw.get("sweep")

@@ -1,15 +1,20 @@
 """Formulas as people write them: the usual slips, each with its remedy, and whether they have numbers at the start."""
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.expressions import ExpressionError, Formula
+
+if TYPE_CHECKING:
+    import numpy as np
 
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 SLIPS = (
     (r"\s*$", 'is empty; write a number, or a formula such as "0.3*sin(2*t)"'),
     (r"[^(]*\d,\d", "has a comma in a number; a decimal number has a point: 0.5"),
+    (r".*\bif\b", "has an if; write where(t < 1, number, other number)"),
+    (r"\s*[-+]?[\d.]+(e[-+]?\d+)?(\s+(m|s|N|J|W)|\s*(kg|rad|Nm|Hz|mm))\b", "has a unit; numbers are in SI units, without it"),
     (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
     (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
     (r".*(?<![\w.])[\d.]+\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),
@@ -55,9 +60,45 @@ def not_finite_at_start(value: Any, orders: int) -> str | None:
         if not abs(number) < LARGEST:
             return (
                 f"its {name} at t = 0 is {number}; give a formula that begins smoothly with finite numbers, such as "
-                "where(t > 0, ..., 0)"
+                "t**2, or sqrt(t + 0.001)"
             )
     return None
+
+
+def derivatives(text: str, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """A formula of the time, its rate and its second derivative at these times."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        x = lift(Formula(text)(Jet(times, 1.0)))
+    a, b, c = (np.array(np.broadcast_to(np.asarray(y, float), times.shape)) for y in (x.a, x.b, x.c))
+    return a, b, c
+
+
+def not_finite_later(text: str, orders: int, times: "np.ndarray") -> str | None:
+    """What is wrong with a formula in the course of a run."""
+    import numpy as np
+
+    for name, x in zip(("value", "rate", "second derivative"), derivatives(text, times)[:orders], strict=False):
+        bad = ~(np.abs(x) < LARGEST)
+        if bad.any():
+            first = int(np.argmax(bad))
+            return (
+                f"its {name} is {x[first]:.3g} at t = {times[first]:.6g}; give a formula that is finite until "
+                f"integrator.end_time = {times[-1]:.6g}"
+            )
+    return None
+
+
+def jump(x: "np.ndarray", rate: "np.ndarray", times: "np.ndarray") -> tuple[float, float] | None:
+    """Where a function changes by far more than its rate says on both sides: the time, and by how much."""
+    import numpy as np
+
+    steps, spacing = np.abs(np.diff(x)), times[1] - times[0]
+    rates = np.abs(rate)
+    most = 4.0 * spacing * np.maximum(rates[:-1], rates[1:]) + 1e-6 * np.max(np.abs(x))
+    found = np.flatnonzero(steps > most)
+    return (float(times[found[0] + 1]), float(steps[found[0]])) if len(found) else None
 
 
 def _slip(text: str) -> str | None:

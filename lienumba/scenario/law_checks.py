@@ -5,7 +5,14 @@ from typing import Any
 from lienumba.mechanics.force_laws import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.scenario.conversions import timed
-from lienumba.scenario.formulas import at_start, constant, not_finite_at_start
+from lienumba.scenario.formulas import (
+    at_start,
+    constant,
+    derivatives,
+    jump,
+    not_finite_at_start,
+    not_finite_later,
+)
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.report import GROUND, Report, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
@@ -29,9 +36,11 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
     if checked is None:
         return
     check_start(f"{place}.value", checked.value, 2 if form == "angular_velocity" else 3, report)
+    check_jumps(f"{place}.value", checked.value, form == "angular_velocity", report)
     if form != "joint":
         return
     check_start(f"{place}.rate", checked.rate, 2, report)
+    check_jumps(f"{place}.rate", checked.rate, True, report)
     find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
     if (checked.value is None) == (checked.rate is None):
         which = "has neither value nor rate" if checked.value is None else "has both value and rate"
@@ -45,8 +54,31 @@ def check_start(at: str, value: Any, orders: int, report: Report) -> None:
     """Check that a number that varies in time, or a list of them, has so many finite derivatives when it begins."""
     for where, x in _numbers(at, value):
         problem = not_finite_at_start(x, orders)
+        if problem is None and isinstance(x, str) and report.times is not None:
+            problem = not_finite_later(x, orders, report.times)
         if problem is not None:
             report.problems.append(f"{where} = {show(x)}: {problem}")
+
+
+def check_jumps(at: str, value: Any, prescribes_rate: bool, report: Report) -> None:
+    """What is prescribed may not jump; if its rate does, that is an impact."""
+    for where, x in _numbers(at, value):
+        if not isinstance(x, str) or report.times is None:
+            continue
+        a, b, c = derivatives(x, report.times)
+        found = None if prescribes_rate else jump(a, b, report.times)
+        if found is not None:
+            report.problems.append(
+                f"{where} = {show(x)}: jumps by {found[1]:.3g} at t = {found[0]:.6g}, and nothing can move at once; "
+                f"write a smooth transition, such as 0.5*(1 + tanh((t - {found[0]:.3g})/0.02))"
+            )
+            continue
+        found = jump(a, b, report.times) if prescribes_rate else jump(b, c, report.times)
+        if found is not None:
+            report.warnings.append(
+                f"{where} = {show(x)}: the speed that it prescribes jumps by {found[1]:.3g} at t = {found[0]:.6g}, an "
+                "impact whose work nobody counts; smooth it with tanh, or expect an energy_residual"
+            )
 
 
 def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:

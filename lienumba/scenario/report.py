@@ -2,11 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from lienumba.scenario.places import unique_name
+
+if TYPE_CHECKING:
+    import numpy as np
 
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)
@@ -14,10 +17,12 @@ S = TypeVar("S", bound=BaseModel)
 
 @dataclass
 class Report:
-    """What the checks found: problems stop the scenario, warnings do not."""
+    """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
+    run, where they are known, at which formulas of the time are looked at."""
 
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    times: "np.ndarray | None" = None
 
 
 def tables(items: Any) -> list[dict[str, Any]]:

@@ -8,7 +8,11 @@ from lienumba.scenario import timegrid
 from lienumba.scenario.schema import Integrator, Output
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from lienumba.scenario.report import Report
+
+MOST_TIMES = 200_000  # at which a formula is looked at
 
 
 def check_times(integrator: Integrator, output: Output | None, report: "Report") -> None:
@@ -38,6 +42,16 @@ def check_times(integrator: Integrator, output: Output | None, report: "Report")
     for name, number in Counter(output.variables).items():
         if number > 1:
             report.problems.append(f'output.variables: names "{name}" {number} times; name it once')
+
+
+def looked_at(integrator: Integrator) -> "np.ndarray | None":
+    """The times at which formulas are looked at: steps and half steps, or as many as are looked at in no time."""
+    import numpy as np
+
+    if not 0.0 < integrator.step <= integrator.end_time:
+        return None
+    points = min(2.0 * integrator.end_time / integrator.step, MOST_TIMES)
+    return np.linspace(0.0, integrator.end_time, round(points) + 1)
 
 
 def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:

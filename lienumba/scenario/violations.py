@@ -7,7 +7,7 @@ from lienumba.groups import so3
 from lienumba.mechanics import joints, placing, rank
 from lienumba.mechanics.assembly import Assembly, Condition
 from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
-from lienumba.mechanics.model import Model, Start, at_time
+from lienumba.mechanics.model import Joint, Model, Start, at_time
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.formulas import LARGEST
 from lienumba.scenario.joint_checks import PARALLEL, sine
@@ -107,7 +107,7 @@ class _Run:
             return size
         if c.what == "driver":
             return self.turned(c) or size
-        joint = next(j for j in self.model.joints if j.name == c.name)
+        joint = self.joint(c.name)
         if joint.type == "distance":
             d = joints.separation(joint, *placing.ends(joint, self.now.bodies))
             return abs(hypot(*d) - float(joint.length or 0.0))
@@ -164,7 +164,7 @@ class _Run:
             )
         if level == "velocity":
             happens = "its bodies turn apart" if turning else "its points separate"
-            if self.happens(c, turning)[1] == "offset":
+            if self.joint(c.name).coordinates is not None:
                 happens = "its coordinates leave its ratio"
             remedy = f"correct the {held}, or omit what shall be solved for"
             if not held:
@@ -175,11 +175,20 @@ class _Run:
         verb = "differ by" if turning else "miss by"
         return f"{where}: {happens} at t = 0: they {verb} {missed}; correct the {things} {remedy}"
 
+    def joint(self, name: str) -> Joint:
+        return next(j for j in self.model.joints if j.name == name)
+
+    def without_references(self, name: str) -> str:
+        """The remedy for angles that begin at 0 because nothing says from where they count."""
+        of_angles = [c.joint for c in self.joint(name).coordinates or () if c.kind == "angle"]
+        free = [self.model.joints[j].name for j in of_angles if self.start.joints[j].references is None]
+        return f", give references to {listed(free)} (without them an angle is 0 at the start)" if free else ""
+
     def happens(self, c: Condition, turning: bool) -> tuple[str, str]:
         """What a joint does at a start that does not fit it, and what of it to correct."""
-        kind = next(j.type for j in self.model.joints if j.name == c.name)
+        kind = self.joint(c.name).type
         if kind in ("gear", "coupler"):
-            return "its coordinates do not have its ratio and offset", "offset"
+            return "its coordinates do not have its ratio and offset", f"offset{self.without_references(c.name)}"
         if kind in ("universal", "perpendicular_axes") and turning:
             return "its axes are not perpendicular", "axes"
         if turning:

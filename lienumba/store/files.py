@@ -39,6 +39,10 @@ def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
         raise ScenarioError(f"output = {target}: is not a regular file; choose another name")
     if target.exists() and not overwrite:
         raise ScenarioError(f"output = {target}: exists already; choose another name, or replace it with --overwrite")
+    if target.exists() and not _may_be_dataset(target):
+        raise ScenarioError(
+            f"output = {target}: is a file of another kind, not a dataset to be replaced; choose another name"
+        )
     probe = _partial(target.resolve())
     try:
         probe.open("xb").close()  # asking for permissions is not enough: root has them all, on a read-only disk too
@@ -48,6 +52,16 @@ def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
             f"output = {target}: cannot be written to {folder} ({error.strerror});"
             " change its permissions or choose another folder"
         ) from error
+
+
+def _may_be_dataset(path: Path) -> bool:
+    """Whether it is a netCDF file, or empty, or cannot be read."""
+    try:
+        with path.open("rb") as file:
+            first = file.read(4)
+    except OSError:
+        return True
+    return first in (b"", b"\x89HDF") or first.startswith(b"CDF")
 
 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:

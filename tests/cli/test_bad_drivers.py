@@ -272,22 +272,22 @@ FORMULAS = {
     "infinite at the start": (
         value("1/t"),
         'model.drivers.drive.value = "1/t": its value at t = 0 is inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "infinite rate at the start": (
         value("sqrt(t)"),
         'model.drivers.drive.value = "sqrt(t)": its rate at t = 0 is inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "infinite second derivative at the start": (
         value("t*sqrt(t)"),
         'model.drivers.drive.value = "t*sqrt(t)": its rate at t = 0 is nan; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "rate infinite at the start": (
         rig(driver(PIVOTED, 'rate = "log(t)"')),
         'model.drivers.drive.rate = "log(t)": its value at t = 0 is -inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "in a list": (
         rig(driver('body = "arm"', 'motion = "point"', 'value = [0, "2*x", 0]')),
@@ -296,17 +296,17 @@ FORMULAS = {
     "in a force": (
         rig(force('type = "force"', 'body = "arm"', 'value = [0, "1/t", 0]')),
         'model.forces.push.value[1] = "1/t": its value at t = 0 is inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "target that jumps": (
         rig(force('type = "actuator"', PIVOTED, "stiffness = 1", "damping = 1", 'target = "sqrt(t)"')),
         'model.forces.push.target = "sqrt(t)": its rate at t = 0 is inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "rest that jumps": (
         rig(force('type = "torsion_spring"', PIVOTED, "stiffness = 1", 'free_angle = "sqrt(t)"')),
         'model.forces.push.free_angle = "sqrt(t)": its rate at t = 0 is inf; give a formula that begins '
-        "smoothly with finite numbers, such as where(t > 0, ..., 0)",
+        "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "too long": (
         value("t" + 1000 * "+t"),

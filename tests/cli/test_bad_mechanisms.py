@@ -386,7 +386,7 @@ TABLES = {
     "gravity that begins infinite": (
         rig(model='[model]\ngravity = [0, 0, "1/t"]\n'),
         'model.gravity[2] = "1/t": its value at t = 0 is inf; give a formula that begins smoothly with '
-        "finite numbers, such as where(t > 0, ..., 0)",
+        "finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
     "a mass that varies": (
         rig(FREE.replace("mass = 1", 'mass = "2 - t"')),

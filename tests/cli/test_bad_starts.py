@@ -106,8 +106,8 @@ CASES = {
     "an offset that is not there": (
         rig(GEAR + "offset = 3\n"),
         "model.joints.extra: its coordinates do not have its ratio and offset at t = 0: they miss by 2 "
-        "m, at most 4e-15 m is allowed; correct the offset or the position and rotation of arm and "
-        "block, or omit what shall be solved for",
+        "m, at most 4e-15 m is allowed; correct the offset, give references to pivot (without them an "
+        "angle is 0 at the start) or the position and rotation of arm and block, or omit what shall be solved for",
     ),
     "an angle that is not there": (
         rig(pivot=f"{PIVOT}\n{REFERENCES}\nangle = 0.5"),

@@ -52,7 +52,7 @@ def test_quiet_is_silent(tmp_path: Path) -> None:
 
 def test_overwrite_replaces(tmp_path: Path) -> None:
     target = tmp_path / "top.nc"
-    target.write_bytes(b"old")
+    target.write_bytes(b"\x89HDF old")
     options = ("-o", target, "-q", "--overwrite", *SHORT)
     assert lienumba("run", SCENARIOS / "heavy_top.toml", *options).exit_code == 0
     assert target.stat().st_size > 1000

@@ -228,11 +228,20 @@ def test_a_good_target_passes_and_leaves_nothing(tmp_path, monkeypatch):
 
 def test_an_existing_file_needs_overwrite(tmp_path):
     path = tmp_path / "out.nc"
-    path.write_text("old")
+    path.write_bytes(b"\x89HDF old")
     with pytest.raises(ScenarioError, match=r"out\.nc: exists already; .*--overwrite"):
         check_target(path, overwrite=False)
     check_target(path, overwrite=True)
-    assert path.read_text() == "old"
+    assert path.read_bytes() == b"\x89HDF old"
+
+
+def test_only_datasets_are_overwritten(tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_text("title = 'dear to me'")
+    with pytest.raises(ScenarioError, match=r"scenario\.toml: is a file of another kind, .*; choose another name"):
+        check_target(path, overwrite=True)
+    path.write_text("")
+    check_target(path, overwrite=True)
 
 
 def test_missing_folders_and_wrong_kinds_are_named(tmp_path):
