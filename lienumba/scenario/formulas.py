@@ -14,7 +14,10 @@ SLIPS = (
     (r"\s*$", 'is empty; write a number, or a formula such as "0.3*sin(2*t)"'),
     (r"[^(]*\d,\d", "has a comma in a number; a decimal number has a point: 0.5"),
     (r".*\bif\b", "has an if; write where(t < 1, number, other number)"),
-    (r"\s*[-+]?[\d.]+(e[-+]?\d+)?(\s+(m|s|N|J|W)|\s*(kg|rad|Nm|Hz|mm))\b", "has a unit; numbers are in SI units, without it"),
+    (
+        r"\s*[-+]?[\d.]+(e[-+]?\d+)?(\s+(m|s|N|J|W)|\s*(kg|rad|Nm|Hz|mm))\b",
+        "has a unit; numbers are in SI units, without it",
+    ),
     (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
     (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
     (r".*(?<![\w.])[\d.]+\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),

@@ -308,6 +308,24 @@ FORMULAS = {
         'model.forces.push.free_angle = "sqrt(t)": its rate at t = 0 is inf; give a formula that begins '
         "smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)",
     ),
+    "undefined later": (
+        rig(force('type = "force"', 'body = "arm"', 'value = [0, "sqrt(0.0022 - t)", 0]')),
+        'model.forces.push.value[1] = "sqrt(0.0022 - t)": its value is nan at t = 0.0025; give a formula that is finite '
+        "until integrator.end_time = 0.01",
+    ),
+    "a jump": (
+        value("where(t < 0.0047, 0, 1)"),
+        'model.drivers.drive.value = "where(t < 0.0047, 0, 1)": jumps by 1 at t = 0.005, and nothing can move at once; '
+        "write a smooth transition, such as 0.5*(1 + tanh((t - 0.005)/0.02))",
+    ),
+    "an if": (
+        value("1 if t > 1 else 0"),
+        'model.drivers.drive.value = "1 if t > 1 else 0": has an if; write where(t < 1, number, other number)',
+    ),
+    "a unit behind a space": (
+        value("1 rad"),
+        'model.drivers.drive.value = "1 rad": has a unit; numbers are in SI units, without it',
+    ),
     "too long": (
         value("t" + 1000 * "+t"),
         "model.drivers.drive.value = "

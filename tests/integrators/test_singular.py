@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.batch.statuses import SINGULAR
 from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
 
@@ -99,3 +100,22 @@ def test_every_run_of_a_sweep_passes_for_itself() -> None:
         alone = lienumba.run(data, runs=[label], workers=1)
         for name in ("position", "velocity", "joint_force", "energy_residual"):
             np.testing.assert_array_equal(alone[name].values[0], together[name].sel(run=label).values)
+
+
+def test_a_driver_that_a_dead_point_lets_go_of_ends_the_run() -> None:
+    """The slider of a stretched crank is held by its speed alone, of which C says nothing there."""
+    bodies = [
+        {"name": name, "mass": 1.0, "inertia": [0.01] * 3, "position": [x, 0, 0], "rotation": [1, 0, 0, 0]}
+        for name, x in (("crank", 0.05), ("rod", 0.2), ("slider", 0.3))
+    ]
+    joints = [
+        {"name": "main", "type": "revolute", "bodies": ["ground", "crank"], "at": [0, 0, 0], "axis": [0, 1, 0]},
+        {"name": "pin", "type": "revolute", "bodies": ["crank", "rod"], "at": [0.1, 0, 0], "axis": [0, 1, 0]},
+        {"name": "end", "type": "revolute", "bodies": ["rod", "slider"], "at": [0.3, 0, 0], "axis": [0, 1, 0]},
+        {"name": "rail", "type": "prismatic", "bodies": ["ground", "slider"], "at": [0.3, 0, 0], "axis": [1, 0, 0]},
+    ]
+    model = {"bodies": bodies, "joints": joints, "drivers": [{"joint": "rail", "rate": 0}]}
+    dataset = lienumba.run({"model": model, "integrator": {"step": 1e-3, "end_time": 0.2}})
+    assert dataset.status.item() == SINGULAR
+    assert dataset.end_time.item() < 0.1
+    assert np.nanmax(dataset.velocity_violation) < 1e-5

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from integrators.mechanisms import start_of
 
-from .dense import Array, Motion, simulate
+from .dense import Array, Motion, motion, simulate
 from .trees import TIMES, Link, Random, Tree, compare, run, same, scenario
 
 
@@ -149,3 +150,18 @@ def test_a_screw_of_many_turns_falls() -> None:
     # about the ground's point; the thread's line of action is the axis of the nut
     about = 0.03 * accel * axis + np.cross(lead * u * axis, on_nut)
     same(ds["joint_torque"].sel(joint="thread"), -about, 1e-8, "torque on the ground")
+
+
+def test_an_offset_decides_where_a_body_without_a_pose_is() -> None:
+    tree, draw = train(("revolute", "revolute"), "++", 2.0, 0.5, False)
+    q, qd = draw.start(tree, count=4)
+    here = motion(tree.mechanism, 0.0, q, qd)
+    data = scenario(tree, here)
+    b = next(body for body in data["model"]["bodies"] if body["name"] == "b")
+    for key in ("position", "rotation", "velocity", "angular_velocity"):
+        del b[key]
+    _, states = start_of(data)
+    index = tree.names.index("b")
+    same(states[index, 0:3], here.r[index], 1e-10, "position")
+    same(states[index, 3:12].reshape(3, 3), here.R[index], 1e-10, "rotation")
+    same(states[index, 12:15], here.v[index], 1e-10, "velocity")
