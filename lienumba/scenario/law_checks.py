@@ -22,6 +22,14 @@ DISSIPATIVE = (
     "stiffness", "damping", "rotational_stiffness", "rotational_damping", "viscous", "coulomb", "linear", "quadratic",
     "mu",
 )  # fmt: skip
+# Without any of these, a force does nothing.
+EFFECTIVE = {
+    "spring_damper": ("stiffness", "damping"),
+    "torsion_spring": ("stiffness", "damping"),
+    "bushing": ("stiffness", "damping", "rotational_stiffness", "rotational_damping"),
+    "friction": ("viscous", "coulomb"),
+    "drag": ("linear", "quadratic"),
+}
 NOT_NEGATIVE = ("limit", "free_length")
 
 
@@ -181,6 +189,11 @@ def _check_together(place: str, force: Any, report: Report) -> None:
             report.problems.append(
                 f"{place}.lower = {show(force.lower)}: must be below upper = {show(force.upper)}; {remedy}"
             )
+    effective = EFFECTIVE.get(force.type, ())
+    if effective and not force.model_fields_set.intersection(effective):
+        report.warnings.append(
+            f"{place}: has neither {' nor '.join(effective)}, so it does nothing; give one of them, or remove the force"
+        )
     if force.type == "actuator":
         given = force.model_fields_set
         if not given & {"value", "stiffness", "damping", "target"}:

@@ -82,7 +82,8 @@ def _nominal_start(scenario: Scenario) -> Nominal:
         raise ScenarioError(
             f"model: {listed(unmet)} contradict each other: there are {found.rows} equations of rank "
             f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
-            "driver or a joint of these, or correct what it prescribes"
+            "driver or a joint of these, correct what it prescribes, or, if this is a dead point, give velocities that "
+            "fit or start beside it"
         )
     _check_forces(nominal, now)
     return Nominal(nominal, now, typical, found)

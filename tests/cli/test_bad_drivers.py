@@ -310,8 +310,8 @@ FORMULAS = {
     ),
     "undefined later": (
         rig(force('type = "force"', 'body = "arm"', 'value = [0, "sqrt(0.0022 - t)", 0]')),
-        'model.forces.push.value[1] = "sqrt(0.0022 - t)": its value is nan at t = 0.0025; give a formula that is finite '
-        "until integrator.end_time = 0.01",
+        'model.forces.push.value[1] = "sqrt(0.0022 - t)": its value is nan at t = 0.0025; give a formula that is '
+        "finite until integrator.end_time = 0.01",
     ),
     "a jump": (
         value("where(t < 0.0047, 0, 1)"),

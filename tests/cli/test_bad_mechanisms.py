@@ -409,7 +409,7 @@ def test_wrong_argument(tmp_path: Path, case: tuple[str, ...]) -> None:
 
 
 def test_default_names_avoid_given_ones(tmp_path: Path) -> None:
-    drag = ['type = "drag"', 'body = "arm"']
+    drag = ['type = "drag"', 'body = "arm"', "quadratic = 1"]
     text = rig(force(*drag, name='name = "drag_2"'), force(*drag, name=""), force(*drag, "linear = -1", name=""))
     (warning,) = accepted(tmp_path, text)
     assert warning.startswith("model.forces.drag_4.linear = -1.0: is negative")
@@ -424,3 +424,13 @@ def test_all_of_a_thousand_errors(tmp_path: Path) -> None:
     assert len(messages) == 1000
     assert len(set(messages)) == 1000
     assert messages[-1].startswith("model.joints.rod_499.length = -499: must be above 0")
+
+
+def test_a_force_without_a_coefficient_is_a_warning(tmp_path: Path) -> None:
+    (warning,) = accepted(tmp_path, rig(force('type = "drag"', 'body = "arm"', name="")))
+    assert warning.startswith("model.forces.drag_1: has neither linear nor quadratic, so it does nothing; give one of")
+
+
+def test_a_speed_that_jumps_is_a_warning(tmp_path: Path) -> None:
+    (warning,) = accepted(tmp_path, rig(driver('joint = "pivot"', 'rate = "where(t < 0.0047, 0, 1)"')))
+    assert "the speed that it prescribes jumps by 1 at t = 0.005, an impact whose work nobody counts" in warning

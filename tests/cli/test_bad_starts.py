@@ -302,46 +302,46 @@ CASES = {
     "a point that its joint does not let go": (
         rig(driver('body = "arm"', 'motion = "point"', 'value = [0, "0.1*t", -0.3]')),
         "model: pivot and drive contradict each other: there are 13 equations of rank 11 for 12 "
-        "velocities, and no motion fulfils them all; remove a driver or a joint of these, or correct "
-        "what it prescribes",
+        "velocities, and no motion fulfils them all; remove a driver or a joint of these, correct "
+        "what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "a point that its joint does not turn": (
         rig(driver('body = "arm"', 'motion = "point"', 'value = ["0.1*t", 0, -0.3]')),
         "model: pivot and drive contradict each other: there are 13 equations of rank 11 for 12 "
-        "velocities, and no motion fulfils them all; remove a driver or a joint of these, or correct "
-        "what it prescribes",
+        "velocities, and no motion fulfils them all; remove a driver or a joint of these, correct "
+        "what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "two rates on one degree of freedom": (
         rig(GEAR, driver(PIVOTED, "rate = 1", name=""), driver('joint = "rail"', "rate = 1", name="")),
         "model: extra, driver_1 and driver_2 contradict each other: there are 13 equations of rank 12 "
-        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, or "
-        "correct what it prescribes",
+        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, "
+        "correct what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "two values on one degree of freedom": (
         rig(GEAR, driver(PIVOTED, 'value = "t**3"', name=""), driver('joint = "rail"', 'value = "1 + t**3"', name="")),
         "model: extra, driver_1 and driver_2 contradict each other: there are 13 equations of rank 12 "
-        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, or "
-        "correct what it prescribes",
+        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, "
+        "correct what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "two values that agree at the start only": (
         rig(
             GEAR, driver(PIVOTED, 'value = "t"', name=""), driver('joint = "rail"', 'value = "1 + 2*t + t**2"', name="")
         ),
         "model: extra, driver_1 and driver_2 contradict each other: there are 13 equations of rank 12 "
-        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, or "
-        "correct what it prescribes",
+        "for 12 velocities, and no motion fulfils them all; remove a driver or a joint of these, "
+        "correct what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "a structure that is driven": (
         rig(WELD, driver(PIVOTED, 'value = "t"')),
         "model: pivot, extra and drive contradict each other: there are 17 equations of rank 11 for 12 "
-        "velocities, and no motion fulfils them all; remove a driver or a joint of these, or correct "
-        "what it prescribes",
+        "velocities, and no motion fulfils them all; remove a driver or a joint of these, correct "
+        "what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
     "a structure that is accelerated": (
         rig(WELD, driver(PIVOTED, 'value = "t**2"')),
         "model: pivot, extra and drive contradict each other: there are 17 equations of rank 11 for 12 "
-        "velocities, and no motion fulfils them all; remove a driver or a joint of these, or correct "
-        "what it prescribes",
+        "velocities, and no motion fulfils them all; remove a driver or a joint of these, correct "
+        "what it prescribes, or, if this is a dead point, give velocities that fit or start beside it",
     ),
 }
 
@@ -382,7 +382,7 @@ VALID = {
     "relative to the ground": rig(block=BLOCK + 'relative_to = "ground"\n'),
     "one name for a joint, a driver and a force": rig(
         driver(PIVOTED, "value = 0", name='name = "pivot"'),
-        force('type = "drag"', 'body = "arm"', name='name = "pivot"'),
+        force('type = "drag"', 'body = "arm"', "linear = 1", name='name = "pivot"'),
     ),
 }
 
