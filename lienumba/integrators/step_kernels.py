@@ -99,16 +99,16 @@ def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
     for s, row in enumerate(tracer.tableau.A):
         if any(row):
             graph, _ = tracer.graph()
-            u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(tracer, graph, s))
+            u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(graph, s))
             kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
-    slopes = _slopes(tracer, graph, len(tracer.tableau.b))
+    slopes = _slopes(graph, len(tracer.tableau.b))
     new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), tracer.tableau, x, slopes)
     return kernels | {"advance": tracer.kernel("advance", (*new, tracer.strict(rotation), square))}
 
 
-def _slopes(tracer: Tracer, graph: Graph, stages: int) -> list[Any]:
+def _slopes(graph: Graph, stages: int) -> list[Any]:
     return [graph.inputs("extra", ALGEBRA, ALGEBRA * s) for s in range(stages)]
 
 

@@ -87,7 +87,7 @@ def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
     if not isinstance(section, dict):
         return Parameters(), ["parameters: must be a table of names and numbers; write [parameters] and kp = 40 below"]
     numbers, formulas, problems = _section(section)
-    ordered = _ordered(formulas, numbers, problems)
+    ordered = _ordered(formulas, problems)
     parameters = Parameters(numbers, ordered)
     if not problems:
         problems += _not_finite(parameters)
@@ -145,7 +145,7 @@ def _section(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formu
     return numbers, formulas, problems
 
 
-def _ordered(formulas: dict[str, Formula], numbers: dict[str, float], problems: list[str]) -> dict[str, Formula]:
+def _ordered(formulas: dict[str, Formula], problems: list[str]) -> dict[str, Formula]:
     """Each formula behind those that it uses; a cycle is a problem."""
     ordered: dict[str, Formula] = {}
     waiting = dict(formulas)

@@ -17,7 +17,6 @@ Positive = Annotated[
     Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST),
     WithJsonSchema({**WRITTEN, "exclusiveMinimum": 0}),
 ]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), WithJsonSchema({**WRITTEN, "minimum": 0})]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Vec3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vec3], Field(min_length=3, max_length=3)]
