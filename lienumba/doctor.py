@@ -1,6 +1,5 @@
 """Is this machine fit for lienumba? Versions, CPU, cache, and one short run against a known result."""
 
-import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -44,6 +43,7 @@ def environment() -> str:
 
     from lienumba import __version__
     from lienumba.compiler import cache
+    from lienumba.scenario.runner import usable_cores
 
     features = llvm.get_host_cpu_features()
     folder = Path(cache.folder())
@@ -52,7 +52,7 @@ def environment() -> str:
     rows = {
         "lienumba": f"{__version__}, Python {platform.python_version()} on {platform.platform()}",
         "packages": ", ".join(f"{name} {_version(name)}" for name in PACKAGES),
-        "cpu": f"{llvm.get_host_cpu_name()}, {_cores()} cores usable",
+        "cpu": f"{llvm.get_host_cpu_name()}, {usable_cores()} cores usable",
         "vectors": ", ".join(
             f"{label}: {'yes' if features.get(name) else 'no'}"
             for name, label in (("fma", "fused multiply-add"), ("avx2", "AVX2"), ("avx512f", "AVX-512"))
@@ -67,11 +67,6 @@ def _version(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return "missing"
-
-
-def _cores() -> int:
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def self_test() -> tuple[bool, str]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
+from lienumba.scenario.words import plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,8 +110,8 @@ def describe_scenario(scenario: "Scenario") -> str:
         "joints": _each((joint.name, f"{joint.type}, {sizes[joint.name]}") for joint in model.joints) or "none",
         "drivers": _each((driver.name, f"{driver.motion}, {sizes[driver.name]}") for driver in model.drivers),
         "forces": _each((force.name, force.type) for force in model.forces),
-        "constraints": f"{_count(rank.rows, 'row')} of rank {rank.rank} at the start, "
-        f"{_count(rank.freedom, 'degree')} of freedom",
+        "constraints": f"{plural(rank.rows, 'row', 'rows')} of rank {rank.rank} at the start, "
+        f"{plural(rank.freedom, 'degree', 'degrees')} of freedom",
         "redundant": f"{redundant} (rows that follow from those before them)" if redundant else "",
         "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
         "sha256": scenario.sha256(),
@@ -120,10 +121,6 @@ def describe_scenario(scenario: "Scenario") -> str:
 
 def _each(items: Iterable[tuple[str, str]]) -> str:
     return ", ".join(f"{name} ({what})" for name, what in items)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _operations(counts: dict[str, dict[str, int]]) -> str:

@@ -14,7 +14,8 @@ from typing import Any
 from lienumba.compiler.rows import W, WorkRows
 from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
 from lienumba.compiler.sharing import Segment, assembled, distinct
-from lienumba.compiler.symbols import Symbol, live, operation_counts, uncollected
+from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
+from lienumba.vector_math import ROUND
 
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
@@ -168,7 +169,7 @@ class _Writer:
         number, lines = len(self.here), self.segment.lines
         if node.op in BINARY:
             right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
-        elif node.op in ("fma", "fms", "fnma"):
+        elif node.op in FUSED:
             if node.op != "fma":
                 which = 2 if node.op == "fms" else 0
                 lines.append(f"%n{number} = fneg {VECTOR} {a[which]}")
@@ -185,7 +186,7 @@ class _Writer:
             lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
             right = f"select {MASK} %m{number}, {VECTOR} {one}, {VECTOR} {zero}"
         elif node.op == "power_of_two":
-            bias, shift = self._value(6755399441055744.0 + 1023.0), ", ".join(["i64 52"] * W)
+            bias, shift = self._value(ROUND + 1023.0), ", ".join(["i64 52"] * W)
             lines.append(f"%f{number} = fadd {VECTOR} {a[0]}, {bias}")
             lines.append(f"%b{number} = bitcast {VECTOR} %f{number} to {BITS}")
             lines.append(f"%s{number} = shl {BITS} %b{number}, <{shift}>")

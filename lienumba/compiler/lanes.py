@@ -13,7 +13,8 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
-from lienumba.compiler.rows import W
+from lienumba.compiler.rows import ROW, W
+from lienumba.vector_math import ROUND
 
 VECTOR = ir.VectorType(ir.DoubleType(), W)
 BITS = ir.VectorType(ir.IntType(1), W)
@@ -182,7 +183,7 @@ def power_of_two(typing: Any, n: Any) -> Any:
         integers = ir.VectorType(INT64, W)
 
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            biased = builder.fadd(args[0], ir.Constant(VECTOR, [6755399441055744.0 + 1023.0] * W))
+            biased = builder.fadd(args[0], ir.Constant(VECTOR, [ROUND + 1023.0] * W))
             shifted = builder.shl(builder.bitcast(biased, integers), ir.Constant(integers, [52] * W))
             return builder.bitcast(shifted, VECTOR)
 
@@ -190,7 +191,7 @@ def power_of_two(typing: Any, n: Any) -> Any:
 
 
 def _row(builder: Any, base: Any, row: Any) -> Any:
-    address = builder.add(base, builder.mul(row, ir.Constant(INT64, 8 * W)))
+    address = builder.add(base, builder.mul(row, ir.Constant(INT64, ROW)))
     return builder.inttoptr(address, VECTOR.as_pointer())
 
 

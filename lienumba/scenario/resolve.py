@@ -18,6 +18,7 @@ from lienumba.scenario.loading import apply_overrides, load, name_unnamed
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.parameters import Parameters, take
 from lienumba.scenario.schema import LISTS, ScenarioData
+from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
 
@@ -54,16 +55,16 @@ class Scenario:
         """The size of the scenario in one line."""
         data = self.data
         parts = [
-            _plural(len(data.model.bodies), "body", "bodies"),
-            _plural(len(data.model.joints), "joint", "joints"),
-            *([_plural(len(data.model.drivers), "driver", "drivers")] if data.model.drivers else []),
-            *([_plural(len(data.model.forces), "force", "forces")] if data.model.forces else []),
-            f"{_plural(self.steps, 'step', 'steps')} of {data.integrator.method}",
-            _plural(len(self.times), "stored time", "stored times"),
-            _plural(data.sweep.runs, "run", "runs"),
+            plural(len(data.model.bodies), "body", "bodies"),
+            plural(len(data.model.joints), "joint", "joints"),
+            *([plural(len(data.model.drivers), "driver", "drivers")] if data.model.drivers else []),
+            *([plural(len(data.model.forces), "force", "forces")] if data.model.forces else []),
+            f"{plural(self.steps, 'step', 'steps')} of {data.integrator.method}",
+            plural(len(self.times), "stored time", "stored times"),
+            plural(data.sweep.runs, "run", "runs"),
         ]
         if data.sweep.vary:
-            parts.append(_plural(len(data.sweep.vary), "varied number", "varied numbers"))
+            parts.append(plural(len(data.sweep.vary), "varied number", "varied numbers"))
         return ", ".join(parts)
 
     def nominal(self) -> dict[str, float]:
@@ -90,10 +91,6 @@ class Scenario:
         del content["title"], content["output"], content["sweep"]["runs"]
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _plural(number: int, one: str, many: str) -> str:
-    return f"{number:,} {one if number == 1 else many}"
 
 
 def _count(duration: float, step: float) -> int:

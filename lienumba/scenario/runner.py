@@ -88,7 +88,7 @@ def run(
             tell(Progress("run", before + int(done), of, bad + failed))
 
         report(0, 0)
-        for chunk in execute(batch, workers or _cores(), report):
+        for chunk in execute(batch, workers or usable_cores(), report):
             collected.take(chunk, remaining[chunk.runs])
         remaining = np.flatnonzero(collected.codes == EXCHANGED)
         if not len(remaining):
@@ -106,7 +106,8 @@ def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     return {name: kernel.counts() for name, kernel in _program(scenario, prepared, fixed=True).kernels.items()}
 
 
-def _cores() -> int:
+def usable_cores() -> int:
+    """How many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -82,7 +82,7 @@ def show(value: Any) -> str:
 
 
 def plural(number: int, one: str, many: str) -> str:
-    return f"{number} {one if number == 1 else many}"
+    return f"{number:,} {one if number == 1 else many}"
 
 
 def listed(words: Iterable[str]) -> str:

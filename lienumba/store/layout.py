@@ -36,7 +36,12 @@ VARIABLES: dict[str, Variable] = {
     "joint_force": Variable(JOINT, "N", "force of the joint on its second body, at its point", "global"),
     "joint_torque": Variable(JOINT, "N m", "torque of the joint on its second body, about its point", "global"),
     "multiplier": Variable(("run", "time", "constraint"), "1", "Lagrange multiplier (N, or N m of an angle)"),
-    "driver_effort": Variable(("run", "time", "effort"), "1", "force (N) or torque (N m) of the driver"),
+    "driver_effort": Variable(
+        ("run", "time", "effort"),
+        "1",
+        "force (N) or torque (N m) of the driver",
+        "of a joint: along or about its axis; point: global; orientation: body; angular_velocity: that of its value",
+    ),
     "energy": Variable(SERIES, "J", "total energy"),
     "kinetic_energy": Variable(SERIES, "J", "kinetic energy"),
     "potential_energy": Variable(SERIES, "J", "potential energy"),
