@@ -85,7 +85,6 @@ class _Writer:
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
         self.kernel, self.preparing, self.work = kernel, preparing, WorkRows()
         self.segments: list[Segment] = []
-        self.segment = Segment()
         self.loaded: dict[tuple[str, int], str] = {}
         self.here: dict[int, int] = {}  # the values of the segment, numbered
 
@@ -136,20 +135,20 @@ class _Writer:
 
     def _begin(self) -> None:
         """The next segment."""
-        self.segment, self.loaded, self.here = Segment(), {}, {}
-        self.segments.append(self.segment)
+        self.segments.append(Segment())
+        self.loaded, self.here = {}, {}
 
     # ------------------------------------------------------------ rows of memory
     def _store(self, array: str, row: int, value: str) -> None:
-        pointer = self.segment.pointer(array, row, True)
-        self.segment.lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
+        pointer = self.segments[-1].pointer(array, row, True)
+        self.segments[-1].lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
 
     def _load(self, array: str, row: int) -> str:
         key = (array, row)
         if key not in self.loaded:
-            pointer = self.segment.pointer(array, row, False)
+            pointer = self.segments[-1].pointer(array, row, False)
             self.loaded[key] = f"%l{len(self.loaded)}"
-            self.segment.lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
+            self.segments[-1].lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
         return self.loaded[key]
 
     # ------------------------------------------------------------ values
@@ -166,7 +165,7 @@ class _Writer:
 
     def _compute(self, node: Symbol) -> None:
         a = [self._value(x) for x in node.args]
-        number, lines = len(self.here), self.segment.lines
+        number, lines = len(self.here), self.segments[-1].lines
         if node.op in BINARY:
             right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
         elif node.op in FUSED:
@@ -201,5 +200,5 @@ class _Writer:
         if condition.id in self.here and condition.op in COMPARE:
             return f"%m{self.here[condition.id]}"
         name = f"%c{number}"
-        self.segment.lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
+        self.segments[-1].lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
         return name

@@ -97,9 +97,10 @@ def jump(x: "np.ndarray", rate: "np.ndarray", times: "np.ndarray") -> tuple[floa
     """Where a function changes by far more than its rate says on both sides: the time, and by how much."""
     import numpy as np
 
-    steps, spacing = np.abs(np.diff(x)), times[1] - times[0]
-    rates = np.abs(rate)
-    most = 4.0 * spacing * np.maximum(rates[:-1], rates[1:]) + 1e-6 * np.max(np.abs(x))
+    rates, spacing = np.abs(rate), times[1] - times[0]
+    with np.errstate(all="ignore"):  # where it is not finite, `not_finite_later` says so
+        steps = np.abs(np.diff(x))
+        most = 4.0 * spacing * np.maximum(rates[:-1], rates[1:]) + 1e-6 * np.max(np.abs(x))
     found = np.flatnonzero(steps > most)
     return (float(times[found[0] + 1]), float(steps[found[0]])) if len(found) else None
 

@@ -176,10 +176,11 @@ def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
 
 
 def _not_finite(parameters: Parameters) -> list[str]:
+    values = parameters.values()
     return [
-        f"parameters.{name} = {show(formula.text)}: is {value}; it must be a finite number"
+        f"parameters.{name} = {show(formula.text)}: is {values[name]}; it must be a finite number"
         for name, formula in parameters.formulas.items()
-        if not abs(value := float(parameters.values()[name])) <= LARGEST
+        if not abs(values[name]) <= LARGEST
     ]
 
 
