@@ -20,6 +20,8 @@ CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
 LONGEST = 2000  # characters
 DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
 SHOWN = 80  # characters of a part in a message
+WITHIN = "t within"  # the time that tells in which piece of a table t lies, where this is not t itself; and the names
+# that are no functions of the time, to whose pieces it says nothing
 LARGEST_POWER = 64  # of an exponent that is a whole number
 
 
@@ -74,11 +76,13 @@ class ExpressionError(ValueError):
 class Formula:
     """A number as a function of time, and of whatever other names are allowed: formula(t), formula(t, kp=40.0).
 
-    constant: its value if it depends on nothing, else None; used: the names that it depends on.
+    allowed: may have dots (pointing.x); tables: names of functions of one number that are handed over as well.
+    constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
     """
 
     text: str
     allowed: frozenset[str] = frozenset({"t"})
+    tables: frozenset[str] = frozenset()
     constant: float | None = field(init=False, compare=False, default=None)
     used: frozenset[str] = field(init=False, compare=False, default=frozenset())
     _tree: ast.expr = field(init=False, compare=False, repr=False, default=ast.Constant(0.0))
@@ -91,7 +95,7 @@ class Formula:
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise ExpressionError('is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
         used: set[str] = set()
-        _check(tree, self.allowed, used, 0)
+        _check(tree, _Names(self.allowed, self.tables, used), 0)
         if _is_condition(tree):
             raise ExpressionError("is a condition, not a number; write where(condition, number, other number)")
         object.__setattr__(self, "_tree", tree)
@@ -109,6 +113,44 @@ class Formula:
         """The text of the same formula with numbers for these names."""
         return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
 
+    def table_calls(self) -> list[tuple[str, "Formula"]]:
+        """The tables that it reads, each with the formula of its argument."""
+        calls = [n for n in ast.walk(self._tree) if isinstance(n, ast.Call)]
+        return [
+            (n.func.id, Formula(ast.unparse(n.args[0]), self.allowed, self.tables))
+            for n in calls
+            if isinstance(n.func, ast.Name) and n.func.id in self.tables
+        ]
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What a formula may name, and what it has named."""
+
+    allowed: frozenset[str]
+    tables: frozenset[str]
+    used: set[str]
+
+    def may_be(self, name: str) -> bool:
+        """Whether a name with dots may be meant as that of a quantity."""
+        first = name.partition(".")[0]
+        return first != "" and not ({first} & (self.allowed | self.tables | CONSTANTS.keys() | FUNCTIONS.keys()))
+
+    def check(self, name: str) -> None:
+        """Raise an ExpressionError unless the name, which may have dots, is one of a number."""
+        if name in self.allowed:
+            self.used.add(name)
+            return
+        if name in CONSTANTS:
+            return
+        if name in FUNCTIONS or name in self.tables:
+            what = "table" if name in self.tables else "function"
+            raise ExpressionError(f'uses the {what} "{name}" without arguments; write {name}(...)')
+        below = sorted(x for x in self.allowed if x.startswith(f"{name}."))
+        if below:
+            raise ExpressionError(f'uses "{name}", which has several numbers; write {" or ".join(below)}')
+        raise ExpressionError(f'has the unknown name "{name}"; {_known(name, [*self.allowed, *CONSTANTS])}')
+
 
 class _Binding(ast.NodeTransformer):
     """Puts numbers in the place of names."""
@@ -120,7 +162,15 @@ class _Binding(ast.NodeTransformer):
         return ast.Constant(self.values[node.id]) if node.id in self.values else node
 
 
-def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -> None:
+def _dotted(node: ast.AST) -> str:
+    """The name with dots that a node is; empty if it is anything else."""
+    if isinstance(node, ast.Name):
+        return node.id
+    first = _dotted(node.value) if isinstance(node, ast.Attribute) else ""
+    return f"{first}.{node.attr}" if first and isinstance(node, ast.Attribute) else ""
+
+
+def _check(node: ast.AST, names: _Names, depth: int) -> None:
     """Raise an ExpressionError unless the node and all below it are in the list."""
     if depth > DEEPEST:
         raise ExpressionError(f"nests more than {DEEPEST} operations; split it")
@@ -129,14 +179,10 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if not abs(value) < 1e300:
                 raise ExpressionError(f"has the number {_text(node)}, which is too large")
-        case ast.Name(id=name) if name in allowed:
-            used.add(name)
-        case ast.Name(id=name) if name in FUNCTIONS:
-            raise ExpressionError(f'uses the function "{name}" without arguments; write {name}(...)')
-        case ast.Name(id=name) if name not in CONSTANTS:
-            raise ExpressionError(f'has the unknown name "{name}"; {_known(name, [*allowed, *CONSTANTS])}')
-        case ast.Name():
-            pass
+        case ast.Name(id=name):
+            names.check(name)
+        case ast.Attribute() if names.may_be(name := _dotted(node)):
+            names.check(name)
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
             below = [x]
         case ast.UnaryOp(op=ast.Not(), operand=x):
@@ -156,13 +202,20 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
             below = list(args[1:] if name == "where" else args)
             if name == "where":
                 _need_conditions(args[:1])
-                _check(args[0], allowed, used, depth + 1)
+                _check(args[0], names, depth + 1)
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in names.tables:
+            if len(args) != 1:
+                raise ExpressionError(f"gives the table {name} {len(args)} arguments, it takes 1; write {name}(t)")
+            names.used.add(name)
+            below = list(args)
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
-            raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, list(FUNCTIONS))}')
+            functions = [*FUNCTIONS, *names.tables]
+            raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, functions)}')
         case _:
             raise ExpressionError(
                 f'contains "{_text(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
-                f"{', '.join(sorted(allowed))}, {', '.join(CONSTANTS)} and the functions {', '.join(FUNCTIONS)}"
+                f"{', '.join(sorted(names.allowed))}, {', '.join(CONSTANTS)} and the functions "
+                f"{', '.join([*FUNCTIONS, *sorted(names.tables)])}"
             )
     if not isinstance(node, ast.BoolOp) and not _is_negation(node):
         for part in below:
@@ -172,7 +225,7 @@ def _check(node: ast.AST, allowed: frozenset[str], used: set[str], depth: int) -
                     f'computes with the condition "{condition}"; write where({condition}, number, other number)'
                 )
     for part in below:
-        _check(part, allowed, used, depth + 1)
+        _check(part, names, depth + 1)
 
 
 def _check_arguments(name: str, args: list[ast.expr]) -> None:
@@ -225,7 +278,8 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
     match node:
         case ast.Constant(value=value):
             return float(value)  # type: ignore[arg-type]
-        case ast.Name(id=name):
+        case ast.Name() | ast.Attribute():
+            name = _dotted(node)
             return names[name] if name in names else CONSTANTS[name]
         case ast.UnaryOp(op=ast.UAdd(), operand=x):
             return _value(x, names)
@@ -235,8 +289,12 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
             return OPERATORS[type(op)](_value(x, names), _value(y, names))
         case ast.Call(func=ast.Name(id="where"), args=[condition, x, y]):
             return where(_truth(condition, names) > 0.5, _value(x, names), _value(y, names))
-        case ast.Call(func=ast.Name(id=name), args=args):
+        case ast.Call(func=ast.Name(id=name), args=args) if name in FUNCTIONS:
             return FUNCTIONS[name][2](*(_value(x, names) for x in args))
+        case ast.Call(func=ast.Name(id=name), args=[x]):
+            within, state = names.get(WITHIN, (names["t"], frozenset()))
+            read = {_dotted(n) for n in ast.walk(x)} & state
+            return names[name](_value(x, names), _value(x, names if read else {**names, "t": within}))
     raise AssertionError("checked before")
 
 

@@ -131,6 +131,11 @@ def absolute(x: Any) -> Any:
     return where(x < 0.0, -x, x)
 
 
+def gather(numbers: Any, index: Any) -> Any:
+    """The entry of numbers in memory at an index, which is a whole number and lies within."""
+    return numbers.gather(index)
+
+
 def at_most(x: Any, bound: float) -> Any:
     """x itself, which the caller promises to be <= bound: the compiler drops the branches this rules out."""
     return x.at_most(bound) if hasattr(x, "at_most") else x

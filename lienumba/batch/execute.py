@@ -15,9 +15,11 @@ from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.machine import Machine, aligned, prepare
+from lienumba.mechanics.tables import Numbers
 
 CHUNK_BYTES = 32 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
+SAME = 1e-9  # times nearer to each other than this fraction of a step are one
 POLL = 0.1  # s between two looks at the progress
 
 
@@ -25,8 +27,9 @@ POLL = 0.1  # s between two looks at the progress
 class Batch:
     """Everything the runs need.
 
-    parameters: one number per slot, a float or an array (runs,); states (runs, 18 k + held) at the start; codes
-    (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to `steps` at most.
+    parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at the
+    start; codes (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to `steps` at
+    most; landings: arrays of times (n,) or (runs, n) on which steps must land.
     """
 
     machine: Machine
@@ -38,6 +41,7 @@ class Batch:
     outputs: np.ndarray
     tolerance: float
     iterations: int
+    landings: tuple[np.ndarray, ...] = ()
 
     @property
     def runs(self) -> int:
@@ -46,7 +50,8 @@ class Batch:
     def part(self, runs: np.ndarray) -> "Batch":
         """The batch of these runs (indices) alone."""
         parameters = [p[runs] if np.ndim(p) else p for p in self.parameters]
-        return replace(self, parameters=parameters, states=self.states[runs], codes=self.codes[runs])
+        landings = tuple(x[runs] if x.ndim == 2 else x for x in self.landings)
+        return replace(self, parameters=parameters, states=self.states[runs], codes=self.codes[runs], landings=landings)
 
 
 @dataclass(frozen=True)
@@ -117,6 +122,29 @@ def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:
     return out
 
 
+def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
+    """The times on which steps must land (blocks, n, W), those of a run ascending, with an infinite one behind them.
+
+    Those outside the run are left out; those at the end of a step are that end to the bit.
+    """
+    every = [
+        np.broadcast_to(x if x.ndim == 1 else x[runs], (runs.stop - runs.start, x.shape[-1])) for x in batch.landings
+    ]
+    times = np.concatenate([*every, np.full((runs.stop - runs.start, 1), np.inf)], axis=1)
+    times = np.where((times > 0.0) & (times <= batch.h * batch.steps), times, np.inf)
+    finite = np.where(np.isfinite(times), times, 0.0)
+    ends = np.round(finite / batch.h) * batch.h
+    times = np.where(np.isfinite(times) & (np.abs(finite - ends) <= SAME * batch.h), ends, times)
+    times.sort(axis=1)
+    used = int(np.isfinite(times).sum(axis=1).max()) + 1
+    return _lanes(times[:, :used], blocks)
+
+
+def _number(parameter: Any) -> np.ndarray:
+    """A parameter as the kernels read it: tables by their address."""
+    return np.asarray(parameter.address if isinstance(parameter, Numbers) else parameter, float)
+
+
 def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
     from lienumba.integrators.driver import drive
 
@@ -125,7 +153,7 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     blocks = -(-count // W)
     states = _lanes(batch.states[runs], blocks)
     table = np.stack(
-        [np.broadcast_to(np.asarray(p, float), (batch.runs,))[runs] for p in batch.parameters]
+        [np.broadcast_to(_number(p), (batch.runs,))[runs] for p in batch.parameters]
         or [np.zeros(count)], axis=1,
     )  # fmt: skip
     parameters = aligned(blocks, max(machine.parameter_rows, 1), W)
@@ -138,7 +166,7 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     drive(
         machine.kernels, machine.nodes, machine.bodies, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
         machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
-        records, codes, steps, machine.buffer(), progress, stop,
+        _landings(batch, runs, blocks), records, codes, steps, machine.buffer(), progress, stop,
     )  # fmt: skip
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
     return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))

@@ -7,8 +7,10 @@ import numpy as np
 
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.held import Held
+from lienumba.mechanics import quantities
 from lienumba.mechanics.constraints import constraints_of
 from lienumba.mechanics.model import Model
+from lienumba.mechanics.quantities import Part
 
 Values = dict[str, np.ndarray]
 STATE = {
@@ -32,6 +34,7 @@ class Layout:
     joints: int
     constraints: list[str]
     efforts: list[str]
+    quantities: dict[str, Part]
     held: Held
     observed: dict[str, tuple[int, int]]
 
@@ -42,7 +45,12 @@ class Layout:
         efforts = [
             f"{c.name}.{axis}" if c.rows > 1 else c.name for c in every[len(model.joints) :] for axis in "xyz"[: c.rows]
         ]
-        return Layout(len(model.bodies), len(model.joints), constraints, efforts, held, observed)
+        parts = {
+            ".".join(filter(None, (q.name, part.name))): part
+            for q in model.quantities
+            for part in quantities.parts(model, q)
+        }
+        return Layout(len(model.bodies), len(model.joints), constraints, efforts, parts, held, observed)
 
     @property
     def names(self) -> list[str]:
@@ -50,6 +58,7 @@ class Layout:
             *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort",
             "energy", "kinetic_energy", "potential_energy", "work", "energy_residual",
             "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
+            *self.quantities,
         ]  # fmt: skip
 
     @property
@@ -61,6 +70,8 @@ class Layout:
             return (self.bodies, *STATE[name][2])
         if name in ("joint_force", "joint_torque"):
             return (self.joints, 3)
+        if name in self.quantities:
+            return (3,) if self.quantities[name].vector else ()
         labels = {"multiplier": self.constraints, "driver_effort": self.efforts}
         return (len(labels[name]),) if name in labels else ()
 

@@ -28,6 +28,7 @@ COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
 DECLARATIONS = f"""
 declare {VECTOR} @llvm.fma.v{W}f64({VECTOR}, {VECTOR}, {VECTOR})
 declare {VECTOR} @llvm.sqrt.v{W}f64({VECTOR})
+declare {VECTOR} @llvm.masked.gather.v{W}f64.v{W}p0(<{W} x ptr>, i32, {MASK}, {VECTOR})
 """
 
 
@@ -190,6 +191,17 @@ class _Writer:
             lines.append(f"%b{number} = bitcast {VECTOR} %f{number} to {BITS}")
             lines.append(f"%s{number} = shl {BITS} %b{number}, <{shift}>")
             right = f"bitcast {BITS} %s{number} to {VECTOR}"
+        elif node.op == "gather":
+            lines.append(f"%e{number} = extractelement {VECTOR} {a[0]}, i32 0")
+            lines.append(f"%b{number} = bitcast double %e{number} to i64")
+            lines.append(f"%a{number} = inttoptr i64 %b{number} to ptr")
+            lines.append(f"%i{number} = fptosi {VECTOR} {a[1]} to {BITS}")
+            lines.append(f"%q{number} = getelementptr double, ptr %a{number}, {BITS} %i{number}")
+            every = ", ".join(["i1 true"] * W)
+            right = (
+                f"call {VECTOR} @llvm.masked.gather.v{W}f64.v{W}p0(<{W} x ptr> %q{number}, i32 8, {MASK} <{every}>, "
+                f"{VECTOR} undef)"
+            )
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
         lines.append(f"%v{number} = {right}")

@@ -202,6 +202,10 @@ class Symbol:
     def sqrt(self) -> "Symbol":
         return self.graph.node("sqrt", self)
 
+    def gather(self, index: Any) -> "Symbol":
+        """The entry at an index of the numbers whose address this symbol is, in every lane the same."""
+        return self.graph.node("gather", self, index)
+
     def power_of_two(self) -> "Symbol":
         return self.graph.node("power_of_two", self)
 

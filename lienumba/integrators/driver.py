@@ -20,8 +20,10 @@ from lienumba.integrators.munthe_kaas import verdict
 from lienumba.operations import maximum
 
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
-ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange")
-STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE = range(len(ORDER))
+ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample")
+STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE = range(len(ORDER))
+TIME, LENGTH, NODE, MIDDLE = range(4)  # rows of the clock: t, the length of the part of a step, c of a stage, and
+# the time in the middle of the part, which tells in which piece of a table a stage lies
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 jit.register()  # `verdict` is a kernel
@@ -36,7 +38,7 @@ def table_rows(q: int) -> int:
 def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
     slopes = ALGEBRA * stages * (k + 1) + codes.REPORTS
-    return 3 * _state_rows(k, held) + 5 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
+    return 3 * _state_rows(k, held) + 8 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
 
 
 @njit(**OPTIONS)
@@ -140,16 +142,16 @@ def _exchange(
 @njit(**OPTIONS)
 def _project(
     kernels: Any, k: int, held: int, q: int, masks: int, p: int, clock: int, new: int, now: int, following: int,
-    work: int, status: int, table: Any, limit: int, tolerance: float, fixed: bool,
+    work: int, status: int, pending: Any, table: Any, limit: int, tolerance: float, fixed: bool,
 ) -> Any:  # fmt: skip
-    """Project the positions of `new`; returns each lane's iterations.
+    """Project the positions of `new` in the pending lanes; returns each lane's iterations.
 
     Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
     the rows are chosen anew where the iteration has come to, and it starts again; with fixed rows that is for another
     program to do.
     """
     rows = ELEMENT * k
-    used, pending = splat(0.0), load(status, 0) == 0.0
+    used = splat(0.0)
     for attempt in range(2):
         _copy(now, new, rows)
         for row in range(rows, rows + 6 * k):
@@ -171,8 +173,7 @@ def _project(
 
 @njit(**OPTIONS)
 def _staged_step(
-    kernels: Any, k: int, held: int, nodes: Any, t: float, h: float, x: int, p: int, clock: int, new: int, u: int,
-    slopes: int, work: int,
+    kernels: Any, k: int, held: int, nodes: Any, x: int, p: int, clock: int, new: int, u: int, slopes: int, work: int,
 ) -> None:  # fmt: skip
     """One step stage by stage, for mechanisms whose step is too long for one kernel; code and margin go behind `new`.
 
@@ -180,11 +181,12 @@ def _staged_step(
     rows begin there.
     """
     stages = nodes.size
+    t, h = load(clock, TIME), load(clock, LENGTH)
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
     said = slopes + ROW * ALGEBRA * stages * k
     for s in range(stages):
-        store(clock, 0, splat(t + nodes[s] * h))
-        store(clock, 2, splat(nodes[s]))
+        store(clock, TIME, t + nodes[s] * h)
+        store(clock, NODE, splat(nodes[s]))
         combine = kernels[len(ORDER) + s]
         for i in range(k if combine != 0 else 0):
             call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
@@ -206,25 +208,47 @@ def _staged_step(
     store(new, rows + held + 1, load(said, 2))
 
 
+@njit(**OPTIONS)
+def _part(clock: int, times: Any, landings: Any, passed: Any, begin: float, end: float, h: float) -> bool:
+    """The next part of a step: to its end, or to a time on which a lane has to land. times: since when, until when.
+    Fills the clock; returns whether any lane lands. A step that is not cut is h long, whatever its ends round to."""
+    landed = False
+    for lane in range(W):
+        times[1, lane] = end
+        if landings.shape[0] > 1:
+            while landings[passed[lane], lane] <= times[0, lane]:
+                passed[lane] += 1
+            landed = landed or landings[passed[lane], lane] <= end
+            times[1, lane] = min(landings[passed[lane], lane], end)
+    t, until = load(times.ctypes.data, 0), load(times.ctypes.data, 1)
+    length = choose((until == end) & (t == begin), splat(h), until - t)
+    store(clock, TIME, t)
+    store(clock, LENGTH, length)
+    store(clock, MIDDLE, t + 0.5 * length)
+    return landed
+
+
 @cache.numba_cached(
     types.void(
         types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.boolean,
         types.int64, types.int64, types.int64, types.float64, types.float64,
-        types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
-        types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
+        types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1],
+        types.float64[:, :, :, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1],
+        types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
     kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int,
-    limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, records: Any,
-    statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
+    limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, landings: Any,
+    records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
     states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
     masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled;
-    parameters (blocks, P, W), invariants prepared;
+    parameters (blocks, P, W), invariants prepared; landings (blocks, L, W): the times on which a step must land, those
+    of a lane ascending, and an infinite one last;
     records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
     buffer: `scratch_rows` rows and the kernels' work; progress[0]: outputs done so far;
@@ -236,52 +260,68 @@ def drive(
     now = new + ROW * _state_rows(k, held)
     following = now + ROW * _state_rows(k, held)
     clock = following + ROW * _state_rows(k, held)
-    counts = clock + ROW * 3
-    u = counts + ROW * 2
+    counts = clock + ROW * 4
+    since = counts + ROW * 2
+    until = since + ROW
+    times = buffer[(since - new) // 8 : (since - new) // 8 + 2 * W].reshape((2, W))
+    u = until + ROW
     slopes = u + ROW * (ALGEBRA * k + held + 1)
     exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
     table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
     work = table.ctypes.data + ROW * table_rows(q)
+    passed = np.zeros(W, np.int64)  # landings of each lane
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
         status, ends = statuses[block].ctypes.data, end_steps[block].ctypes.data
         store(counts, 0, splat(0.0))
         store(counts, 1, splat(0.0))
         store(ends, 0, splat(0.0))
-        store(clock, 0, splat(0.0))
-        store(clock, 1, splat(h))
+        store(clock, TIME, splat(0.0))
+        store(since, 0, splat(0.0))
+        passed[:] = 0
+        if kernels[SAMPLE] != 0:
+            call(kernels[SAMPLE], x, p, clock, 0, new, work)
+            _commit(load(status, 0) == 0.0, x, new, rows)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:
                 return
             alive = load(status, 0) == 0.0
-            if n > 0:
+            going = alive & (load(since, 0) < n * h)
+            while any_lane(going):
+                landed = _part(clock, times, landings[block], passed, (n - 1) * h, n * h, h)
                 if kernels[STEP] != 0:
-                    store(clock, 0, splat((n - 1) * h))
                     call(kernels[STEP], x, p, clock, 0, new, work)
                 else:
-                    _staged_step(kernels, k, held, nodes, (n - 1) * h, h, x, p, clock, new, u, slopes, work)
-                store(clock, 0, splat(n * h))
+                    _staged_step(kernels, k, held, nodes, x, p, clock, new, u, slopes, work)
+                store(clock, TIME, load(until, 0))
                 code = load(new, rows + held)
                 margin = load(new, rows + held + 1)
-                store(status, 0, choose(alive, code, load(status, 0)))
+                store(status, 0, choose(going, code, load(status, 0)))
                 if kernels[POSITION] != 0:
-                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status, table,
-                                    limit, tolerance, fixed)  # fmt: skip
+                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status,
+                                    going & (load(status, 0) == 0.0), table, limit, tolerance, fixed)  # fmt: skip
                     store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
                 if kernels[VELOCITY] != 0:
                     used = _iterate(kernels[VELOCITY], p, clock, new, new, following, work, status,
-                                    load(status, 0) == 0.0, limit, tolerance, rows, rows)  # fmt: skip
+                                    going & (load(status, 0) == 0.0), limit, tolerance, rows, rows)  # fmt: skip
                     store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
-                alive = load(status, 0) == 0.0
-                _commit(alive, x, new, rows + held)
-                store(ends, 0, choose(alive, splat(float(n)), load(ends, 0)))
+                good = going & (load(status, 0) == 0.0)
+                _commit(good, x, new, rows + held)
                 if q > 0:
-                    weak = alive & (margin < WEAKENED * load(x, masks + q))
+                    weak = good & (margin < WEAKENED * load(x, masks + q))
                     if any_lane(weak):
                         others = _exchange(kernels[EXCHANGE], x, p, clock, weak, work, table, q, x, masks)
                         if fixed:
                             store(status, 0, choose(others, codes.EXCHANGED, load(status, 0)))
+                if landed and kernels[SAMPLE] != 0:
+                    call(kernels[SAMPLE], x, p, clock, 0, new, work)
+                    _commit(good, x, new, rows)
+                store(since, 0, choose(good, load(until, 0), load(since, 0)))
+                going = good & (load(since, 0) < n * h)
+            store(clock, TIME, splat(n * h))
+            alive = load(status, 0) == 0.0
+            store(ends, 0, choose(alive, splat(float(n)), load(ends, 0)))
             if done < output_steps.size and output_steps[done] == n:
                 record = records[block, done].ctypes.data
                 _record(record, kernels[OBSERVE], x, p, clock, work, rows + held, seen, alive, counts)

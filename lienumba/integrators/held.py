@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators.exchange import Choice
-from lienumba.mechanics import forces, joints, motion
+from lienumba.mechanics import forces, joints, motion, quantities
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
 
@@ -50,8 +50,8 @@ class Held:
             rows[:, -1] = choice.margin
         return rows
 
-    def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any) -> Instant:
-        return Instant(bodies, t, dict(zip(self.angles, held, strict=False)))
+    def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any, within: Any = None) -> Instant:
+        return Instant(bodies, t, dict(zip(self.angles, held, strict=False)), within)
 
     def mask(self, held: tuple[Any, ...], rows: int) -> list[Any]:
         """1 or 0 for each row of C."""
@@ -80,10 +80,11 @@ class Held:
 
 
 def counted_angles(model: Model) -> tuple[int, ...]:
-    """The joints whose turns are counted: couplings, drivers and forces read their angle."""
+    """The joints whose turns are counted: couplings, drivers, forces and quantities read their angle."""
     driven = {
         driver.coordinate.joint
         for driver in model.drivers
         if driver.coordinate is not None and driver.coordinate.kind == "angle" and driver.motion == "value"
     }
-    return tuple(sorted(driven | joints.counted_angles(model) | forces.angle_joints(model)))
+    seen = quantities.angle_joints(model)
+    return tuple(sorted(driven | joints.counted_angles(model) | forces.angle_joints(model) | seen))

@@ -6,7 +6,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, munthe_kaas
 from lienumba.integrators.tracer import Tracer, finite, flat
-from lienumba.mechanics import constraints, dynamics, kkt, projection
+from lienumba.mechanics import constraints, dynamics, kkt, projection, quantities
 from lienumba.mechanics.motion import Instant
 from lienumba.operations import minimum, where
 
@@ -61,13 +61,14 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
     expected = tracer.expected(tracer.held_rows(graph), 0.0)
-    mu = dynamics.accelerations(model, tracer.structure, now, mask, expected).mu
+    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+    mu = solution.mu
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
         mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
     kinetic, potential = dynamics.energies(model, now)
     force, torque = constraints.loads(model, now, mu)
-    driven = constraints.rows_of(model)[len(model.joints) :]
+    efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
     named = {
         "kinetic_energy": [kinetic],
         "potential_energy": [potential],
@@ -76,8 +77,9 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
         "multiplier": mu,
         "joint_force": force,
         "joint_torque": torque,
-        "driver_effort": [-x for rows in driven for x in mu[rows]],
+        "driver_effort": [x for rows in efforts for x in rows],
     }
+    named |= quantities.observe(model, now, quantities.Observed(solution.x, force, torque, efforts))
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Any] = []
     for name, rows in named.items():

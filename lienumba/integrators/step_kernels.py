@@ -37,8 +37,8 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     tracer.rows = before
     graph, model = tracer.graph()
     held, reports = tracer.held_rows(graph), _Reports()
-    F = _vector_field(tracer, model, held, reports)
     t, h = graph.inputs("clock", 2)
+    F = _vector_field(tracer, model, held, reports, graph.input("clock", 3))
     order = tracer.tableau.order
     new, rotation, square = munthe_kaas.step(
         tracer.tableau,
@@ -66,7 +66,8 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     reports = _Reports()
     t = graph.input("clock", 0)
     node = 0.0 if name == "first" else graph.input("clock", 2)
-    F, x = _vector_field(tracer, model, tracer.held_rows(graph), reports, node), tracer.bodies(graph, "state")
+    F = _vector_field(tracer, model, tracer.held_rows(graph), reports, graph.input("clock", 3), node)
+    x = tracer.bodies(graph, "state")
     u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.k))
     f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.tableau.order)
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
@@ -113,14 +114,14 @@ def _slopes(graph: Graph, stages: int) -> list[Any]:
 
 
 def _vector_field(
-    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, node: Any = None
+    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, within: Any, node: Any = None
 ) -> Callable[[Any, Any], Any]:
-    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. node: c of the
-    stage; by default that of the stages as they come."""
+    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. within: the time
+    in the middle of the step; node: c of the stage; by default that of the stages as they come."""
     mask = tracer.held.mask(held, tracer.structure.rows)
 
     def F(bodies: Any, t: Any) -> Any:
-        now = tracer.held.instant(bodies, held, t)
+        now = tracer.held.instant(bodies, held, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
         expected = tracer.expected(held, c)
         solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)

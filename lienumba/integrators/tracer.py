@@ -37,13 +37,15 @@ def split(model: Model) -> tuple[Model, list[Any]]:
     """The model with slots for its parameters, and their values. Exact 0, 1, -1 in structural places stay."""
     values: list[Any] = []
 
-    def number(value: Any, structural: bool) -> Any:
-        if structural and isinstance(value, float | int) and value in (0, 1, -1):
-            return float(value)
+    def slot(value: Any) -> Slot:
         values.append(value)
         return Slot(len(values) - 1)
 
-    return map_numbers(model, number), values
+    def number(value: Any, structural: bool) -> Any:
+        known = structural and isinstance(value, float | int) and value in (0, 1, -1)
+        return float(value) if known else slot(value)
+
+    return map_numbers(model, number, slot), values
 
 
 class Tracer:
@@ -84,8 +86,11 @@ class Tracer:
 
     def graph(self) -> tuple[Graph, Model]:
         graph = Graph()
-        model = map_numbers(self.template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
-        return graph, model
+
+        def number(x: Any, structural: bool = False) -> Any:
+            return graph.input("parameters", x.row) if isinstance(x, Slot) else x
+
+        return graph, map_numbers(self.template, number, number)
 
     def kernel(self, name: str, outputs: Any, rows: tuple[int, ...] | None = None) -> Kernel:
         kernel = Kernel(name, tuple(outputs), self.rows, rows)

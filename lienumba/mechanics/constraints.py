@@ -12,8 +12,9 @@ from typing import Any
 from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
 from lienumba.mechanics import joints, motion
-from lienumba.mechanics.model import GROUND, Driver, Model, at_time
+from lienumba.mechanics.model import GROUND, Driver, Model
 from lienumba.mechanics.motion import Instant, Law, View, is_zero
+from lienumba.mechanics.quantities import bodies_of, evaluate
 from lienumba.operations import absolute, maximum
 
 
@@ -44,49 +45,52 @@ def constraints_of(model: Model) -> list[Constraint]:
 
 
 def _driver(model: Model, driver: Driver) -> Constraint:
+    """With what it prescribes as a function of other bodies, it is a constraint of these, too."""
+    read = bodies_of(model, *driver.value)
     if driver.coordinate is not None:
         kind = "r" if driver.coordinate.kind == "angle" else "m"
         level, law = ("rate", _rate) if driver.motion == "rate" else ("position", _value)
-        ends = model.joints[driver.coordinate.joint].bodies
+        ends = tuple(dict.fromkeys((*read, *model.joints[driver.coordinate.joint].bodies)))
         return Constraint(driver.name, ends, kind, level, partial(law, model, driver))
     level, kind, motion_law = BODY_MOTIONS[driver.motion]
     body = driver.bodies[-1]
-    return Constraint(driver.name, (GROUND, body), 3 * kind, level, partial(motion_law, driver, body))
+    ends = tuple(dict.fromkeys((GROUND, *read, body)))
+    return Constraint(driver.name, ends, 3 * kind, level, partial(motion_law, model, driver, body))
 
 
 def _value(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
     """The coordinate has the prescribed value."""
     assert driver.coordinate is not None
-    return (joints.coordinate(model, driver.coordinate, view) - at_time(driver.value[0], view.t),)
+    return (joints.coordinate(model, driver.coordinate, view) - evaluate(model, driver.value[0], view),)
 
 
 def _rate(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
     """The coordinate grows at the prescribed rate: coordinate - integral of the rate, whose own value nobody needs."""
     assert driver.coordinate is not None
-    rate, t = lift(at_time(driver.value[0], view.t)), lift(view.t)
+    rate, t = lift(evaluate(model, driver.value[0], view)), lift(view.t)
     return (joints.coordinate(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
 
 
-def _values(driver: Driver, view: View) -> Any:
-    return tuple(at_time(x, view.t) for x in driver.value)
+def _values(model: Model, driver: Driver, view: View) -> Any:
+    return tuple(evaluate(model, x, view) for x in driver.value)
 
 
-def _point(driver: Driver, body: int, view: View) -> Any:
+def _point(model: Model, driver: Driver, body: int, view: View) -> Any:
     """A point is where the prescription has it."""
-    return so3.subtract(view[body].point(driver.point), _values(driver, view))
+    return so3.subtract(view[body].point(driver.point), _values(model, driver, view))
 
 
-def _orientation(driver: Driver, body: int, view: View) -> Any:
+def _orientation(model: Model, driver: Driver, body: int, view: View) -> Any:
     """R = exp(value): the sine vector of the rotation between them, body frame."""
-    target = so3.exp(_values(driver, view))
+    target = so3.exp(_values(model, driver, view))
     return so3.vee(so3.multiply(so3.transpose(target), view[body].R))
 
 
-def _angular_velocity(driver: Driver, body: int, view: View) -> Any:
+def _angular_velocity(model: Model, driver: Driver, body: int, view: View) -> Any:
     """w (body frame) or R w (global) is as prescribed."""
     m = view[body]
     w = m.w if driver.frame == "body" else so3.rotate(m.R, m.w)
-    return so3.subtract(w, _values(driver, view))
+    return so3.subtract(w, _values(model, driver, view))
 
 
 BODY_MOTIONS = {
@@ -119,7 +123,7 @@ def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
     rates: list[Any] = []
     biases: list[Any] = []
     for c in constraints_of(model):
-        for row in map(lift, c.law(motion.moving(now, c.bodies))):
+        for row in map(lift, c.law(motion.moving(motion.still(now, c.bodies)))):
             rates.append(row.a if c.level == "velocity" else row.b)
             biases.append(row.b if c.level == "velocity" else row.c)
     return rates, biases

@@ -5,20 +5,10 @@ from typing import Any
 from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
 from lienumba.mechanics import constraints, forces, kkt
-from lienumba.mechanics.model import Body, Model, at_time
-from lienumba.mechanics.motion import Instant, is_zero
+from lienumba.mechanics.model import Model, at_time
+from lienumba.mechanics.motion import Instant, inertia_times, is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-
-
-def inertia_times(body: Body, w: Any) -> Any:
-    """J w, body frame."""
-    xx, yy, zz, xy, xz, yz = body.inertia
-    return (
-        xx * w[0] + xy * w[1] + xz * w[2],
-        xy * w[0] + yy * w[1] + yz * w[2],
-        xz * w[0] + yz * w[1] + zz * w[2],
-    )
 
 
 def mass_matrix(model: Model) -> kkt.Entries:
@@ -55,7 +45,7 @@ def loads(model: Model, now: Instant) -> list[Any]:
     for body, x in zip(model.bodies, now.bodies, strict=True):
         w = x[15:18]
         Q += so3.scale(body.mass, g)
-        Q += so3.cross(inertia_times(body, w), w)
+        Q += so3.cross(inertia_times(body.inertia, w), w)
     return [q + x for q, x in zip(Q, forces.generalized(model, now), strict=True)] if model.forces else Q
 
 
@@ -78,7 +68,7 @@ def energies(model: Model, now: Instant) -> tuple[Any, Any]:
     potential: Any = forces.potential(model, now) if model.forces else 0.0
     for body, x in zip(model.bodies, now.bodies, strict=True):
         v, w = x[12:15], x[15:18]
-        kinetic = kinetic + 0.5 * (body.mass * so3.dot(v, v) + so3.dot(w, inertia_times(body, w)))
+        kinetic = kinetic + 0.5 * (body.mass * so3.dot(v, v) + so3.dot(w, inertia_times(body.inertia, w)))
         potential = potential - body.mass * so3.dot(gravity(model, now.t), x[0:3])
     return kinetic, potential
 

@@ -9,11 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lienumba.compiler.jets import Jet, lift
+from lienumba.compiler.jets import lift
 from lienumba.groups import so3
 from lienumba.mechanics import joints
-from lienumba.mechanics.model import Force, Model, at_time
-from lienumba.mechanics.motion import AT_REST, Motion, View, is_zero
+from lienumba.mechanics.model import Force, Model
+from lienumba.mechanics.motion import AT_REST, Motion, View, is_zero, moving
+from lienumba.mechanics.quantities import evaluate
 from lienumba.operations import maximum, minimum, sqrt, tanh, where
 
 SQUARE_FLOOR = 1e-200  # m^2, below the square of every length that matters: zero divided by it is zero
@@ -23,22 +24,23 @@ Rows = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Given:
-    """given[name]: a number of the force, or its components, at time t (which may be a jet); view: its bodies now."""
+    """given[name]: a number of the force, or its components; view: its bodies, and those that it reads, now."""
 
     model: Model
     force: Force
-    t: Any
     view: View
 
     def __getitem__(self, name: str) -> Any:
         x = self.force.numbers.get(name)
         if x is None:
             x = FORCE_TYPES[self.force.type].numbers[name].default
-        return tuple(at_time(y, self.t) for y in x) if isinstance(x, tuple) else at_time(x, self.t)
+        if isinstance(x, tuple):
+            return tuple(evaluate(self.model, y, self.view) for y in x)
+        return evaluate(self.model, x, self.view)
 
     def rate(self, name: str) -> Any:
         """The time derivative of a number."""
-        return lift(replace(self, t=Jet(self.t, 1.0))[name]).b
+        return lift(replace(self, view=moving(self.view))[name]).b
 
     @property
     def rest(self) -> Rows:

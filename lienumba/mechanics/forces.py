@@ -15,6 +15,7 @@ from lienumba.mechanics import motion
 from lienumba.mechanics.force_laws import FORCE_TYPES, ForceType, Given, Number
 from lienumba.mechanics.model import GROUND, Force, Model
 from lienumba.mechanics.motion import Instant, is_zero
+from lienumba.mechanics.quantities import bodies_of
 
 __all__ = ["FORCE_TYPES", "ForceType", "Number", "angle_joints", "generalized", "potential", "power"]
 
@@ -61,7 +62,7 @@ def power(model: Model, now: Instant) -> Any:
             total = total + rate * effort
         kind, given = FORCE_TYPES[force.type], _given(model, force, now)
         if kind.potential is not None:
-            later = replace(given, t=Jet(now.t, 1.0))
+            later = replace(given, view=motion.moving(given.view))
             total = total + lift(kind.potential(later, kind.coordinates(given, given.view))).b
     return total
 
@@ -83,7 +84,8 @@ def _ends(model: Model, force: Force) -> tuple[int, ...]:
 
 
 def _given(model: Model, force: Force, now: Instant) -> Given:
-    return Given(model, force, now.t, motion.still(now, _ends(model, force)))
+    numbers = [y for x in force.numbers.values() for y in (x if isinstance(x, tuple) else (x,))]
+    return Given(model, force, motion.still(now, (*_ends(model, force), *bodies_of(model, *numbers))))
 
 
 def _acting(model: Model, force: Force, now: Instant) -> _Acting:

@@ -1,12 +1,14 @@
 """A mechanism as data: bodies, joints, drivers, forces, gravity, and what is known of the initial state.
 
 A *number* is a float, an array of shape (runs,) where a sweep varies it, or where the field says so a function of
-time (a `Formula`, a `Law`: anything that is called with t).
+time (anything that is called with t), or of time and state (a `Law`).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+from lienumba.mechanics.tables import Table
 
 GROUND = -1
 
@@ -24,13 +26,23 @@ def at_time(x: Timed, t: Any) -> Any:
 
 @dataclass(frozen=True)
 class Law:
-    """A function of time that has numbers of its own: function(t, **numbers)."""
+    """A function of time that has numbers and tables of its own, and may read the state: function(t, **numbers,
+    **quantities).
+
+    quantities: the components that it reads, such as "pointing.x"; `lienumba.mechanics.quantities` evaluates them.
+    """
 
     function: Callable[..., Any]
-    numbers: dict[str, Number]
+    numbers: dict[str, Any]
+    quantities: tuple[str, ...] = ()
 
-    def __call__(self, t: Any) -> Any:
-        return self.function(t, **self.numbers)
+    def __call__(self, t: Any, **quantities: Any) -> Any:
+        return self.function(t, **self.numbers, **quantities)
+
+
+def reads_state(x: Timed) -> bool:
+    """Whether a timed number depends on more than the time."""
+    return isinstance(x, Law) and bool(x.quantities)
 
 
 @dataclass(frozen=True)
@@ -106,12 +118,37 @@ class Force:
 
 
 @dataclass(frozen=True)
+class Quantity:
+    """Something that can be seen of the mechanism; see `lienumba.mechanics.quantities` for the types.
+
+    bodies: what it is about; point: in the first body's frame; derivative: of the position of a point, 0, 1 or 2;
+    relative_to: the body from which it is seen; frame: the body along whose axes it is given; target: rotation;
+    joint, driver: indices; about: the point (global) of a moment, None for the mass centre; value: of an expression.
+    """
+
+    name: str
+    type: str
+    bodies: tuple[int, ...] = ()
+    point: Vec3 = (0.0, 0.0, 0.0)
+    derivative: int = 0
+    relative_to: int = GROUND
+    frame: int = GROUND
+    target: Matrix3 | None = None
+    joint: int = -1
+    driver: int = -1
+    about: Vec3 | None = None
+    value: Timed = 0.0
+    units: str = "1"
+
+
+@dataclass(frozen=True)
 class Model:
     gravity: tuple[Timed, Timed, Timed]
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...] = ()
     drivers: tuple[Driver, ...] = ()
     forces: tuple[Force, ...] = ()
+    quantities: tuple[Quantity, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,8 +194,11 @@ class Start:
     joints: tuple[JointStart, ...]
 
 
-def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model:
-    """The same model with number(value, structural) for each of its numbers, in a fixed order.
+def map_numbers(
+    model: Model, number: Callable[[Number, bool], Number], data: Callable[[Any], Any] = lambda x: x
+) -> Model:
+    """The same model with number(value, structural) for each of its numbers, in a fixed order, and data(x) for what its
+    tables hold.
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
     inertia, a component of gravity), where a mass or a length is always a parameter. Of drivers and forces, only an
@@ -173,8 +213,11 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
 
     def timed(x: Any, structural: bool) -> Any:
         if isinstance(x, Law):
-            return replace(x, numbers={name: number(y, False) for name, y in x.numbers.items()})
+            return replace(x, numbers={name: own(y) for name, y in x.numbers.items()})
         return x if callable(x) else number(x, structural)
+
+    def own(x: Any) -> Any:
+        return replace(x, data=data(x.data)) if isinstance(x, Table) else number(x, False)
 
     def law(x: Any) -> Any:
         if isinstance(x, tuple):
@@ -222,5 +265,15 @@ def map_numbers(model: Model, number: Callable[[Number, bool], Number]) -> Model
                 rest=None if force.rest is None else law(force.rest),
             )
             for force in model.forces
+        ),
+        quantities=tuple(
+            replace(
+                quantity,
+                point=vector(quantity.point),
+                target=None if quantity.target is None else vector(quantity.target),
+                about=None if quantity.about is None else vector(quantity.about),
+                value=law(quantity.value),
+            )
+            for quantity in model.quantities
         ),
     )

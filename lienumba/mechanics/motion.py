@@ -6,7 +6,7 @@ unit velocities, its columns of C. A velocity-level law reads v and w: its value
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
@@ -37,11 +37,13 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 
 @dataclass(frozen=True)
 class Instant:
-    """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted."""
+    """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted;
+    within: the time that tells in which piece of a table t lies, where that is not t itself."""
 
     bodies: tuple[Body, ...]
     t: Any = 0.0
     angles: dict[int, Any] = field(default_factory=dict)
+    within: Any = None
 
     def motion(self, i: int) -> Motion:
         body = self.bodies[i]
@@ -50,11 +52,12 @@ class Instant:
 
 @dataclass(frozen=True)
 class View:
-    """view[i]: the motion of body i, of the ground for GROUND; t and angles as in Instant. Jets where they move."""
+    """view[i]: the motion of body i, of the ground for GROUND; the rest as in Instant. Jets where they move."""
 
     motions: dict[int, Motion]
     t: Any
     angles: dict[int, Any]
+    within: Any = None
 
     def __getitem__(self, i: int) -> Motion:
         return self.motions.get(i, FIXED)
@@ -65,26 +68,31 @@ Law = Callable[[View], Any]  # a sequence of rows
 
 def still(now: Instant, ends: tuple[int, ...]) -> View:
     """The state as it is: numbers."""
-    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles)
+    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within)
 
 
-def moving(now: Instant, ends: tuple[int, ...]) -> View:
-    """All bodies moving with frozen velocities, and time with them: second-order jets."""
+def moving(now: View, accelerations: Any = None) -> View:
+    """All bodies in motion, and time with them: second-order jets. accelerations: v' (global) and w' (body frame), 6
+    rows per body; without them the velocities are frozen."""
     motions = {}
-    for i in ends:
-        if i != GROUND:
-            m = now.motion(i)
-            first = _times_hat(m.R, m.w)
-            R = zip(m.R, first, _times_hat(first, m.w), strict=True)
-            r = zip(m.r, m.v, strict=True)
-            motions[i] = Motion(tuple(Jet(*x) for x in r), tuple(Jet(*x) for x in R), m.v, m.w)
-    return View(motions, Jet(now.t, 1.0), now.angles)
+    for i, m in now.motions.items():
+        first = _times_hat(m.R, m.w)
+        second = _times_hat(first, m.w)
+        rows = AT_REST + AT_REST if accelerations is None else tuple(accelerations[6 * i : 6 * i + 6])
+        if accelerations is not None:
+            second = tuple(a + b for a, b in zip(second, _times_hat(m.R, rows[3:6]), strict=True))
+        R = zip(m.R, first, second, strict=True)
+        r = zip(m.r, m.v, rows[0:3], strict=True)
+        v, w = (m.v, m.w) if accelerations is None else (_jets(m.v, rows[0:3]), _jets(m.w, rows[3:6]))
+        motions[i] = Motion(tuple(Jet(*x) for x in r), tuple(Jet(*x) for x in R), v, w)
+    return replace(now, motions=motions, t=Jet(now.t, 1.0))
 
 
 def waiting(now: Instant, ends: tuple[int, ...]) -> View:
     """All bodies at rest, while time moves."""
-    motions = {i: now.motion(i) for i in ends if i != GROUND}
-    return View({i: Motion(m.r, m.R) for i, m in motions.items()}, Jet(now.t, 1.0), now.angles)
+    view = still(now, ends)
+    at_rest = {i: Motion(m.r, m.R) for i, m in view.motions.items()}
+    return replace(view, motions=at_rest, t=Jet(now.t, 1.0))
 
 
 def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocity_level: bool) -> View:
@@ -96,7 +104,7 @@ def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocit
         m = Motion(m.r, m.R, _jets(m.v, v), _jets(m.w, w))
     else:
         m = Motion(_jets(m.r, v), _jets(m.R, _times_hat(m.R, w)), m.v, m.w)
-    return View(view.motions | {body: m}, view.t, view.angles)
+    return replace(view, motions=view.motions | {body: m})
 
 
 def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_level: bool = False) -> list[list[Any]]:
@@ -113,6 +121,16 @@ def _jets(values: Any, rates: Any) -> Any:
 def _times_hat(R: Any, w: Any) -> Any:
     """R hat(w): each row crossed with w."""
     return so3.cross(R[0:3], w) + so3.cross(R[3:6], w) + so3.cross(R[6:9], w)
+
+
+def inertia_times(inertia: Any, w: Any) -> Any:
+    """J w, body frame, J by its elements xx yy zz xy xz yz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return (
+        xx * w[0] + xy * w[1] + xz * w[2],
+        xy * w[0] + yy * w[1] + yz * w[2],
+        xz * w[0] + yz * w[1] + zz * w[2],
+    )
 
 
 def is_zero(x: Any) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.mechanics import joints, motion
 from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
-from lienumba.mechanics.model import GROUND, Force, Frame, Joint, JointStart, Model, Start, at_time
+from lienumba.mechanics.model import GROUND, Force, Frame, Joint, JointStart, Model, Start, at_time, reads_state
 from lienumba.mechanics.motion import Instant, Motion, still
 from lienumba.mechanics.poses import Poses
 from lienumba.operations import absolute, cos, sin, sqrt, where
@@ -61,7 +61,7 @@ def angles_given(model: Model, start: Start) -> dict[int, Any]:
     angles = {j: says.angle for j, says in enumerate(start.joints) if says.angle is not None}
     for driver in model.drivers:
         c = driver.coordinate
-        if driver.motion == "value" and c is not None and c.kind == "angle":
+        if driver.motion == "value" and c is not None and c.kind == "angle" and not reads_state(driver.value[0]):
             angles.setdefault(c.joint, at_time(driver.value[0], 0.0))
     return angles
 

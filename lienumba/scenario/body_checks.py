@@ -17,9 +17,9 @@ SYMMETRIC = 1e-9  # how far a given inertia matrix may be from symmetric, relati
 def check_body(place: str, body: Body, report: Report) -> None:
     """Check one body by itself."""
     _check_inertia(place, body, report)
-    _check_rotation(f"{place}.rotation", body.rotation, report)
+    check_rotation(f"{place}.rotation", body.rotation, report)
     if body.guess is not None:
-        _check_rotation(f"{place}.guess.rotation", body.guess.rotation, report)
+        check_rotation(f"{place}.guess.rotation", body.guess.rotation, report)
         for key in body.guess.model_fields_set & body.model_fields_set:
             report.problems.append(
                 f"{place}.guess.{key}: the body has a {key} already, which is held; leave one of the two out"
@@ -81,7 +81,8 @@ def _check_inertia(place: str, body: Body, report: Report) -> None:
         )
 
 
-def _check_rotation(at: str, rotation: Any, report: Report) -> None:
+def check_rotation(at: str, rotation: Any, report: Report) -> None:
+    """Check a rotation in any of its five forms."""
     if isinstance(rotation, AxisAngle):
         if not 1e-100 < norm(rotation.axis) < 1e100:
             report.problems.append(

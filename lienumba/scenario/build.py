@@ -50,6 +50,7 @@ class _Builder:
             joints=tuple(map(self.joint, data["joints"])),
             drivers=tuple(map(self.driver, data["drivers"])),
             forces=tuple(map(self.force, data["forces"])),
+            quantities=tuple(map(self.quantity, data["quantities"])),
         )
         return model, Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
 
@@ -106,6 +107,32 @@ class _Builder:
             numbers=numbers,
         )
 
+    def quantity(self, quantity: Table) -> m.Quantity:
+        given = {key: x for key, x in quantity.items() if x is not None}
+        found = m.Quantity(given["name"], given["type"], units=given.get("units", "1"))
+        if "body" in given:
+            body, base = self.bodies[given["body"]], self.bodies[given["relative_to"]]
+            frames = {**self.bodies, "body": body, "global": GROUND, "none": base}
+            found = replace(found, bodies=(body,), relative_to=base, frame=frames[given.get("frame", "none")])
+        if given["type"] == "momentum":
+            about = given["about"] if isinstance(given["about"], list) else None
+            every = given.get("bodies") or [body["name"] for body in self.data["bodies"]]
+            found = replace(found, bodies=self.ends(every), about=_optional(about))
+        if "joint" in given:
+            found = replace(found, joint=self.joints[given["joint"]])
+            ends = self.ends_of_joint(given["joint"])
+            frames = {"first": ends[0], "second": ends[-1], "global": GROUND}
+            found = replace(found, frame=frames[given.get("frame", "global")])
+        if "driver" in given:
+            found = replace(found, driver=[d["name"] for d in self.data["drivers"]].index(given["driver"]))
+        return replace(
+            found,
+            point=vec3(given.get("point", [0.0, 0.0, 0.0])),
+            derivative=given.get("derivative", 0),
+            target=rotation_of(given["target"]) if "target" in given else None,
+            value=timed(given.get("value", 0.0)),
+        )
+
     def pose(self, body: Table) -> Pose:
         base = self.bodies[body["relative_to"] or "ground"]
         guess = None if body["guess"] is None else _pose(body["guess"])
@@ -117,6 +144,8 @@ class _Builder:
         """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
         for driver in self.data["drivers"]:
             if driver.get("motion") == "orientation" and driver["body"] == name:
+                if any(m.reads_state(x) for x in driver["value"]):
+                    return None
                 return rotation_of({"rotation_vector": [m.at_time(timed(x), 0.0) for x in driver["value"]]})
         return None
 

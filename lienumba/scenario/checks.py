@@ -8,10 +8,12 @@ from lienumba.scenario.body_checks import check_bases, check_body
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
 from lienumba.scenario.parameters import Parameters
+from lienumba.scenario.quantity_checks import check_quantity, check_variables
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
 from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
+from lienumba.scenario.table_checks import check_tables
 from lienumba.scenario.time_checks import check_times, looked_at
 from lienumba.scenario.words import listed, show
 
@@ -30,6 +32,7 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, report)
+    check_tables(parameters, report)
     gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
     if gravity is not None:
         check_start("model.gravity", gravity.gravity, 1, report)
@@ -38,7 +41,9 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
         if checked is not None:
             check_body(place, checked, report)
     if integrator is not None:
-        check_times(integrator, read(Output, raw.get("output", {})), report)
+        output = read(Output, raw.get("output", {}))
+        check_times(integrator, output, report)
+        check_variables(output.variables if output is not None else [], lists, report)
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
@@ -57,6 +62,8 @@ def _check_model(lists: dict[str, list[dict[str, Any]]], report: Report) -> None
     check_driven_once(lists["drivers"], joints, report)
     for place, force in placed("forces", lists["forces"]):
         check_force(place, force, bodies, joints, report)
+    for place, quantity in placed("quantities", lists["quantities"]):
+        check_quantity(place, quantity, lists, report)
 
 
 def _named(items: list[dict[str, Any]]) -> bool:

@@ -34,6 +34,9 @@ def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
     """Sections are put over sections key by key."""
     merged = dict(below)
     for name, section in raw.items():
+        if _are_tables(section) and _are_tables(below.get(name)):
+            merged[name] = _by_name(below[name], section)
+            continue
         both = isinstance(section, dict) and isinstance(below.get(name), dict)
         merged[name] = _section(below[name], section) if both else section
     return merged

@@ -68,21 +68,21 @@ def not_finite_at_start(value: Any, orders: int) -> str | None:
     return None
 
 
-def derivatives(text: str, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """A formula of the time, its rate and its second derivative at these times."""
+def derivatives(value: Any, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """A function of the time (or the text of its formula), its rate and its second derivative at these times."""
     import numpy as np
 
     with np.errstate(all="ignore"):
-        x = lift(Formula(text)(Jet(times, 1.0)))
+        x = lift((Formula(value) if isinstance(value, str) else value)(Jet(times, 1.0)))
     a, b, c = (np.array(np.broadcast_to(np.asarray(y, float), times.shape)) for y in (x.a, x.b, x.c))
     return a, b, c
 
 
-def not_finite_later(text: str, orders: int, times: "np.ndarray") -> str | None:
-    """What is wrong with a formula in the course of a run."""
+def not_finite_later(value: Any, orders: int, times: "np.ndarray") -> str | None:
+    """What is wrong with a function of the time, or the text of its formula, in the course of a run."""
     import numpy as np
 
-    for name, x in zip(("value", "rate", "second derivative"), derivatives(text, times)[:orders], strict=False):
+    for name, x in zip(("value", "rate", "second derivative"), derivatives(value, times)[:orders], strict=False):
         bad = ~(np.abs(x) < LARGEST)
         if bad.any():
             first = int(np.argmax(bad))

@@ -71,22 +71,28 @@ def check_start(at: str, value: Any, orders: int, report: Report) -> None:
 def check_jumps(at: str, value: Any, prescribes_rate: bool, report: Report) -> None:
     """What is prescribed may not jump; if its rate does, that is an impact."""
     for where, x in _numbers(at, value):
-        if not isinstance(x, str) or report.times is None:
-            continue
-        a, b, c = derivatives(x, report.times)
-        found = None if prescribes_rate else jump(a, b, report.times)
-        if found is not None:
-            report.problems.append(
-                f"{where} = {show(x)}: jumps by {found[1]:.3g} at t = {found[0]:.6g}, and nothing can move at once; "
-                f"write a smooth transition, such as 0.5*(1 + tanh((t - {found[0]:.3g})/0.02))"
-            )
-            continue
-        found = jump(a, b, report.times) if prescribes_rate else jump(b, c, report.times)
-        if found is not None:
-            report.warnings.append(
-                f"{where} = {show(x)}: the speed that it prescribes jumps by {found[1]:.3g} at t = {found[0]:.6g}, an "
-                "impact whose work nobody counts; smooth it with tanh, or expect an energy_residual"
-            )
+        if isinstance(x, str):
+            check_function(where, x, x, prescribes_rate, report)
+
+
+def check_function(at: str, text: str, function: Any, prescribes_rate: bool, report: Report) -> None:
+    """Check one function of the time, or the text of its formula, for jumps."""
+    if report.times is None:
+        return
+    a, b, c = derivatives(function, report.times)
+    found = None if prescribes_rate else jump(a, b, report.times)
+    if found is not None:
+        report.problems.append(
+            f"{at} = {show(text)}: jumps by {found[1]:.3g} at t = {found[0]:.6g}, and nothing can move at once; "
+            f"write a smooth transition, such as 0.5*(1 + tanh((t - {found[0]:.3g})/0.02))"
+        )
+        return
+    found = jump(a, b, report.times) if prescribes_rate else jump(b, c, report.times)
+    if found is not None:
+        report.warnings.append(
+            f"{at} = {show(text)}: the speed that it prescribes jumps by {found[1]:.3g} at t = {found[0]:.6g}, an "
+            "impact whose work nobody counts; smooth it with tanh, or expect an energy_residual"
+        )
 
 
 def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:

@@ -12,13 +12,26 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.extends import extended
 from lienumba.scenario.schema_forces import FORCES
+from lienumba.scenario.tables import inlined
 from lienumba.scenario.words import nearest, show
 
-MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces")
+MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces", "quantities")
 
 
 def load(source: Any) -> dict[str, Any]:
-    """The scenario's keys and values, not yet checked; `source` is a path, a dict or a System."""
+    """The scenario's keys and values, not yet checked, with what its files hold; `source` is a path, a dict or a System.
+
+    Quantities stand beside the model in a file; here they are a part of it, as everything that has a name.
+    """
+    raw = _load(source)
+    listed = raw.pop("quantities", None)
+    model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
+    if listed is not None and isinstance(model, dict):
+        raw["model"] = {**model, "quantities": listed}
+    return raw
+
+
+def _load(source: Any) -> dict[str, Any]:
     if isinstance(source, str | Path):
         return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
     if hasattr(source, "to_dict"):
@@ -26,7 +39,7 @@ def load(source: Any) -> dict[str, Any]:
     if isinstance(source, Mapping):
         plain = _plain(source)
         assert isinstance(plain, dict)
-        return extended(plain, Path(), _read)
+        return extended(inlined(plain, Path()), Path(), _read)
     raise ScenarioError(
         f"the scenario is a {type(source).__name__}: must be the path of a TOML file, a dict or a System"
     )
@@ -55,7 +68,7 @@ def _read(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise ScenarioError(f"{path} cannot be read: {error.strerror}; check its permissions") from None
     try:
-        return tomllib.loads(text)
+        return inlined(tomllib.loads(text), path.parent)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(_syntax(path, text, str(error))) from None
 

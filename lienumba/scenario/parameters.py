@@ -1,8 +1,8 @@
-"""Parameters, and numbers of the model that are written as formulas of them.
+"""Parameters, and what is written as formulas of them, of tables and of quantities.
 
 `[parameters]` gives names to numbers; a parameter may be a formula of others. Any number of the model may be a formula
-of parameters, and where a formula of the time may stand, of both. The scenario is checked with their nominal values;
-what a sweep varies reaches everything that depends on it, run by run.
+of parameters, and where a formula of the time may stand, of the time, of tables and of quantities. What a sweep varies
+reaches everything that depends on it, run by run.
 """
 
 import re
@@ -12,10 +12,11 @@ from typing import Any
 
 from lienumba.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.mechanics.model import Law
+from lienumba.mechanics.tables import Table
 from lienumba.scenario import paths
 from lienumba.scenario.formulas import LARGEST, explained
 from lienumba.scenario.schema_types import NAME
-from lienumba.scenario.words import is_number, listed, show
+from lienumba.scenario.words import listed, show
 
 TIME = "t"
 RESERVED = {TIME, *CONSTANTS, *FUNCTIONS}
@@ -24,11 +25,14 @@ Tokens = tuple[paths.Token, ...]
 
 @dataclass(frozen=True)
 class Parameters:
-    """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; places:
-    the numbers of the model (paths without `model`) that are formulas of parameters, or of nothing."""
+    """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
+    quantities: every component that formulas may read; places: the numbers of the model (paths without `model`) that
+    are formulas, but for those of the time alone."""
 
     numbers: dict[str, float] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
+    tables: dict[str, Table] = field(default_factory=dict)
+    quantities: frozenset[str] = frozenset()
     places: dict[Tokens, Formula] = field(default_factory=dict)
 
     def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -41,7 +45,7 @@ class Parameters:
             elif name in self.numbers:
                 found[name] = self.numbers[name]
             else:
-                found[name] = _value(self.formulas[name], found)
+                found[name] = value_of(self.formulas[name], found)
         return found
 
     def fill(self, model: dict[str, Any], samples: Mapping[str, Any]) -> None:
@@ -49,9 +53,25 @@ class Parameters:
         values = self.values(samples)
         for tokens, formula in self.places.items():
             if paths.text_of(list(tokens)) not in samples:
-                used = {name: values[name] for name in sorted(formula.used - {TIME})}
-                number = Law(formula, used) if TIME in formula.used else _value(formula, values)
-                paths.put(model, list(tokens), number)
+                paths.put(model, list(tokens), self.number(formula, values))
+
+    def number(self, formula: Formula, values: Mapping[str, Any]) -> Any:
+        """What a formula is with these values of the parameters: a number, or a law of time and state."""
+        return self.function(formula, values) if self.varies(formula) else value_of(formula, values)
+
+    def function(self, formula: Formula, values: Mapping[str, Any]) -> Law:
+        """A formula with these values of the parameters as a function of time and state."""
+        own = {**values, **self.tables}
+        used = {name: own[name] for name in sorted(formula.used & own.keys())}
+        return Law(formula, used, tuple(sorted(formula.used & self.quantities)))
+
+    def varies(self, formula: Formula) -> bool:
+        """Whether a formula depends on more than parameters."""
+        return TIME in formula.used or self.reads(formula)
+
+    def reads(self, formula: Formula) -> bool:
+        """Whether a formula depends on tables or quantities."""
+        return bool(formula.used & (self.quantities | self.tables.keys()))
 
     def restore(self, model: dict[str, Any]) -> None:
         """Put the texts of the formulas back into a model, in place."""
@@ -66,6 +86,16 @@ class Parameters:
                 return f"{start}{show(formula.text)} = {problem.removeprefix(start)}"
         return problem
 
+    def used_quantities(self) -> set[str]:
+        """The names of the quantities that decide about a run, because forces or drivers read them."""
+        found: set[str] = set()
+        waiting = [f for tokens, f in self.places.items() if tokens[0] != "quantities"]
+        while waiting:
+            new = {name.partition(".")[0] for name in waiting.pop().used & self.quantities} - found
+            found |= new
+            waiting += [f for tokens, f in self.places.items() if tokens[0] == "quantities" and tokens[1] in new]
+        return found
+
     def unused(self) -> list[str]:
         """A warning for each parameter that nothing depends on."""
         used = set().union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
@@ -76,52 +106,13 @@ class Parameters:
         ]
 
 
-def _value(formula: Formula, values: Mapping[str, Any]) -> Any:
+def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
+    """The number that a formula of parameters is."""
     return formula(0.0, **{name: values[name] for name in formula.used})
 
 
-def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
-    """The parameters of a scenario, and what is wrong with them; in place, nominal numbers take the place of every
-    formula of parameters, so that the rest of the checks sees numbers."""
-    section = raw.get("parameters", {})
-    if not isinstance(section, dict):
-        return Parameters(), ["parameters: must be a table of names and numbers; write [parameters] and kp = 40 below"]
-    numbers, formulas, problems = _section(section)
-    ordered = _ordered(formulas, problems)
-    parameters = Parameters(numbers, ordered)
-    if not problems:
-        problems += _not_finite(parameters)
-    if problems:
-        raw.pop("parameters", None)
-        return Parameters(), problems
-    values = parameters.values()
-    model = raw.get("model")
-    for tokens, text in _formulas(model):
-        if is_number(text):
-            continue
-        try:
-            formula = Formula(text, frozenset({TIME, *values}))
-        except ExpressionError as error:
-            if values:
-                problems.append(f"model.{paths.text_of(list(tokens))} = {show(text)}: {explained(text, error)}")
-                paths.put(model, list(tokens), 1.0)
-            continue  # where there are no parameters, the schema says what is wrong
-        if formula.used == {TIME} or (not formula.used and tokens[0] in paths.WITH_FORMULAS):
-            continue
-        parameters.places[tokens] = formula
-        number = formula.bound(values) if TIME in formula.used else float(_value(formula, values))
-        if isinstance(number, float) and not abs(number) <= LARGEST:
-            problems.append(
-                f"model.{paths.text_of(list(tokens))} = {show(text)}: is {number} with the nominal parameters; it must "
-                "be a finite number"
-            )
-            number = 1.0
-        paths.put(model, list(tokens), number)
-    return parameters, problems
-
-
-def _section(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[str]]:
-    """Numbers, formulas and problems of the section [parameters]."""
+def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[str]]:
+    """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
     numbers: dict[str, float] = {}
     formulas: dict[str, Formula] = {}
     problems: list[str] = []
@@ -142,12 +133,12 @@ def _section(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formu
             problems.append(f"{at} = {show(value)}: must be a finite number, at most {LARGEST:g} in size")
         else:
             numbers[name] = float(value)
-    return numbers, formulas, problems
+    return numbers, ordered(formulas, "parameters", problems), problems
 
 
-def _ordered(formulas: dict[str, Formula], problems: list[str]) -> dict[str, Formula]:
-    """Each formula behind those that it uses; a cycle is a problem."""
-    ordered: dict[str, Formula] = {}
+def ordered(formulas: dict[str, Formula], what: str, problems: list[str]) -> dict[str, Formula]:
+    """Each formula behind those that it uses; a cycle is a problem. what: the section."""
+    found: dict[str, Formula] = {}
     waiting = dict(formulas)
     while waiting:
         ready = [name for name, formula in waiting.items() if not formula.used & set(waiting)]
@@ -155,11 +146,11 @@ def _ordered(formulas: dict[str, Formula], problems: list[str]) -> dict[str, For
             cycle = [name for name in waiting if _reaches(name, name, waiting)]
             if cycle:
                 depend = "depends on itself" if len(cycle) == 1 else "depend on one another"
-                problems.append(f"parameters: {listed(cycle)} {depend} in a circle; give a number for {cycle[0]}")
-            return ordered
+                problems.append(f"{what}: {listed(cycle)} {depend} in a circle; give a number for {cycle[0]}")
+            return found
         for name in ready:
-            ordered[name] = waiting.pop(name)
-    return ordered
+            found[name] = waiting.pop(name)
+    return found
 
 
 def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
@@ -175,32 +166,10 @@ def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
     return False
 
 
-def _not_finite(parameters: Parameters) -> list[str]:
+def not_finite(parameters: Parameters) -> list[str]:
     values = parameters.values()
     return [
         f"parameters.{name} = {show(formula.text)}: is {values[name]}; it must be a finite number"
         for name, formula in parameters.formulas.items()
         if not abs(values[name]) <= LARGEST
     ]
-
-
-def _formulas(model: Any) -> list[tuple[Tokens, str]]:
-    """The texts of a model that stand where numbers should, with their paths."""
-    found: list[tuple[Tokens, str]] = []
-
-    def walk(node: Any, tokens: Tokens) -> None:
-        if isinstance(node, dict):
-            for key, item in node.items():
-                if not tokens or key not in paths.TEXT_KEYS:
-                    walk(item, (*tokens, key))
-        elif isinstance(node, list):
-            names = [item.get("name") if isinstance(item, dict) else None for item in node]
-            for index, item in enumerate(node):
-                name = names[index]
-                unique = names.count(name) == 1
-                walk(item, (*tokens, name if isinstance(name, str) and unique else index))
-        elif isinstance(node, str) and len(tokens) > 1:
-            found.append((tokens, node))
-
-    walk(model, ())
-    return found

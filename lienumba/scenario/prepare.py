@@ -10,7 +10,7 @@ from lienumba.errors import ScenarioError
 from lienumba.mechanics import assembly, placing, rank
 from lienumba.mechanics.assembly import Assembly
 from lienumba.mechanics.forces import generalized
-from lienumba.mechanics.model import Driver, Model, Start, map_numbers
+from lienumba.mechanics.model import Driver, Model, Start, map_numbers, reads_state
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.formulas import at_start
@@ -131,7 +131,7 @@ def _check_start(model: Model, start: Start) -> None:
 
 def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
     """What a joint says of its coordinate at the start, but its driver says otherwise."""
-    if driver.coordinate is None:
+    if driver.coordinate is None or reads_state(driver.value[0]):
         return []
     keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
     says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name

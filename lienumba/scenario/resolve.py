@@ -16,8 +16,10 @@ from lienumba.scenario.checks import check
 from lienumba.scenario.conversions import timed
 from lienumba.scenario.loading import apply_overrides, load, name_unnamed
 from lienumba.scenario.messages import sentences
-from lienumba.scenario.parameters import Parameters, take
-from lienumba.scenario.schema import LISTS, ScenarioData
+from lienumba.scenario.numbers import take
+from lienumba.scenario.parameters import Parameters
+from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData
+from lienumba.scenario.tables import inlined
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -79,7 +81,8 @@ class Scenario:
         self.parameters.restore(model)
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
-        return data if data["parameters"] else {key: item for key, item in data.items() if key != "parameters"}
+        listed = {"parameters": data["parameters"], "tables": data["tables"], "quantities": model.pop("quantities")}
+        return {key: item for key, item in {**data, **listed}.items() if item or key not in listed}
 
     def to_toml(self) -> str:
         """The scenario as TOML with every default written out."""
@@ -89,6 +92,9 @@ class Scenario:
         """The hash of what determines a run: neither title nor output nor the number of runs."""
         content = self.to_dict()
         del content["title"], content["output"], content["sweep"]["runs"]
+        used = self.parameters.used_quantities()
+        decisive = [q for q in content.pop("quantities", []) if q["name"] in used or q["type"] == "joint"]
+        content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -116,6 +122,7 @@ def resolve(
     raw = load(source)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
+    raw = inlined(raw, Path())
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
         raise ScenarioError("\n".join(problems + wrong))
@@ -128,9 +135,14 @@ def resolve(
     report = check(raw, parameters)
     problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
     if problems or data is None:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError("\n".join(map(_as_written, problems)))
     warnings = [*map(parameters.explain, report.warnings), *parameters.unused()]
-    return Scenario(_filled(data), warnings, file, parameters)
+    return Scenario(_filled(data), list(map(_as_written, warnings)), file, parameters)
+
+
+def _as_written(sentence: str) -> str:
+    """Quantities stand beside the model in the file."""
+    return sentence.replace("model.quantities", "quantities")
 
 
 def _filled(data: ScenarioData) -> ScenarioData:
@@ -139,6 +151,9 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if output.every is None and output.times is None:
         every = timegrid.default_interval(integrator.end_time, integrator.step)
         output = output.model_copy(update={"every": every})
+    if "variables" not in output.model_fields_set:
+        quantities = [quantity.name for quantity in data.model.quantities]
+        output = output.model_copy(update={"variables": [*VARIABLES, *quantities]})
     model = data.model.model_dump()
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})

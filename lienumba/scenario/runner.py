@@ -11,6 +11,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.arguments import check_labels
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.table_checks import landings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from lienumba.integrators.exchange import Choice
     from lienumba.integrators.held import Held
     from lienumba.integrators.program import Program
+    from lienumba.mechanics.quantities import Part
 
 __all__ = ["Progress", "check_initial", "operation_counts", "run"]
 
@@ -148,6 +150,7 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
         outputs=np.unique([0, *resolved.output_steps]).astype(np.int64),  # the start too: energies count from it
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
+        landings=tuple(landings(resolved.parameters, prepared.samples, data.integrator.end_time)),
     )
 
 
@@ -200,7 +203,8 @@ class _Collector:
         runs, times = len(self.codes), len(self.resolved.times)
         data: Any = self.resolved.data
         for name in layout.names:
-            if name in data.output.variables and name not in self.series:
+            stored = name.partition(".")[0] if name in layout.quantities else name
+            if stored in data.output.variables and name not in self.series:
                 self.series[name] = np.empty((runs, times, *layout.shape(name)))
         for name in layout.summaries:
             self.summaries.setdefault(name, np.full(runs, np.nan))
@@ -214,6 +218,15 @@ class _Collector:
             array[runs] = self.layout.summarise(name, values)
         self.codes[runs] = chunk.codes
         self.steps[runs] = chunk.steps
+
+    def _variable(self, part: "Part") -> Any:
+        from lienumba.store.layout import SERIES, Variable
+
+        if not part.vector:
+            return Variable(SERIES, part.units, part.long_name)
+        assert part.frame is not None
+        frame = "global" if part.frame < 0 else self.prepared.model.bodies[part.frame].name
+        return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
     def dataset(self, command: str) -> "xr.Dataset":
         import numpy as np
@@ -235,6 +248,7 @@ class _Collector:
             constraints=self.layout.constraints,
             efforts=self.layout.efforts,
             shared=self.prepared.nominal.rank.shared,
+            quantities={name: self._variable(part) for name, part in self.layout.quantities.items()},
             inputs=self.prepared.samples,
             input_units={path: units(path, named) for path in self.prepared.samples},
             attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),

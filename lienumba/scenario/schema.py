@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driver_form
 from lienumba.scenario.schema_joints import JOINTS, Joint
+from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity
 from lienumba.scenario.schema_types import (
     NAME_RULE,
     AxisAngle,
@@ -25,17 +26,17 @@ from lienumba.scenario.schema_types import (
     Timed3,
     Vec3,
 )
+from lienumba.scenario.tables import TableSection
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
 Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "rk38"]
-Variable = Literal[
+VARIABLES = (
     "position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque", "multiplier",
     "driver_effort", "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation",
     "velocity_violation", "position_iterations", "velocity_iterations",
-]  # fmt: skip
-VARIABLES: tuple[str, ...] = get_args(Variable)
+)  # fmt: skip
 
 
 class Matter(Section):
@@ -94,6 +95,7 @@ class ModelSection(Gravity):
     joints: list[Joint] = Field(default=[], description="the joints, each as [[model.joints]]")
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
+    quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
 
 
 class Integrator(Section):
@@ -118,9 +120,9 @@ class Output(Section):
     times: Annotated[list[Number], Field(min_length=1)] | None = Field(
         default=None, description="the stored times in s, ascending, from 0 to integrator.end_time"
     )
-    variables: list[Variable] = Field(
-        default=list(get_args(Variable)),
-        description="names of the variables to store: " + ", ".join(VARIABLES),
+    variables: list[str] = Field(
+        default=list(VARIABLES),
+        description="names of the variables and quantities to store: " + ", ".join(VARIABLES),
     )
 
 
@@ -147,6 +149,9 @@ class ScenarioData(Section):
     parameters: dict[str, float | str] = Field(
         default={}, description="numbers with names, or formulas of other parameters: kp = 40"
     )
+    tables: dict[str, TableSection] = Field(
+        default={}, description="functions known at points, each as [tables.name] with file, time and value"
+    )
     model: ModelSection = Field(description="the section [model] with its bodies")
     integrator: Integrator = Field(description="the section [integrator] with step and end_time")
     projection: Projection = Field(default_factory=Projection, description="the section [projection]")
@@ -168,6 +173,7 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     **{("model", "joints", form): section for form, section in JOINTS.items()},
     **{("model", "drivers", form): section for form, section in DRIVERS.items()},
     **{("model", "forces", form): section for form, section in FORCES.items()},
+    **{("model", "quantities", form): section for form, section in QUANTITIES.items()},
     ("integrator",): Integrator,
     ("projection",): Projection,
     ("output",): Output,
@@ -175,8 +181,10 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("sweep", "vary", "*", "normal"): Normal,
     ("sweep", "vary", "*", "uniform"): Uniform,
 }
-FORMS: dict[str, dict[str, type[Section]]] = {"joints": JOINTS, "drivers": DRIVERS, "forces": FORCES}
-LISTS = ("bodies", "joints", "drivers", "forces")  # of the model: tables that are known by their names
+FORMS: dict[str, dict[str, type[Section]]] = {
+    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
+}  # fmt: skip
+LISTS = ("bodies", "joints", "drivers", "forces", "quantities")  # of the model: tables that are known by their names
 
 
 def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:

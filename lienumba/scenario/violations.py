@@ -7,7 +7,7 @@ from lienumba.groups import so3
 from lienumba.mechanics import joints, placing, rank
 from lienumba.mechanics.assembly import Assembly, Condition
 from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
-from lienumba.mechanics.model import Joint, Model, Start, at_time
+from lienumba.mechanics.model import Joint, Model, Start, at_time, reads_state
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.formulas import LARGEST
 from lienumba.scenario.joint_checks import PARALLEL, sine
@@ -117,7 +117,7 @@ class _Run:
     def turned(self, c: Condition) -> float:
         """The angle (rad) by which a body misses the orientation that a driver prescribes."""
         driver = next((d for d in self.model.drivers if c.what == "driver" and d.name == c.name), None)
-        if driver is None or driver.motion != "orientation":
+        if driver is None or driver.motion != "orientation" or any(map(reads_state, driver.value)):
             return 0.0
         x, y, z = (at_time(number, 0.0) for number in driver.value)
         R = self.now.bodies[driver.bodies[0]][3:12]

@@ -89,9 +89,10 @@ def dataset(
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
     shared: Sequence[str] = (),
+    quantities: Mapping[str, Variable] | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
-    drivers whose reactions are not unique.
+    drivers whose reactions are not unique; `quantities`: what the scenario's own variables are.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -108,10 +109,11 @@ def dataset(
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
+    known = VARIABLES | dict(quantities or {})
     data = {
-        name: _variable(name, array)
+        name: _variable(name, known[name], array)
         for name, array in variables.items()
-        if all(len(labels[dim]) for dim in VARIABLES[name].dims)
+        if all(len(labels[dim]) for dim in known[name].dims)
     }
     if shared:
         for name in REACTIONS & data.keys():
@@ -129,11 +131,10 @@ def dataset(
     return xr.Dataset(data, coordinates, dict(attributes))
 
 
-def _variable(name: str, array: np.ndarray) -> xr.Variable:
+def _variable(name: str, spec: Variable, array: np.ndarray) -> xr.Variable:
     import numpy as np
     import xarray as xr
 
-    spec = VARIABLES[name]
     attributes: dict[str, Any] = _texts(spec.units, spec.long_name)
     if spec.frame is not None:
         attributes["frame"] = spec.frame

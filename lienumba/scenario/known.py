@@ -1,0 +1,78 @@
+"""What formulas may read of the mechanism: the components of its quantities, and what each needs to be known."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lienumba.mechanics import model as m
+from lienumba.mechanics import quantities
+from lienumba.mechanics.joints import COORDINATES
+from lienumba.mechanics.model import Law, Model
+from lienumba.scenario.report import read, tables
+from lienumba.scenario.schema_forces import driver_form
+from lienumba.scenario.schema_quantities import QUANTITIES, Expression
+
+SAYS = {
+    quantities.VELOCITY: "a velocity",
+    quantities.OBSERVED: "which follows from the forces themselves (an acceleration, a reaction or an effort)",
+}
+
+
+@dataclass(frozen=True)
+class Known:
+    """`sketch`: a model with the quantities that are well-formed, and of joints and drivers no more than these need."""
+
+    sketch: Model
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Every component, as formulas call it."""
+        return frozenset(".".join(filter(None, (q.name, c))) for q in self.sketch.quantities for c in self.parts_of(q))
+
+    def parts_of(self, quantity: m.Quantity) -> list[str]:
+        return quantities.components(self.sketch, quantity)
+
+    def level(self, name: str) -> int:
+        return quantities.level(self.sketch, name)
+
+    def with_values(self, used: dict[str, frozenset[str]]) -> "Known":
+        """With what each expression reads, by its name."""
+        laws = {name: Law(abs, {}, tuple(sorted(names & self.names))) for name, names in used.items()}
+        named = tuple(replace(q, value=laws.get(q.name, 0.0)) for q in self.sketch.quantities)
+        return Known(replace(self.sketch, quantities=named))
+
+
+def known_of(model: Any) -> Known:
+    """What the tables of a model, not yet checked, let formulas read; what is wrong in them is passed over."""
+    model = model if isinstance(model, dict) else {}
+    joints = {str(t.get("name")): t for t in tables(model.get("joints"))}
+    drivers = {str(t.get("name")): t for t in tables(model.get("drivers"))}
+    stub = [m.Joint(name, str(t.get("type")), ()) for name, t in joints.items()]
+    sketch = Model((0.0, 0.0, 0.0), (), tuple(stub), tuple(_driver(name, t, joints) for name, t in drivers.items()))
+    found = []
+    for table in tables(model.get("quantities")):
+        section = QUANTITIES.get(str(table.get("type")))
+        checked: Any = read(section, {**table, "value": 0.0} if section is Expression else table)
+        joint, driver = getattr(checked, "joint", None), getattr(checked, "driver", None)
+        if (
+            checked is None
+            or (joint is not None and joint not in joints)
+            or (driver is not None and driver not in drivers)
+        ):
+            continue
+        found.append(
+            m.Quantity(
+                checked.name, checked.type, (0,), derivative=getattr(checked, "derivative", 0),
+                joint=-1 if joint is None else list(joints).index(joint),
+                driver=-1 if driver is None else list(drivers).index(driver),
+            )
+        )  # fmt: skip
+    return Known(replace(sketch, quantities=tuple(found)))
+
+
+def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:
+    """As much of a driver as tells what its effort is."""
+    if driver_form(table) != "joint":
+        return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))
+    kinds = COORDINATES.get(str(joints.get(str(table["joint"]), {}).get("type")), ())
+    kind = table.get("coordinate") or (kinds[0] if kinds else "angle")
+    return m.Driver(name, "value", (), (0.0,), m.Coordinate(0, str(kind)))

@@ -1,0 +1,73 @@
+"""What is wrong with a quantity: the names it refers to, and what its own name hides; one sentence each."""
+
+from typing import Any
+
+from lienumba.mechanics.joints import COORDINATES
+from lienumba.scenario.body_checks import check_rotation
+from lienumba.scenario.report import GROUND, Report, read
+from lienumba.scenario.schema import VARIABLES as STORED
+from lienumba.scenario.schema_quantities import QUANTITIES
+from lienumba.scenario.words import listed, show, suggestion
+from lienumba.store.layout import COORDINATES as DIMENSIONS
+from lienumba.store.layout import VARIABLES
+
+Lists = dict[str, list[dict[str, Any]]]
+
+
+def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: Report) -> None:
+    """Check one quantity against the names of everything."""
+    name = quantity["name"]
+    if name in VARIABLES or name in DIMENSIONS:
+        report.problems.append(
+            f"{place}.name = {show(name)}: the dataset has a variable of this name already; give another name"
+        )
+    bodies = [body["name"] for body in lists["bodies"]]
+    of_bodies = [("body", bodies), ("relative_to", [*bodies, GROUND])]
+    if quantity.get("type") == "reaction":
+        of_bodies = []
+    elif quantity.get("frame") is not None:
+        of_bodies.append(("frame", [*bodies, "global", "body"]))
+    for key, known in of_bodies:
+        _check_name(f"{place}.{key}", quantity.get(key), known, "is not a body of the model", report)
+    for i, body in enumerate(quantity["bodies"] if isinstance(quantity.get("bodies"), list) else []):
+        _check_name(f"{place}.bodies[{i}]", body, bodies, "is not a body of the model", report)
+    for kind in ("joint", "driver"):
+        known = [item["name"] for item in lists[f"{kind}s"]]
+        _check_name(f"{place}.{kind}", quantity.get(kind), known, f"is not a {kind} of the model", report)
+    checked: Any = read(QUANTITIES.get(str(quantity.get("type"))), quantity)
+    if checked is None:
+        return
+    if checked.type == "joint":
+        _check_joint(place, checked.joint, lists, report)
+    if checked.type == "rotation_error":
+        check_rotation(f"{place}.target", checked.target, report)
+    if checked.type in ("point", "rotation_error", "angular_velocity") and checked.relative_to == checked.body:
+        report.problems.append(
+            f"{place}.relative_to = {show(checked.body)}: is the body itself; name another one, or leave it out"
+        )
+
+
+def check_variables(variables: list[str], lists: Lists, report: Report) -> None:
+    """Check that what is to be stored exists."""
+    known = [*STORED, *(str(q.get("name")) for q in lists["quantities"])]
+    for i, name in enumerate(variables):
+        if name not in known:
+            report.problems.append(f"output.variables[{i}] = {show(name)}: is not known; {suggestion(name, known)}")
+
+
+def _check_name(at: str, name: Any, known: list[str], what: str, report: Report) -> None:
+    if isinstance(name, str) and name not in known:
+        report.problems.append(f"{at} = {show(name)}: {what}; {suggestion(name, known)}")
+
+
+def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
+    """A joint needs a coordinate to be looked at."""
+    joint = next((j for j in lists["joints"] if j["name"] == name), None)
+    if joint is not None and not COORDINATES.get(str(joint.get("type")), ()):
+        having = [j["name"] for j in lists["joints"] if COORDINATES.get(str(j.get("type")), ())]
+        remedy = (
+            f"joints that have one are {listed(having)}" if having else "look at a point or a rotation_error instead"
+        )
+        report.problems.append(
+            f"{place}.joint = {show(name)}: is a {joint.get('type')} joint, which has no angle or displacement; {remedy}"
+        )
