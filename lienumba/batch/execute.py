@@ -27,9 +27,9 @@ POLL = 0.1  # s between two looks at the progress
 class Batch:
     """Everything the runs need.
 
-    parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at the
-    start; codes (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to `steps` at
-    most; landings: arrays of times (n,) or (runs, n) on which steps must land.
+    parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at
+    the start; codes (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to
+    `steps` at most; landings: arrays of times (n,) or (runs, n) on which steps must land.
     """
 
     machine: Machine
@@ -102,7 +102,7 @@ def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) ->
 
 def _record_rows(machine: Machine) -> int:
     """A state, what is seen of it, and the iterations of the two projections."""
-    return ELEMENT * machine.bodies + machine.held.rows + machine.seen + 2
+    return ELEMENT * machine.elements + machine.held.rows + machine.seen + 2
 
 
 def _slices(batch: Batch, workers: int) -> Iterator[slice]:
@@ -164,7 +164,7 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
     drive(
-        machine.kernels, machine.nodes, machine.bodies, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
+        machine.kernels, machine.nodes, machine.elements, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
         machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
         _landings(batch, runs, blocks), records, codes, steps, machine.buffer(), progress, stop,
     )  # fmt: skip

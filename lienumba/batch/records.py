@@ -7,6 +7,7 @@ import numpy as np
 
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.held import Held
+from lienumba.integrators.program import Program
 from lienumba.mechanics import quantities
 from lienumba.mechanics.constraints import constraints_of
 from lienumba.mechanics.model import Model
@@ -31,6 +32,7 @@ class Layout:
     """Names and shapes (behind run and time) of every variable that a record of this model gives."""
 
     bodies: int
+    elements: int
     joints: int
     constraints: list[str]
     efforts: list[str]
@@ -39,7 +41,7 @@ class Layout:
     observed: dict[str, tuple[int, int]]
 
     @staticmethod
-    def of(model: Model, held: Held, observed: dict[str, tuple[int, int]]) -> "Layout":
+    def of(model: Model, program: Program) -> "Layout":
         every = constraints_of(model)
         constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
         efforts = [
@@ -50,7 +52,13 @@ class Layout:
             for q in model.quantities
             for part in quantities.parts(model, q)
         }
-        return Layout(len(model.bodies), len(model.joints), constraints, efforts, parts, held, observed)
+        for force in model.forces:
+            for state in force.initial:
+                parts[f"{force.name}.{state}"] = Part(state, "1", f"state of the law {force.name}")
+        return Layout(
+            len(model.bodies), program.elements, len(model.joints), constraints, efforts, parts, program.held,
+            program.observed,
+        )  # fmt: skip
 
     @property
     def names(self) -> list[str]:
@@ -83,14 +91,14 @@ class Layout:
             name: state[..., first:end].reshape(runs, times, self.bodies, *shape)
             for name, (first, end, shape) in STATE.items()
         }
-        start = ELEMENT * self.bodies + self.held.rows
+        start = ELEMENT * self.elements + self.held.rows
         for name, (first, rows) in self.observed.items():
             values[name] = records[:, :, start + first : start + first + rows].reshape(runs, times, *self.shape(name))
         values["position_iterations"] = records[:, :, -2]
         values["velocity_iterations"] = records[:, :, -1]
         values["energy"] = values["kinetic_energy"] + values["potential_energy"]
         energy = values["energy"]
-        work = records[:, :, ELEMENT * self.bodies + len(self.held.angles)] if self.held.work else 0.0
+        work = records[:, :, ELEMENT * self.elements + len(self.held.angles)] if self.held.work else 0.0
         values["work"] = np.where(np.isnan(energy), np.nan, work)
         with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
             values["energy_residual"] = energy - values["work"] - energy[:, :1]

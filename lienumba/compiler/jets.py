@@ -55,6 +55,12 @@ class Jet:
     def __rtruediv__(self, other: Any) -> "Jet":
         return lift(other) / self
 
+    def __abs__(self) -> Any:
+        return operations.absolute(self)
+
+    def __pow__(self, p: Any) -> Any:
+        return operations.power(self, p)
+
     def __lt__(self, other: Any) -> Any:
         return self.a < lift(other).a
 

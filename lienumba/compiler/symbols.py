@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
+from lienumba.operations import absolute, power
+
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
 
@@ -185,6 +187,12 @@ class Symbol:
 
     def __hash__(self) -> int:
         return self.id
+
+    def __abs__(self) -> Any:
+        return absolute(self)
+
+    def __pow__(self, p: Any) -> Any:
+        return power(self, p)
 
     def __bool__(self) -> bool:
         raise TypeError("a kernel may not branch on a number: use where(condition, x, y)")

@@ -50,9 +50,6 @@ class Held:
             rows[:, -1] = choice.margin
         return rows
 
-    def instant(self, bodies: tuple[Any, ...], held: tuple[Any, ...], t: Any, within: Any = None) -> Instant:
-        return Instant(bodies, t, dict(zip(self.angles, held, strict=False)), within)
-
     def mask(self, held: tuple[Any, ...], rows: int) -> list[Any]:
         """1 or 0 for each row of C."""
         mask: list[Any] = [1.0] * rows

@@ -9,6 +9,7 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.rows import W
+from lienumba.integrators.carried import Carried
 from lienumba.integrators.held import Held
 from lienumba.integrators.program import Program
 
@@ -31,7 +32,8 @@ class Machine:
     kernels: np.ndarray
     prepares: tuple[int, ...]
     nodes: np.ndarray
-    bodies: int
+    elements: int
+    carried: Carried
     held: Held
     parameter_rows: int
     seen: int
@@ -59,11 +61,12 @@ def compile_program(program: Program) -> Machine:
         kernels,
         tuple(prepares),
         np.array(program.nodes),
-        program.bodies,
+        program.elements,
+        program.carried,
         program.held,
         program.parameter_rows,
         sum(rows for _, rows in program.observed.values()),
-        driver.scratch_rows(program.bodies, program.held.rows, len(program.held.masks), stages)
+        driver.scratch_rows(program.elements, program.held.rows, len(program.held.masks), stages)
         + max(k.work_rows for k in program.kernels.values()),
     )
 

@@ -10,7 +10,10 @@
     observe    state -> what is stored beside the state
     exchange   state -> S of the rows that may be exchanged (see `lienumba.integrators.exchange`)
 
-A state is 18 rows per body and what is held behind them (`lienumba.integrators.held`).
+    sample     state -> state                       the laws of the user's own that are sampled now
+
+A state is 18 rows per body, what is carried (`lienumba.integrators.carried`) and what is held
+(`lienumba.integrators.held`).
 Every row is a vector of W runs. A code of 0 is good; see `lienumba.integrators.codes`. Each kernel has a graph of its
 own, so that what is observed can never change how a step is computed.
 """
@@ -21,6 +24,7 @@ from typing import Any
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators import state_kernels, step_kernels
+from lienumba.integrators.carried import Carried
 from lienumba.integrators.exchange import UNIQUE, Choice
 from lienumba.integrators.held import Held
 from lienumba.integrators.tracer import Method, Tracer
@@ -32,11 +36,12 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`parameters`: the model's numbers behind the slots (floats or arrays); `nodes`: c of the tableau;
-    `observed`: name -> (first row, rows)."""
+    """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats or arrays);
+    `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
 
-    bodies: int
+    elements: int
     held: Held
+    carried: Carried
     parameters: list[Any]
     parameter_rows: int
     kernels: dict[str, Kernel]
@@ -60,6 +65,8 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.held.masks:
         kernels["exchange"] = state_kernels.exchange(tracer)
+    if any(force.code is not None and force.code.every is not None for force in model.forces):
+        kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     nodes = [float(c) for c in tracer.tableau.c]
-    return Program(tracer.k, tracer.held, tracer.values, tracer.rows, kernels, nodes, observed)
+    return Program(tracer.elements, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed)

@@ -4,6 +4,7 @@ from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators import carried as carried_
 from lienumba.integrators import codes, munthe_kaas
 from lienumba.integrators.tracer import Tracer, finite, flat
 from lienumba.mechanics import constraints, dynamics, kkt, projection, quantities
@@ -13,23 +14,24 @@ from lienumba.operations import minimum, where
 
 def position(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
-    hat, now = tracer.now(graph)[0], tracer.bodies(graph, "extra")
+    hat, now = tracer.now(graph)[0], tracer.state(graph, "extra")
     held = tracer.held_rows(graph)
     mask = tracer.held.mask(held, tracer.structure.rows)
-    x = graph.inputs("extra", 6 * tracer.k, ELEMENT * tracer.k)
-    at = tracer.held.instant(now, held, hat.t)
+    x = graph.inputs("extra", 6 * tracer.k, ELEMENT * tracer.elements)
+    at = tracer.instant(now, held, hat.t)
     solution = projection.position_correction(model, tracer.structure, at, list(x), mask)
     rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(tracer.k)])
     new = projection.placed(hat.bodies, solution.x)
     counts = projection.counted(solution, mask, "position")
-    violation = projection.position_violation(model, tracer.held.instant(new, held, hat.t), counts)
+    violation = projection.position_violation(model, tracer.instant(new, held, hat.t), counts)
     code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
     if tracer.structure.looped:
-        lost = projection.lost(model, tracer.held.instant(new, held, hat.t), counts)
+        lost = projection.lost(model, tracer.instant(new, held, hat.t), counts)
         code = where(lost < projection.LOST, code, codes.SINGULAR)
     code = where(solution.sound > 0.0, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
-    return tracer.kernel("position", (*flat(new), *solution.x, violation, code))
+    rest = [0.0] * (6 * tracer.carried.elements)
+    return tracer.kernel("position", (*tracer.with_carried(graph, new), *solution.x, *rest, violation, code))
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -47,7 +49,7 @@ def velocity(tracer: Tracer) -> Kernel:
         lost = projection.lost_rate(model, Instant(new, now.t, now.angles), counts)
         code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
-    return tracer.kernel("velocity", (*flat(new), violation, code))
+    return tracer.kernel("velocity", (*tracer.with_carried(graph, new), violation, code))
 
 
 def exchange(tracer: Tracer) -> Kernel:
@@ -55,6 +57,13 @@ def exchange(tracer: Tracer) -> Kernel:
     now, _ = tracer.now(graph)
     triangle, scales = kkt.exchange(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
     return tracer.kernel("exchange", (*triangle, *scales))
+
+
+def sample(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, _ = tracer.now(graph)
+    carried = tracer.carried.placed(carried_.sampled(model, now))
+    return tracer.kernel("sample", flat((*now.bodies, *carried)))
 
 
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
@@ -79,6 +88,7 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
         "joint_torque": torque,
         "driver_effort": [x for rows in efforts for x in rows],
     }
+    named |= carried_.variables(model, now)
     named |= quantities.observe(model, now, quantities.Observed(solution.x, force, torque, efforts))
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Any] = []

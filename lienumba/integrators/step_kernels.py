@@ -8,6 +8,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ALGEBRA, ELEMENT
 from lienumba.integrators import codes, munthe_kaas
+from lienumba.integrators.carried import rates
 from lienumba.integrators.tracer import Tracer, flat
 from lienumba.mechanics import dynamics
 from lienumba.mechanics.model import Model
@@ -42,7 +43,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     order = tracer.tableau.order
     new, rotation, square = munthe_kaas.step(
         tracer.tableau,
-        tracer.bodies(graph, "state"),
+        tracer.state(graph, "state"),
         t,
         h,
         lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), order),
@@ -51,7 +52,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     for sound in reports.sound[1:]:
         every = every * sound
     code = munthe_kaas.verdict(tracer.strict(rotation), square, reports.sound[0], every)
-    after = _held_after(tracer, model, held, tracer.held.instant(new, held, t + h), h, reports)
+    after = _held_after(tracer, model, held, tracer.instant(new, held, t + h), h, reports)
     margin = reports.margin[:1] if tracer.held.masks else []
     return {"step": tracer.kernel("step", (*flat(new), *after, code, *margin))}
 
@@ -67,13 +68,13 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     t = graph.input("clock", 0)
     node = 0.0 if name == "first" else graph.input("clock", 2)
     F = _vector_field(tracer, model, tracer.held_rows(graph), reports, graph.input("clock", 3), node)
-    x = tracer.bodies(graph, "state")
-    u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.k))
+    x = tracer.state(graph, "state")
+    u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.elements))
     f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.tableau.order)
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
     stages = len(tracer.tableau.b)
-    rows = [_slope_row(i, stages) + c for i in range(tracer.k) for c in range(ALGEBRA)]
-    rows += [_slope_row(tracer.k, stages) + c for c in range(len(said))]
+    rows = [_slope_row(i, stages) + c for i in range(tracer.elements) for c in range(ALGEBRA)]
+    rows += [_slope_row(tracer.elements, stages) + c for c in range(len(said))]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
 
 
@@ -82,7 +83,8 @@ def _finish(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     t, h = graph.inputs("clock", 2)
     stages = len(tracer.tableau.b)
-    said = [graph.inputs("extra", codes.REPORTS, _slope_row(tracer.k, stages) + ALGEBRA * s) for s in range(stages)]
+    behind = _slope_row(tracer.elements, stages)
+    said = [graph.inputs("extra", codes.REPORTS, behind + ALGEBRA * s) for s in range(stages)]
     last = [_slope_row(i, stages) + ALGEBRA * (stages - 1) + 6 for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],
@@ -90,7 +92,7 @@ def _finish(tracer: Tracer) -> Kernel:
         accelerations=[x for first in last for x in graph.inputs("extra", 6, first)],
     )
     held = tracer.held_rows(graph)
-    now = tracer.held.instant(tracer.bodies(graph, "state"), held, t)
+    now = tracer.instant(tracer.state(graph, "state"), held, t)
     return tracer.kernel("finish", _held_after(tracer, model, held, now, h, reports))
 
 
@@ -120,8 +122,8 @@ def _vector_field(
     in the middle of the step; node: c of the stage; by default that of the stages as they come."""
     mask = tracer.held.mask(held, tracer.structure.rows)
 
-    def F(bodies: Any, t: Any) -> Any:
-        now = tracer.held.instant(bodies, held, t, within)
+    def F(state: Any, t: Any) -> Any:
+        now = tracer.instant(state, held, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
         expected = tracer.expected(held, c)
         solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
@@ -130,7 +132,8 @@ def _vector_field(
         if tracer.held.work:
             reports.power.append(dynamics.power(model, now, solution.mu))
         reports.accelerations = a = solution.x
-        return tuple((*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(bodies))
+        moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
+        return (*moving, *tracer.carried.slopes(rates(model, now)))
 
     return F
 

@@ -8,6 +8,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
+from lienumba.integrators.carried import Carried
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
 from lienumba.integrators.munthe_kaas import LARGEST_STAGE
@@ -50,7 +51,7 @@ def split(model: Model) -> tuple[Model, list[Any]]:
 
 class Tracer:
     """`structure`: of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`;
-    `values`: of the parameters."""
+    `values`: of the parameters; k: the number of bodies, of the elements of S with what is `carried` behind them."""
 
     def __init__(self, model: Model, method: Method, choice: Choice, fixed: bool) -> None:
         self.template, self.values = split(model)
@@ -59,6 +60,10 @@ class Tracer:
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
         self.k = len(model.bodies)
+        graph, symbolic = self.graph()
+        bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
+        self.carried = Carried.of(symbolic, Instant(bodies, graph.input("clock", 0)))
+        self.elements = self.k + self.carried.elements
         self.rows = len(self.values)  # of parameters and what is hoisted behind them
         self.held = Held(
             angles=counted_angles(model),
@@ -97,17 +102,26 @@ class Tracer:
         self.rows += len(kernel.hoisted)
         return kernel
 
-    def bodies(self, graph: Graph, array: str) -> tuple[Any, ...]:
-        return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.k))
+    def state(self, graph: Graph, array: str) -> tuple[Any, ...]:
+        """The elements of S: bodies, and behind them what is carried."""
+        return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.elements))
+
+    def instant(self, state: Any, held: tuple[Any, ...], t: Any, within: Any = None) -> Instant:
+        angles = dict(zip(self.held.angles, held, strict=False))
+        return Instant(tuple(state[: self.k]), t, angles, within, self.carried.read(state[self.k :]))
 
     def now(self, graph: Graph) -> tuple[Instant, list[Any]]:
         """The state at the clock's time, and the mask of its rows."""
         held = self.held_rows(graph)
-        instant = self.held.instant(self.bodies(graph, "state"), held, graph.input("clock", 0))
+        instant = self.instant(self.state(graph, "state"), held, graph.input("clock", 0))
         return instant, self.held.mask(held, self.structure.rows)
 
     def held_rows(self, graph: Graph) -> tuple[Any, ...]:
-        return tuple(graph.inputs("state", self.held.rows, ELEMENT * self.k))
+        return tuple(graph.inputs("state", self.held.rows, ELEMENT * self.elements))
+
+    def with_carried(self, graph: Graph, bodies: Any) -> list[Any]:
+        """The rows of these bodies, and of what the state carries."""
+        return flat((*bodies, *self.state(graph, "state")[self.k :]))
 
 
 def flat(bodies: Any) -> list[Any]:

@@ -11,22 +11,24 @@ from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
-from lienumba.mechanics import joints, motion
-from lienumba.mechanics.model import GROUND, Driver, Model
+from lienumba.mechanics import joints, motion, user_laws
+from lienumba.mechanics.model import GROUND, Body, Driver, Model
 from lienumba.mechanics.motion import Instant, Law, View, is_zero
 from lienumba.mechanics.quantities import bodies_of, evaluate
-from lienumba.operations import absolute, maximum
+from lienumba.operations import absolute, maximum, sqrt
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level)."""
+    """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
+    whether its law is of the user's own."""
 
     name: str
     bodies: tuple[int, ...]
     kinds: str
     level: str
     law: Law
+    own: bool = False
 
     @property
     def rows(self) -> int:
@@ -37,6 +39,13 @@ def constraints_of(model: Model) -> list[Constraint]:
     """All constraints in the order of their rows."""
     found = []
     for index, joint in enumerate(model.joints):
+        if joint.code is not None:
+            ends = tuple(
+                dict.fromkeys((*user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers), *joint.bodies))
+            )
+            law = partial(user_laws.residual, model, index)
+            found.append(Constraint(joint.name, ends, joint.code.returns, joint.code.level, law, own=True))
+            continue
         kinds = joints.row_kinds(model, joint)
         found.append(Constraint(joint.name, joint.bodies, kinds, "position", partial(joints.residual, model, index)))
     for driver in model.drivers:
@@ -186,6 +195,8 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
     points: list[Any] = [(j.points or (), j.length) for j in model.joints] + [((d.point,), None) for d in model.drivers]
     for c, (arms, length) in zip(constraints_of(model), points, strict=True):
         arm = largest([x for p in arms if p is not None for x in p])
+        if c.own:  # nobody says what it reaches
+            arm = largest([_size(model.bodies[i]) for i in c.bodies if i != GROUND])
         motions = [now.motion(i) for i in c.bodies if i != GROUND]
         position = largest([x for m in motions for x in m.r])
         turning = largest([x for m in motions for x in m.w])
@@ -196,6 +207,12 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
             far.append(0.0 if angular else position)
             speed.append(turning if angular else maximum(moving, arm * turning))
     return reach, far, speed
+
+
+def _size(body: Body) -> Any:
+    """As long as a slender bar of the same mass and inertia."""
+    xx, yy, zz, *_ = body.inertia
+    return sqrt(6.0 * (xx + yy + zz) / body.mass)
 
 
 def largest(rows: list[Any]) -> Any:

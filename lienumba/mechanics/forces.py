@@ -11,8 +11,9 @@ from functools import partial
 from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
-from lienumba.mechanics import motion
+from lienumba.mechanics import motion, user_laws
 from lienumba.mechanics.force_laws import FORCE_TYPES, ForceType, Given, Number
+from lienumba.mechanics.joints import COORDINATES
 from lienumba.mechanics.model import GROUND, Force, Model
 from lienumba.mechanics.motion import Instant, is_zero
 from lienumba.mechanics.quantities import bodies_of
@@ -34,6 +35,10 @@ def generalized(model: Model, now: Instant) -> list[Any]:
     """Q of all force laws, 6 rows per body: force (N, global frame), torque about the mass centre (N m, body frame)."""
     Q: list[Any] = [0.0] * (6 * len(model.bodies))
     for force in model.forces:
+        if force.code is not None:
+            for i, own in user_laws.generalized(model, force, now)[0].items():
+                Q[6 * i : 6 * i + 6] = [a + b for a, b in zip(Q[6 * i : 6 * i + 6], own, strict=True)]
+            continue
         acting = _acting(model, force, now)
         for i, rows in acting.J.items():
             for row, a, b in zip(rows, acting.conservative, acting.other, strict=True):
@@ -44,9 +49,14 @@ def generalized(model: Model, now: Instant) -> list[Any]:
 
 
 def potential(model: Model, now: Instant) -> Any:
-    """The potential energy (J) of springs, stops, bushings and attractions."""
+    """The potential energy (J) of springs, stops, bushings and attractions, and of laws that return it."""
     total: Any = 0.0
     for force in model.forces:
+        if force.code is not None:
+            ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
+            if force.code.returns == user_laws.POTENTIAL:
+                total = total + user_laws.energy(model, force, now, motion.still(now, ends))
+            continue
         kind, given = FORCE_TYPES[force.type], _given(model, force, now)
         if kind.potential is not None:
             total = total + kind.potential(given, kind.coordinates(given, given.view))
@@ -57,6 +67,9 @@ def power(model: Model, now: Instant) -> Any:
     """What changes kinetic plus potential energy (W): efforts without a potential, and potentials that vary in time."""
     total: Any = 0.0
     for force in model.forces:
+        if force.code is not None:
+            total = total + user_laws.generalized(model, force, now)[1]
+            continue
         acting = _acting(model, force, now)
         for rate, effort in zip(acting.rates, acting.other, strict=True):
             total = total + rate * effort
@@ -69,13 +82,15 @@ def power(model: Model, now: Instant) -> Any:
 
 def angle_joints(model: Model) -> set[int]:
     """The joints (indices) whose angle matters to a force over several turns; a rate alone does not."""
-    return {
+    stiff = {
         force.coordinate.joint
         for force in model.forces
         if force.coordinate is not None
         and force.coordinate.kind == "angle"
         and not is_zero(force.numbers.get("stiffness", 0.0))
     }
+    seen = {j for force in model.forces if force.code is not None for j in force.code.joints}
+    return stiff | {j for j in seen if "angle" in COORDINATES.get(model.joints[j].type, ())}
 
 
 def _ends(model: Model, force: Force) -> tuple[int, ...]:

@@ -46,6 +46,25 @@ def reads_state(x: Timed) -> bool:
 
 
 @dataclass(frozen=True)
+class Code:
+    """A law of the user's own (`lienumba.mechanics.user_laws`).
+
+    returns: "loads" or "potential" of a force, one letter for each row of a joint (see `JointType`); level: of these,
+    "position" or "velocity"; joints: those that it sees; wants: of t and states what the function asks for;
+    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law.
+    """
+
+    function: Callable[..., Any]
+    returns: str
+    level: str = "position"
+    joints: tuple[int, ...] = ()
+    wants: frozenset[str] = frozenset()
+    quantities: frozenset[str] = frozenset()
+    states: tuple[str, ...] = ()
+    every: float | None = None
+
+
+@dataclass(frozen=True)
 class Body:
     """A rigid body. `inertia` holds xx yy zz xy xz yz of the tensor, about the mass centre, body frame."""
 
@@ -81,6 +100,8 @@ class Joint:
     coordinates: tuple[Coordinate, Coordinate] | None = None
     ratio: Number | None = None
     offset: Number | None = None
+    numbers: dict[str, Number] = field(default_factory=dict)  # of a law of the user's own
+    code: Code | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +136,8 @@ class Force:
     frame: str = "global"
     numbers: dict[str, Timed] = field(default_factory=dict)  # a tuple for a vector
     rest: tuple[Number, ...] | None = None
+    code: Code | None = None
+    initial: dict[str, Number] = field(default_factory=dict)  # of the states of a law of the user's own
 
 
 @dataclass(frozen=True)
@@ -246,6 +269,7 @@ def map_numbers(
                 pitch=optional(joint.pitch),
                 ratio=optional(joint.ratio),
                 offset=optional(joint.offset, True),
+                numbers={key: number(x, False) for key, x in joint.numbers.items()},
             )
             for joint in model.joints
         ),
@@ -263,6 +287,7 @@ def map_numbers(
                 points=tuple(vector(p) for p in force.points),
                 numbers={key: law(x) for key, x in force.numbers.items()},
                 rest=None if force.rest is None else law(force.rest),
+                initial={key: number(x, False) for key, x in force.initial.items()},
             )
             for force in model.forces
         ),

@@ -38,12 +38,14 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 @dataclass(frozen=True)
 class Instant:
     """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted;
-    within: the time that tells in which piece of a table t lies, where that is not t itself."""
+    within: the time that tells in which piece of a table t lies, where that is not t itself; states: of the laws of the
+    user's own, by name."""
 
     bodies: tuple[Body, ...]
     t: Any = 0.0
     angles: dict[int, Any] = field(default_factory=dict)
     within: Any = None
+    states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
     def motion(self, i: int) -> Motion:
         body = self.bodies[i]

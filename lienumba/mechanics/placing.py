@@ -105,6 +105,8 @@ def kind_of(joint: Joint) -> joints.JointType:
 
 def has_frames(joint: Joint) -> bool:
     """Whether it has an axis in each of its bodies."""
+    if joint.code is not None:
+        return False
     return joint.type == "screw" or (joint.type not in COUPLED and kind_of(joint).axes > 0)
 
 
@@ -133,7 +135,7 @@ def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | 
 
     angle: what the joint's angle is given to be; known: these bodies have their final relative rotation.
     """
-    if joint.type in ("gear", "coupler"):
+    if joint.type in ("gear", "coupler") or joint.code is not None:
         return joint
     a, b = ends(joint, bodies)
     if says.at is not None:

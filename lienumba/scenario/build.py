@@ -12,6 +12,8 @@ from lienumba.mechanics.forces import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.mechanics.model import GROUND, JointStart, Model, Pose, Start
 from lienumba.scenario import paths
+from lienumba.scenario.code import PYTHON, function_of
+from lienumba.scenario.code_checks import code_of, tried
 from lienumba.scenario.conversions import inertia_of, rotation_of, timed, vec3
 from lienumba.scenario.resolve import Scenario
 
@@ -31,14 +33,14 @@ def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Mode
         if not path.startswith("parameters."):
             paths.put(data, paths.parse(path), values)
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
-        return _Builder(data).build()
+        return _Builder(data, scenario.data.files).build()
 
 
 class _Builder:
     """Knows the indices behind the names."""
 
-    def __init__(self, data: dict[str, Any]) -> None:
-        self.data = data
+    def __init__(self, data: dict[str, Any], files: dict[str, str]) -> None:
+        self.data, self.files = data, files
         self.bodies = {body["name"]: i for i, body in enumerate(data["bodies"])} | {"ground": GROUND}
         self.joints = {joint["name"]: i for i, joint in enumerate(data["joints"])}
 
@@ -52,7 +54,7 @@ class _Builder:
             forces=tuple(map(self.force, data["forces"])),
             quantities=tuple(map(self.quantity, data["quantities"])),
         )
-        return model, Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
+        return tried(model), Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
 
     def ends(self, names: Sequence[str]) -> tuple[int, ...]:
         return tuple(self.bodies[name] for name in names)
@@ -64,8 +66,17 @@ class _Builder:
     def ends_of_joint(self, name: str) -> tuple[int, ...]:
         return self.ends(self.data["joints"][self.joints[name]]["bodies"])
 
+    def code(self, place: str, law: Table, **more: Any) -> m.Code:
+        known = [quantity["name"] for quantity in self.data["quantities"]]
+        return code_of(place, law, function_of(place, law["function"], self.files), known, **more)
+
     def joint(self, joint: Table) -> m.Joint:
         name, kind = joint["name"], joint["type"]
+        if kind == PYTHON:
+            letters = {"m": "m", "rad": "r"}
+            rows = "".join(letters[row] for row in joint["rows"] or [])
+            code = self.code(f"model.joints.{name}", joint, returns=rows, level=joint["level"])
+            return m.Joint(name, kind, self.ends(joint["bodies"]), numbers=joint["parameters"], code=code)
         if "joints" not in joint:
             return m.Joint(
                 name, kind, self.ends(joint["bodies"]), _optional_pair(joint.get("points")),
@@ -89,7 +100,19 @@ class _Builder:
             point=None if point is None else vec3(point), frame=driver.get("frame", "global"),
         )  # fmt: skip
 
+    def own_force(self, force: Table) -> m.Force:
+        joints = tuple(self.joints[name] for name in force["joints"])
+        code = self.code(
+            f"model.forces.{force['name']}", force, returns=force["returns"], joints=joints, every=force["every"]
+        )
+        numbers = {name: timed(x) for name, x in force["parameters"].items()}
+        return m.Force(
+            force["name"], PYTHON, self.ends(force["bodies"]), numbers=numbers, code=code, initial=force["states"]
+        )
+
     def force(self, force: Table) -> m.Force:
+        if force["type"] == PYTHON:
+            return self.own_force(force)
         kind = FORCE_TYPES[force["type"]]
         points: list[Any] = force.get("points") or ([force["point"]] if "point" in force else [])
         given = {name: force[name] for name in kind.numbers if force[name] is not None}
@@ -193,7 +216,7 @@ def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
         if joint.length is not None:
             bad |= ~(np.asarray(joint.length) > 0.0)
     for force in model.forces:
-        speed = force.numbers.get("velocity")  # at which friction sets in
+        speed = force.numbers.get("velocity") if force.type == "friction" else None  # at which it sets in
         if speed is not None and not callable(speed):
             bad |= ~(np.asarray(speed) > 0.0)
     for pose in start.poses:

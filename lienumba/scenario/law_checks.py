@@ -128,6 +128,9 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
     name = force.get("type")
     if not isinstance(name, str) or name not in FORCES:
         return
+    if name == "python":
+        _check_own(place, force, bodies, joints, report)
+        return
     kind = FORCE_TYPES[name]
     if kind.ends == "bodies":
         check_two_bodies(place, force.get("bodies"), bodies, report)
@@ -153,6 +156,30 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
         check_start(f"{place}.{key}", getattr(checked, key), 2 if stored or follows else 1, report)
         _check_number(place, key, getattr(checked, key), report)
     _check_together(place, checked, report)
+
+
+def _check_own(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """A law of the user's own: the names it refers to and its numbers."""
+    check_names(f"{place}.bodies", force.get("bodies"), [*bodies, GROUND], "a body", report)
+    check_names(f"{place}.joints", force.get("joints"), list(joints), "a joint", report)
+    checked: Any = read(FORCES["python"], force)
+    if checked is None:
+        return
+    if not checked.bodies and not checked.joints:
+        report.problems.append(f"{place}: sees nothing; give bodies or joints, as the function takes them")
+    if checked.returns == "potential" and (checked.states or checked.every is not None):
+        report.problems.append(
+            f"{place}: a potential energy has neither states nor samples; leave states and every out"
+        )
+    for name, value in checked.parameters.items():
+        check_start(f"{place}.parameters.{name}", value, 1, report)
+
+
+def check_names(at: str, names: Any, known: list[str], what: str, report: Report) -> None:
+    """Check the names of a list."""
+    for i, name in enumerate(names if isinstance(names, list) else []):
+        if isinstance(name, str) and name not in known:
+            report.problems.append(f"{at}[{i}] = {show(name)}: is not {what} of the model; {suggestion(name, known)}")
 
 
 def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> None:

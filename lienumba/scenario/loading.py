@@ -10,6 +10,7 @@ from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
+from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
@@ -19,7 +20,7 @@ MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces", "quantities")
 
 
 def load(source: Any) -> dict[str, Any]:
-    """The scenario's keys and values, not yet checked, with what its files hold; `source` is a path, a dict or a System.
+    """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System.
 
     Quantities stand beside the model in a file; here they are a part of it, as everything that has a name.
     """
@@ -31,6 +32,11 @@ def load(source: Any) -> dict[str, Any]:
     return raw
 
 
+def with_files(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with what the files hold that it names: tables, and the texts of functions."""
+    return embedded(inlined(raw, folder), folder)
+
+
 def _load(source: Any) -> dict[str, Any]:
     if isinstance(source, str | Path):
         return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
@@ -39,7 +45,7 @@ def _load(source: Any) -> dict[str, Any]:
     if isinstance(source, Mapping):
         plain = _plain(source)
         assert isinstance(plain, dict)
-        return extended(inlined(plain, Path()), Path(), _read)
+        return extended(with_files(plain, Path()), Path(), _read)
     raise ScenarioError(
         f"the scenario is a {type(source).__name__}: must be the path of a TOML file, a dict or a System"
     )
@@ -68,7 +74,7 @@ def _read(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise ScenarioError(f"{path} cannot be read: {error.strerror}; check its permissions") from None
     try:
-        return inlined(tomllib.loads(text), path.parent)
+        return with_files(tomllib.loads(text), path.parent)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(_syntax(path, text, str(error))) from None
 

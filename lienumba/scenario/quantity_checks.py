@@ -21,6 +21,11 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         report.problems.append(
             f"{place}.name = {show(name)}: the dataset has a variable of this name already; give another name"
         )
+    if name in _with_states(lists):
+        report.problems.append(
+            f"{place}.name = {show(name)}: is also the name of model.forces.{name}, whose states are stored; "
+            "give another name"
+        )
     bodies = [body["name"] for body in lists["bodies"]]
     of_bodies = [("body", bodies), ("relative_to", [*bodies, GROUND])]
     if quantity.get("type") == "reaction":
@@ -48,11 +53,16 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
 
 
 def check_variables(variables: list[str], lists: Lists, report: Report) -> None:
-    """Check that what is to be stored exists."""
-    known = [*STORED, *(str(q.get("name")) for q in lists["quantities"])]
+    """Check that what is to be stored exists: variables, quantities, and laws with states."""
+    known = [*STORED, *(str(q.get("name")) for q in lists["quantities"]), *_with_states(lists)]
     for i, name in enumerate(variables):
         if name not in known:
             report.problems.append(f"output.variables[{i}] = {show(name)}: is not known; {suggestion(name, known)}")
+
+
+def _with_states(lists: Lists) -> list[str]:
+    """The forces whose states are stored by their names."""
+    return [str(force.get("name")) for force in lists["forces"] if force.get("states")]
 
 
 def _check_name(at: str, name: Any, known: list[str], what: str, report: Report) -> None:
@@ -68,6 +78,5 @@ def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
         remedy = (
             f"joints that have one are {listed(having)}" if having else "look at a point or a rotation_error instead"
         )
-        report.problems.append(
-            f"{place}.joint = {show(name)}: is a {joint.get('type')} joint, which has no angle or displacement; {remedy}"
-        )
+        kind = joint.get("type")
+        report.problems.append(f"{place}.joint = {show(name)}: a {kind} joint has no angle or displacement; {remedy}")

@@ -14,12 +14,11 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario import paths, timegrid, toml
 from lienumba.scenario.checks import check
 from lienumba.scenario.conversions import timed
-from lienumba.scenario.loading import apply_overrides, load, name_unnamed
+from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData
-from lienumba.scenario.tables import inlined
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -81,7 +80,8 @@ class Scenario:
         self.parameters.restore(model)
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
-        listed = {"parameters": data["parameters"], "tables": data["tables"], "quantities": model.pop("quantities")}
+        optional = ("parameters", "tables", "files")
+        listed = {"quantities": model.pop("quantities"), **{key: data[key] for key in optional}}
         return {key: item for key, item in {**data, **listed}.items() if item or key not in listed}
 
     def to_toml(self) -> str:
@@ -122,7 +122,7 @@ def resolve(
     raw = load(source)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
-    raw = inlined(raw, Path())
+    raw = with_files(raw, Path())
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
         raise ScenarioError("\n".join(problems + wrong))
@@ -152,8 +152,9 @@ def _filled(data: ScenarioData) -> ScenarioData:
         every = timegrid.default_interval(integrator.end_time, integrator.step)
         output = output.model_copy(update={"every": every})
     if "variables" not in output.model_fields_set:
-        quantities = [quantity.name for quantity in data.model.quantities]
-        output = output.model_copy(update={"variables": [*VARIABLES, *quantities]})
+        own = [quantity.name for quantity in data.model.quantities]
+        own += [force.name for force in data.model.forces if getattr(force, "states", None)]
+        output = output.model_copy(update={"variables": [*VARIABLES, *own]})
     model = data.model.model_dump()
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})

@@ -11,7 +11,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.arguments import check_labels
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
-from lienumba.scenario.table_checks import landings
+from lienumba.scenario.table_checks import landings, samplings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -140,17 +140,19 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
     from lienumba.batch.execute import Batch
 
     data: Any = resolved.data
+    carried = program.carried.start(prepared.model.forces, len(prepared.states))
+    end = data.integrator.end_time
     return Batch(
         machine=machine,
         parameters=program.parameters,
-        states=np.concatenate([prepared.states, _held(prepared, program.held, data.integrator.step)], axis=1),
+        states=np.concatenate([prepared.states, carried, _held(prepared, program.held, data.integrator.step)], axis=1),
         codes=prepared.codes,
         h=data.integrator.step,
         steps=resolved.steps,
         outputs=np.unique([0, *resolved.output_steps]).astype(np.int64),  # the start too: energies count from it
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
-        landings=tuple(landings(resolved.parameters, prepared.samples, data.integrator.end_time)),
+        landings=(*landings(resolved.parameters, prepared.samples, end), *samplings(prepared.model, end)),
     )
 
 
@@ -199,7 +201,7 @@ class _Collector:
 
         from lienumba.batch.records import Layout
 
-        self.layout = layout = Layout.of(self.prepared.model, program.held, program.observed)
+        self.layout = layout = Layout.of(self.prepared.model, program)
         runs, times = len(self.codes), len(self.resolved.times)
         data: Any = self.resolved.data
         for name in layout.names:

@@ -152,6 +152,9 @@ class ScenarioData(Section):
     tables: dict[str, TableSection] = Field(
         default={}, description="functions known at points, each as [tables.name] with file, time and value"
     )
+    files: dict[str, str] = Field(
+        default={}, description="the texts of Python files that laws name, kept with the scenario"
+    )
     model: ModelSection = Field(description="the section [model] with its bodies")
     integrator: Integrator = Field(description="the section [integrator] with step and end_time")
     projection: Projection = Field(default_factory=Projection, description="the section [projection]")

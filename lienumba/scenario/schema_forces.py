@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from lienumba.scenario.schema_joints import BodyPair, CoordinateKind, Two
-from lienumba.scenario.schema_types import NAME_RULE, Name, Section, Timed, Timed3, Vec3
+from lienumba.scenario.schema_types import NAME_RULE, Name, Number, Positive, Section, Timed, Timed3, Vec3
 
 OrFormula = '(or a formula of t in quotes, such as "0.3*sin(2*t)")'
 ZERO: Any = [0.0, 0.0, 0.0]
@@ -170,13 +170,30 @@ class PointMassGravity(_OfTwo):
     mu: Timed = Field(description=f"the gravitational parameter of the first body in m^3/s^2 {OrFormula}")
 
 
+class PythonForce(_Named):
+    type: Literal["python"]
+    function: str = Field(description='the file and the function in it: "arm.py:pd"')
+    bodies: list[str] = Field(default=[], description='the names of the bodies that it gets, in order, or "ground"')
+    joints: list[str] = Field(default=[], description="the names of the joints that it gets behind the bodies")
+    returns: Literal["loads", "potential"] = Field(
+        default="loads", description='"loads" (forces, torques and efforts) or "potential" (an energy in J)'
+    )
+    parameters: dict[str, Timed] = Field(
+        default={}, description=f"numbers that it gets by name {OrFormula}: {{ kp = 40, kd = 2 }}"
+    )
+    states: dict[str, Number] = Field(default={}, description="its states and their initial values: { integral = 0 }")
+    every: Positive | None = Field(
+        default=None, description="the interval in s at which it is sampled, above 0 (or omit it: at every time)"
+    )
+
+
 Force = Annotated[
     SpringDamper | PointForce | Torque | TorsionSpring | Actuator | Friction | EndStop | Bushing | Drag
-    | PointMassGravity,
+    | PointMassGravity | PythonForce,
     Field(discriminator="type"),
 ]  # fmt: skip
 FORCES: dict[str, type[Section]] = {
     "spring_damper": SpringDamper, "force": PointForce, "torque": Torque, "torsion_spring": TorsionSpring,
     "actuator": Actuator, "friction": Friction, "end_stop": EndStop, "bushing": Bushing, "drag": Drag,
-    "point_mass_gravity": PointMassGravity,
+    "point_mass_gravity": PointMassGravity, "python": PythonForce,
 }  # fmt: skip

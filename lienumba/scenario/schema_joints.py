@@ -155,9 +155,25 @@ class Coupler(_Coupling):
     type: Literal["coupler"]
 
 
+class PythonJoint(Section):
+    type: Literal["python"]
+    name: Name = Field(description=NAME_RULE)
+    function: str = Field(description='the file and the function in it: "cam.py:contact"')
+    bodies: Annotated[list[str], Field(min_length=1)] = Field(
+        description='the names of the bodies that it gets, in order, or "ground"'
+    )
+    parameters: dict[str, Number] = Field(default={}, description="numbers that it gets by name: { radius = 0.1 }")
+    level: Literal["position", "velocity"] = Field(
+        default="position", description='what it restricts: "position", or "velocity" (a rolling disc)'
+    )
+    rows: list[Literal["m", "rad"]] | None = Field(
+        default=None, description='the unit of each equation, "m" or "rad" (or omit it: m)'
+    )
+
+
 Joint = Annotated[
     Spherical | Revolute | Universal | Cylindrical | Prismatic | Fixed | Planar | PointOnLine | PointInPlane
-    | Distance | ParallelAxes | PerpendicularAxes | Screw | Gear | Coupler,
+    | Distance | ParallelAxes | PerpendicularAxes | Screw | Gear | Coupler | PythonJoint,
     Field(discriminator="type"),
 ]  # fmt: skip
 JOINTS: dict[str, type[Section]] = {
@@ -165,4 +181,5 @@ JOINTS: dict[str, type[Section]] = {
     "prismatic": Prismatic, "fixed": Fixed, "planar": Planar, "point_on_line": PointOnLine,
     "point_in_plane": PointInPlane, "distance": Distance, "parallel_axes": ParallelAxes,
     "perpendicular_axes": PerpendicularAxes, "screw": Screw, "gear": Gear, "coupler": Coupler,
+    "python": PythonJoint,
 }  # fmt: skip

@@ -157,7 +157,7 @@ def _check_range(path: str, nominal: float, given: Normal | Uniform, runs: int, 
         )
         return
     key = path.rpartition(".")[2]
-    if key not in POSITIVE or nominal <= 0.0:
+    if key not in POSITIVE or ".parameters." in path or nominal <= 0.0:
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):

@@ -1,10 +1,12 @@
 """What formulas do with tables: whether these are long enough, and the times on which steps have to land."""
 
 from collections.abc import Iterator, Mapping
+from math import floor
 from typing import TYPE_CHECKING, Any
 
 from lienumba.compiler.jets import Jet, lift
 from lienumba.expressions import Formula
+from lienumba.mechanics.model import Model
 from lienumba.scenario import paths
 from lienumba.scenario.law_checks import check_function
 from lienumba.scenario.parameters import Parameters, Tokens
@@ -57,6 +59,14 @@ def landings(parameters: Parameters, samples: Mapping[str, Any], end: float) -> 
                 times = np.atleast_1d((np.array(parameters.tables[name].knots) - a) / b)
             found.append(times[0] if times.ndim == 2 and len(times) == 1 else times)
     return found
+
+
+def samplings(model: Model, end: float) -> "list[np.ndarray]":
+    """The times at which laws are sampled in a run to this end, but for the start: (n,) each."""
+    import numpy as np
+
+    intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
+    return [np.arange(1, floor(end / every * (1.0 + LINEAR)) + 1) * every for every in sorted(intervals)]
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:

@@ -33,6 +33,8 @@ def units(path: str, model: dict[str, Any]) -> str:
     if keys[0] == "parameters":
         return "1"  # nobody says
     key = keys[-1]
+    if "parameters" in keys or "states" in keys:
+        return "1"
     if keys[0] not in ("joints", "drivers", "forces"):
         return UNITS.get(key, "1")
     item = paths.get(model, tokens[:2])

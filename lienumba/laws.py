@@ -1,0 +1,163 @@
+"""What a law of one's own is written with: bodies, joints, vectors, and functions of numbers.
+
+A law is a plain Python function. It is run once on symbols, and what it computes is compiled like the laws that are
+built in; so it may use loops, lists and other functions, but neither a Python `if` on a number that the state decides
+(write `where`) nor functions of NumPy or `math` (use those below). Lengths in m, angles in rad, forces in N.
+
+>>> def spring(a, b, *, stiffness, length):
+...     d = b.position - a.position
+...     pull = stiffness * (d.norm() - length) / d.norm()
+...     return a.force(pull * d), b.force(-pull * d)
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+from lienumba.expressions import CONSTANTS, FUNCTIONS
+from lienumba.groups import so3
+from lienumba.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
+
+__all__ = [
+    "Body", "Joint", "Load", "Vector", "absolute", "acos", "asin", "atan", "atan2", "clip", "cos", "deg", "exp", "log",
+    "maximum", "minimum", "pi", "rpm", "sign", "sin", "sqrt", "tan", "tanh", "where",
+]  # fmt: skip
+
+deg, rpm = CONSTANTS["deg"], CONSTANTS["rpm"]
+acos, asin, atan, clip, sign, tan = (FUNCTIONS[name][2] for name in ("acos", "asin", "atan", "clip", "sign", "tan"))
+
+
+class Vector:
+    """Three numbers, with + - * / and dot, cross, norm."""
+
+    __slots__ = ("x", "y", "z")
+    __array_ufunc__ = None
+
+    def __init__(self, x: Any, y: Any, z: Any) -> None:
+        self.x, self.y, self.z = x, y, z
+
+    @staticmethod
+    def of(numbers: "Vector | Sequence[Any]") -> "Vector":
+        """A vector of three numbers."""
+        return Vector(*numbers)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.x, self.y, self.z))
+
+    def __len__(self) -> int:
+        return 3
+
+    def __getitem__(self, i: Any) -> Any:
+        return (self.x, self.y, self.z)[i]
+
+    def __add__(self, other: Any) -> "Vector":
+        return Vector(*so3.add(tuple(self), tuple(other)))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> "Vector":
+        return Vector(*so3.subtract(tuple(self), tuple(other)))
+
+    def __rsub__(self, other: Any) -> "Vector":
+        return Vector.of(other) - self
+
+    def __neg__(self) -> "Vector":
+        return Vector(-self.x, -self.y, -self.z)
+
+    def __mul__(self, number: Any) -> "Vector":
+        return Vector(*so3.scale(number, tuple(self)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, number: Any) -> "Vector":
+        return Vector(self.x / number, self.y / number, self.z / number)
+
+    def dot(self, other: Any) -> Any:
+        return so3.dot(tuple(self), tuple(other))
+
+    def cross(self, other: Any) -> "Vector":
+        return Vector(*so3.cross(tuple(self), tuple(other)))
+
+    def norm(self) -> Any:
+        """The length. At length 0 it has no derivative."""
+        return sqrt(self.dot(self))
+
+    def __repr__(self) -> str:
+        return f"Vector({self.x!r}, {self.y!r}, {self.z!r})"
+
+
+@dataclass(frozen=True)
+class Load:
+    """What a law does. kind: "force" (N) at a point of a body, "torque" (N m) on a body, or "effort" along a coordinate
+    of a joint; target: the index of the body or joint; frame: "global" or "body"; at: in the body's frame."""
+
+    kind: str
+    target: int
+    value: tuple[Any, ...]
+    frame: str = "global"
+    at: tuple[Any, ...] = (0.0, 0.0, 0.0)
+    coordinate: str = ""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body as it is now. position, velocity: of the mass centre, global frame; angular_velocity: body frame;
+    rotation: from the body to the global frame, nine numbers row by row."""
+
+    index: int
+    position: Vector
+    rotation: tuple[Any, ...]
+    velocity: Vector
+    angular_velocity: Vector
+
+    def point(self, p: Vector | Sequence[Any]) -> Vector:
+        """The global position of a point that is given in the body's frame."""
+        return self.position + self.to_global(p)
+
+    def velocity_of(self, p: Vector | Sequence[Any]) -> Vector:
+        """The global velocity of a point that is given in the body's frame."""
+        return self.velocity + self.to_global(self.angular_velocity.cross(p))
+
+    def to_global(self, v: Vector | Sequence[Any]) -> Vector:
+        """A vector along the body's axes, along the global ones."""
+        return Vector(*so3.rotate(self.rotation, tuple(v)))
+
+    def to_body(self, v: Vector | Sequence[Any]) -> Vector:
+        """A global vector along the body's axes."""
+        return Vector(*so3.rotate_back(self.rotation, tuple(v)))
+
+    def force(
+        self, value: Vector | Sequence[Any], at: Vector | Sequence[Any] = (0.0, 0.0, 0.0), frame: str = "global"
+    ) -> Load:
+        """A force (N) on the body at a point in its frame; frame: of the value, "global" or "body"."""
+        return Load("force", self.index, tuple(value), _checked(frame), tuple(at))
+
+    def torque(self, value: Vector | Sequence[Any], frame: str = "global") -> Load:
+        """A torque (N m) on the body; frame: of the value, "global" or "body"."""
+        return Load("torque", self.index, tuple(value), _checked(frame))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint as it is now: of its coordinates those that it has, None for the others."""
+
+    index: int
+    angle: Any = None
+    rate: Any = None
+    displacement: Any = None
+    speed: Any = None
+
+    def effort(self, value: Any, coordinate: str | None = None) -> Load:
+        """A torque about the joint's axis (N m) or a force along it (N), on the second body, and the opposite on the
+        first; coordinate: "angle" or "displacement" where it has both."""
+        kind = coordinate or ("displacement" if self.angle is None else "angle")
+        if kind not in ("angle", "displacement") or getattr(self, kind) is None:
+            raise ValueError(f"the joint has no coordinate {kind!r}")
+        return Load("effort", self.index, (value,), coordinate=kind)
+
+
+def _checked(frame: str) -> str:
+    if frame not in ("global", "body"):
+        raise ValueError(f'frame = {frame!r}: must be "global" or "body"')
+    return frame

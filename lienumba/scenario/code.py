@@ -1,0 +1,150 @@
+"""Python functions of a scenario: where their text comes from, and the function that it defines.
+
+The text of every file travels with the scenario (section [files]), so that the dataset tells what was run. A function
+that is handed over in Python is written out with all that it uses, and read again from there: both ways run the same.
+"""
+
+import ast
+import inspect
+import linecache
+import textwrap
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.report import tables
+from lienumba.scenario.words import show, suggestion
+
+PYTHON = "python"
+HEADER = "from __future__ import annotations\n"
+
+
+def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with the text of every Python file that its laws name, relative to this folder."""
+    model = raw.get("model")
+    if not isinstance(model, dict):
+        return raw
+    files = dict(raw["files"]) if isinstance(raw.get("files"), dict) else {}
+    changed = dict(model)
+    for kind in ("forces", "joints"):
+        if not any(law.get("type") == PYTHON for law in tables(model.get(kind))):
+            continue
+        changed[kind] = [
+            {**law, "function": _embed(f"model.{kind}.{law.get('name')}", law["function"], files, folder)}
+            if isinstance(law, dict) and law.get("type") == PYTHON and "function" in law
+            else law
+            for law in model[kind]
+        ]
+    return {**raw, "model": changed, **({"files": files} if files else {})}
+
+
+def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> Any:
+    """The reference to a function, whose text is among the files."""
+    if callable(function):
+        name = getattr(function, "__name__", "law")
+        text = _source(function, place)
+    else:
+        file, _, name = str(function).rpartition(":")
+        if not file or not name or file in files:
+            return function
+        path = folder / file
+        if not path.is_file():
+            raise ScenarioError(f"{place}.function = {show(function)}: there is no file {file}; check the path")
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ScenarioError(f"{place}.function = {show(function)}: {file} cannot be read: {error}") from None
+    stem = Path(file).stem if not callable(function) else name
+    key, number = f"{stem}.py", 2
+    while files.get(key, text) != text:
+        key, number = f"{stem}_{number}.py", number + 1
+    files[key] = text
+    return f"{key}:{name}"
+
+
+def function_of(place: str, reference: str, files: dict[str, str]) -> Callable[..., Any]:
+    """The function behind "arm.py:pd"."""
+    at = f"{place}.function = {show(reference)}"
+    file, _, name = reference.rpartition(":")
+    if not file or not name.isidentifier():
+        raise ScenarioError(f'{at}: must name a file and a function in it; write "arm.py:pd"')
+    if file not in files:
+        raise ScenarioError(f"{at}: there is no file {file}; {suggestion(file, files)}")
+    try:
+        namespace = _namespace(file, files[file])
+    except Exception as error:
+        raise ScenarioError(f"{at}: {file} cannot be run: {where(error, file)}; correct it") from None
+    function = namespace.get(name)
+    if not callable(function):
+        known = [key for key, value in namespace.items() if inspect.isfunction(value)]
+        raise ScenarioError(f"{at}: {file} has no function {name}; {suggestion(name, known)}")
+    return function
+
+
+@lru_cache(maxsize=64)
+def _namespace(file: str, text: str) -> dict[str, Any]:
+    namespace: dict[str, Any] = {"__name__": Path(file).stem, "__file__": file}
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    exec(compile(text, file, "exec"), namespace)
+    return namespace
+
+
+def where(error: BaseException, file: str) -> str:
+    """An error with the line of the user's file that it comes from."""
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    text = linecache.getline(file, line).strip() if line else ""
+    said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return f"line {line}, `{text}`: {said}" if line else said
+
+
+def _source(function: Any, place: str) -> str:
+    """The text of a function, and of all that it uses."""
+    pieces: dict[str, str] = {}
+
+    def take(f: Any) -> None:
+        pieces[f.__name__] = ""
+        try:
+            text = textwrap.dedent(inspect.getsource(f))
+            tree = ast.parse(text)
+        except (OSError, TypeError, SyntaxError):
+            tree, text = ast.Module([], []), ""
+        if not tree.body or not isinstance(tree.body[0], ast.FunctionDef):
+            raise ScenarioError(
+                f"{place}.function: the text of {f.__name__} is not known; write it with def, in a file or notebook"
+            )
+        free = f.__code__.co_freevars
+        if free:
+            raise ScenarioError(
+                f"{place}.function: {f.__name__} uses {free[0]} of the function around it; make it a parameter"
+            )
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Name) and node.id in f.__globals__ and node.id not in pieces:
+                use(node.id, f.__globals__[node.id], f)
+        pieces.pop(f.__name__)
+        pieces[f.__name__] = text
+
+    def use(name: str, value: Any, f: Any) -> None:
+        module = getattr(value, "__module__", None)
+        if isinstance(value, ModuleType):
+            pieces[name] = f"import {value.__name__} as {name}\n"
+        elif inspect.isfunction(value) and module in (f.__module__, "__main__", None):
+            take(value)
+        elif callable(value) and module and hasattr(value, "__qualname__") and "<" not in value.__qualname__:
+            pieces[name] = f"from {module} import {value.__qualname__} as {name}\n"
+        elif isinstance(value, int | float | str | bool | tuple | list):
+            pieces[name] = f"{name} = {value!r}\n"
+        else:
+            raise ScenarioError(
+                f"{place}.function: {f.__name__} uses {name}, which cannot be written into a file; make it a parameter"
+            )
+
+    take(function)
+    return HEADER + "".join(pieces.values())

@@ -1,0 +1,198 @@
+"""Laws of the user's own: what the scenario says of them becomes code of the model, tried once on symbols."""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from lienumba.compiler.jets import Jet, lift
+from lienumba.compiler.symbols import Graph, live
+from lienumba.errors import ScenarioError
+from lienumba.groups.state import ELEMENT
+from lienumba.mechanics import motion, quantities, user_laws
+from lienumba.mechanics.model import GROUND, Code, Force, Joint, Model
+from lienumba.mechanics.motion import Instant, Motion
+from lienumba.scenario.code import where
+from lienumba.scenario.words import listed, show, suggestion
+
+REMEDIES = (
+    ("may not branch", "decides on a number of the state, which is known only while it runs; write where(condition, "
+     "number, other number), minimum, maximum or clip of lienumba.laws"),
+    ("ufunc", "calls NumPy on a number of the state; use the functions and Vector of lienumba.laws"),
+    ("real number", "needs an ordinary number, but this one is known only while it runs; use the functions of "
+     "lienumba.laws instead of math or NumPy"),
+)  # fmt: skip
+POINTS, FRAMES = (motion.AT_REST, motion.AT_REST), (motion.UNIT, motion.UNIT)  # any: the start decides them later
+BEND = 1e-6  # of a velocity-level law, relative to itself: above, it is not affine in the velocities
+
+
+def code_of(
+    place: str, law: Mapping[str, Any], function: Callable[..., Any], known: Sequence[str], **more: Any
+) -> Code:
+    """The code of a law; known: the quantities that it may ask for."""
+    at = f"{place}.function = {show(law['function'])}"
+    parameters = inspect.signature(function).parameters.values()
+    placed = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    seen = [*law.get("bodies", []), *law.get("joints", [])]
+    if len(placed) < len(seen):
+        raise ScenarioError(
+            f"{at}: takes {len(placed)} positional arguments, but it sees {listed(seen)}; give it one for each of them"
+        )
+    states = list(law.get("states", {}))
+    own = {"t": "the time", **({"states": "its states"} if states else {})}
+    asked = {p.name for p in [*placed[len(seen) :], *(p for p in parameters if p.kind == p.KEYWORD_ONLY)]}
+    open_ended = any(p.kind == p.VAR_KEYWORD for p in parameters)
+    for name in law["parameters"]:
+        if name not in asked and not open_ended:
+            raise ScenarioError(f"{place}.parameters.{name}: the function has no argument of this name; "
+                                f"{suggestion(name, sorted(asked))}")  # fmt: skip
+    needed = {p.name for p in parameters if p.name in asked and p.default is p.empty}
+    missing = sorted(needed - set(law["parameters"]) - set(own) - set(known))
+    if missing:
+        raise ScenarioError(
+            f"{at}: has the argument {missing[0]}, which is neither {', '.join(own)}, nor a quantity, nor one of "
+            f"{place}.parameters; give parameters = {{ {missing[0]} = ... }}"
+        )
+    return Code(
+        function,
+        wants=frozenset(asked & own.keys()),
+        quantities=frozenset(asked & set(known) - set(law["parameters"])),
+        states=tuple(states),
+        **more,
+    )
+
+
+def tried(model: Model) -> Model:
+    """The model with the rows of its own joints counted; a ScenarioError if one of its laws does not work."""
+    placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
+    for force in model.forces:
+        if force.code is not None:
+            _try_force(placed, force)
+    joints = tuple(j if j.code is None else _tried_joint(placed, n) for n, j in enumerate(model.joints))
+    return replace(model, joints=joints)
+
+
+def _try_force(model: Model, force: Force) -> None:
+    assert force.code is not None
+    place = f"model.forces.{force.name}"
+    now = _symbols(model)
+    if force.code.returns == user_laws.POTENTIAL:
+        _check_levels(place, model, force.code, quantities.POSITION)
+        ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
+        found = _called(place, force.code, lambda: user_laws.energy(model, force, now, motion.still(now, ends)))
+        if not _is_number(found):
+            raise ScenarioError(f"{place}: must return one number, a potential energy in J, but returns {_kind(found)}")
+        _refuse_velocities(place, [found], "a potential energy depends on positions only; return loads instead")
+        return
+    _check_levels(place, model, force.code, quantities.VELOCITY)
+    loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
+    for load in loads:
+        for x in (*load.value, *load.at):
+            if not _is_number(x):
+                raise ScenarioError(f"{place}: a {load.kind} must be made of numbers, but has {_kind(x)}; correct it")
+    for name, x in zip(force.code.states, rates, strict=True):
+        if not _is_number(x):
+            raise ScenarioError(f"{place}: the state {name} needs a number, but it returns {_kind(x)}; correct it")
+
+
+def _tried_joint(model: Model, index: int) -> Joint:
+    joint = replace(model.joints[index], points=None, frames=None)
+    assert joint.code is not None
+    place = f"model.joints.{joint.name}"
+    _check_levels(place, model, joint.code, quantities.POSITION)
+    now = _symbols(model)
+    ends = user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
+    rows = _called(place, joint.code, lambda: user_laws.residual(model, index, motion.still(now, ends)))
+    for row in rows:
+        if not _is_number(row):
+            raise ScenarioError(f"{place}: must return numbers that vanish where it holds, but returns {_kind(row)}")
+    if not rows:
+        raise ScenarioError(f"{place}: returns no equation; return one number or several that vanish where it holds")
+    if not any(isinstance(row, float | int) is False for row in rows):
+        raise ScenarioError(f"{place}: its equations do not depend on the bodies; correct the function")
+    kinds = joint.code.returns or "m" * len(rows)
+    if len(kinds) != len(rows):
+        raise ScenarioError(f"{place}.rows: has {len(kinds)} entries for {len(rows)} equations; give one for each")
+    if joint.code.level == "position":
+        _refuse_velocities(place, rows, 'a constraint of positions may not; give level = "velocity"')
+    else:
+        _check_affine(place, model, index, ends)
+    return replace(joint, code=replace(joint.code, returns=kinds))
+
+
+def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
+    """What a call returns; a ScenarioError with the line of the user's file if it does not work."""
+    file = code.function.__code__.co_filename
+    try:
+        return call()
+    except user_laws.LawError as error:
+        raise ScenarioError(f"{place}: {code.function.__name__}: {error}") from None
+    except Exception as error:
+        remedy = next((text for sign, text in REMEDIES if sign in str(error)), None)
+        said = where(error, file)
+        if remedy is not None:
+            said = f"{said.rpartition(f': {type(error).__name__}')[0] or 'it'} {remedy}"
+        else:
+            said = f"{said}; correct it"
+        raise ScenarioError(f"{place}: {code.function.__name__} in {file}, {said}") from None
+
+
+def _symbols(model: Model) -> Instant:
+    """A state of symbols, with whatever states of laws."""
+    graph = Graph()
+    bodies = tuple(tuple(graph.inputs("state", ELEMENT, ELEMENT * i)) for i in range(len(model.bodies)))
+    first, states = 0, {}
+    for force in model.forces:
+        if force.code is not None and force.code.states:
+            states[force.name] = tuple(graph.inputs("extra", len(force.code.states), first))
+            first += len(force.code.states)
+    return Instant(bodies, graph.input("clock", 0), states=states)
+
+
+def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
+    for quantity in model.quantities:
+        if quantity.name in code.quantities:
+            names = [f"{quantity.name}.{c}".rstrip(".") for c in quantities.components(model, quantity)]
+            level = max(quantities.level(model, name) for name in names)
+            if quantity.type == "joint" and allowed == quantities.VELOCITY:
+                continue
+            if level > allowed:
+                why = (
+                    "which follows from the forces themselves; read positions and velocities"
+                    if level == quantities.OBSERVED
+                    else "a velocity, which this law may not depend on; read positions"
+                )
+                raise ScenarioError(f"{place}: reads the quantity {quantity.name}, {why}")
+
+
+def _refuse_velocities(place: str, rows: Sequence[Any], why: str) -> None:
+    for node in live(tuple(rows)):
+        for x in (node, *node.args):
+            if getattr(x, "op", "") == "input" and x.args[0] == "state" and x.args[1] % ELEMENT >= 12:
+                raise ScenarioError(f"{place}: depends on velocities, but {why}")
+
+
+def _check_affine(place: str, model: Model, index: int, ends: tuple[int, ...]) -> None:
+    """psi may have no curvature along velocities."""
+    bodies = tuple(tuple(0.3 + 0.17 * ((7 * i + 5 * n) % 11) for n in range(ELEMENT)) for i in range(len(model.bodies)))
+    view = motion.still(Instant(bodies), ends)
+    jets = {
+        i: Motion(m.r, m.R, *(tuple(Jet(x, 0.4 + 0.3 * n) for n, x in enumerate(v)) for v in (m.v, m.w)))
+        for i, m in view.motions.items()
+        if i != GROUND
+    }
+    for row in user_laws.residual(model, index, replace(view, motions=jets)):
+        x = lift(row)
+        if not abs(x.c) <= BEND * (abs(x.a) + abs(x.b)):
+            raise ScenarioError(
+                f"{place}: must be affine in the velocities (a sum of velocities times functions of positions and t), "
+                "but is not; rewrite it, or use a force"
+            )
+
+
+def _is_number(x: Any) -> bool:
+    return not isinstance(x, bool) and (isinstance(x, float | int) or hasattr(x, "graph"))
+
+
+def _kind(x: Any) -> str:
+    return "nothing" if x is None else f"{show(x)}" if isinstance(x, str | bool) else f"a {type(x).__name__}"
