@@ -138,9 +138,9 @@ def schema() -> None:
     with console.exit_codes():
         import json
 
-        from lienumba.scenario.schema import ScenarioData
+        from lienumba.scenario.schema import json_schema
 
-        typer.echo(json.dumps(ScenarioData.model_json_schema(), indent=2, ensure_ascii=False))
+        typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
 
 
 @app.command()

@@ -213,9 +213,9 @@ def _part(clock: int, times: Any, landings: Any, passed: Any, begin: float, end:
     """The next part of a step: to its end, or to a time on which a lane has to land. times: since when, until when.
     Fills the clock; returns whether any lane lands. A step that is not cut is h long, whatever its ends round to."""
     landed = False
-    for lane in range(W):
-        times[1, lane] = end
-        if landings.shape[0] > 1:
+    store(times.ctypes.data, 1, splat(end))
+    if landings.shape[0] > 1:
+        for lane in range(W):
             while landings[passed[lane], lane] <= times[0, lane]:
                 passed[lane] += 1
             landed = landed or landings[passed[lane], lane] <= end

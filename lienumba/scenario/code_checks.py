@@ -10,7 +10,7 @@ from lienumba.compiler.symbols import Graph, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.mechanics import motion, quantities, user_laws
-from lienumba.mechanics.model import GROUND, Code, Force, Joint, Model
+from lienumba.mechanics.model import GROUND, Code, Force, Model, map_numbers
 from lienumba.mechanics.motion import Instant, Motion
 from lienumba.scenario.code import where
 from lienumba.scenario.words import listed, show, suggestion
@@ -65,11 +65,19 @@ def code_of(
 def tried(model: Model) -> Model:
     """The model with the rows of its own joints counted; a ScenarioError if one of its laws does not work."""
     placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
-    for force in model.forces:
+    placed = map_numbers(placed, _first)
+    for force in placed.forces:
         if force.code is not None:
             _try_force(placed, force)
-    joints = tuple(j if j.code is None else _tried_joint(placed, n) for n, j in enumerate(model.joints))
-    return replace(model, joints=joints)
+    codes = [None if j.code is None else _tried_joint(placed, n) for n, j in enumerate(placed.joints)]
+    return replace(model, joints=tuple(replace(j, code=c) for j, c in zip(model.joints, codes, strict=True)))
+
+
+def _first(number: Any, structural: bool) -> Any:
+    """A number of the first run."""
+    import numpy as np
+
+    return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
 
 
 def _try_force(model: Model, force: Force) -> None:
@@ -95,8 +103,8 @@ def _try_force(model: Model, force: Force) -> None:
             raise ScenarioError(f"{place}: the state {name} needs a number, but it returns {_kind(x)}; correct it")
 
 
-def _tried_joint(model: Model, index: int) -> Joint:
-    joint = replace(model.joints[index], points=None, frames=None)
+def _tried_joint(model: Model, index: int) -> Code:
+    joint = model.joints[index]
     assert joint.code is not None
     place = f"model.joints.{joint.name}"
     _check_levels(place, model, joint.code, quantities.POSITION)
@@ -117,7 +125,7 @@ def _tried_joint(model: Model, index: int) -> Joint:
         _refuse_velocities(place, rows, 'a constraint of positions may not; give level = "velocity"')
     else:
         _check_affine(place, model, index, ends)
-    return replace(joint, code=replace(joint.code, returns=kinds))
+    return replace(joint.code, returns=kinds)
 
 
 def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:

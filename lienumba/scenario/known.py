@@ -7,9 +7,9 @@ from lienumba.mechanics import model as m
 from lienumba.mechanics import quantities
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.mechanics.model import Law, Model
-from lienumba.scenario.report import read, tables
+from lienumba.scenario.report import tables
 from lienumba.scenario.schema_forces import driver_form
-from lienumba.scenario.schema_quantities import QUANTITIES, Expression
+from lienumba.scenario.schema_quantities import QUANTITIES
 
 SAYS = {
     quantities.VELOCITY: "a velocity",
@@ -48,22 +48,18 @@ def known_of(model: Any) -> Known:
     drivers = {str(t.get("name")): t for t in tables(model.get("drivers"))}
     stub = [m.Joint(name, str(t.get("type")), ()) for name, t in joints.items()]
     sketch = Model((0.0, 0.0, 0.0), (), tuple(stub), tuple(_driver(name, t, joints) for name, t in drivers.items()))
+    lists = {"joint": joints, "driver": drivers}
     found = []
     for table in tables(model.get("quantities")):
         section = QUANTITIES.get(str(table.get("type")))
-        checked: Any = read(section, {**table, "value": 0.0} if section is Expression else table)
-        joint, driver = getattr(checked, "joint", None), getattr(checked, "driver", None)
-        if (
-            checked is None
-            or (joint is not None and joint not in joints)
-            or (driver is not None and driver not in drivers)
-        ):
+        named = {key: [*known].index(table[key]) for key, known in lists.items() if str(table.get(key)) in known}
+        if section is None or not lists.keys() & section.model_fields.keys() <= named.keys():
             continue
+        derivative = table.get("derivative")
         found.append(
             m.Quantity(
-                checked.name, checked.type, (0,), derivative=getattr(checked, "derivative", 0),
-                joint=-1 if joint is None else list(joints).index(joint),
-                driver=-1 if driver is None else list(drivers).index(driver),
+                str(table.get("name")), str(table["type"]), (0,),
+                derivative=derivative if derivative in (1, 2) else 0, **named,
             )
         )  # fmt: skip
     return Known(replace(sketch, quantities=tuple(found)))

@@ -104,7 +104,8 @@ class _Taking:
             return None
 
     def take(self, tokens: Tokens, formula: Formula) -> None:
-        if formula.used == {TIME} or (not formula.used and tokens[0] in paths.WITH_FORMULAS):
+        of_time = tokens[0] in paths.WITH_FORMULAS and (tokens[0] != "quantities" or tokens[-1] == "value")
+        if formula.used == {TIME} or (not formula.used and of_time):
             return
         self.parameters.places[tokens] = formula
         at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"

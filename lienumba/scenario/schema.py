@@ -26,7 +26,7 @@ from lienumba.scenario.schema_types import (
     Timed3,
     Vec3,
 )
-from lienumba.scenario.tables import TableSection
+from lienumba.scenario.tables import TableFile, TableSection
 from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
@@ -188,6 +188,18 @@ FORMS: dict[str, dict[str, type[Section]]] = {
     "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
 }  # fmt: skip
 LISTS = ("bodies", "joints", "drivers", "forces", "quantities")  # of the model: tables that are known by their names
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON schema of a scenario as people write it: quantities beside the model, tables with their files."""
+    schema = ScenarioData.model_json_schema()
+    model = schema["$defs"]["ModelSection"]["properties"]
+    schema["properties"]["quantities"] = model.pop("quantities")
+    schema["$defs"]["TableFile"] = TableFile.model_json_schema()
+    schema["properties"]["tables"]["additionalProperties"] = {
+        "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
+    }
+    return schema
 
 
 def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:

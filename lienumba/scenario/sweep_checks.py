@@ -100,6 +100,8 @@ def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
     name = str(tokens[1]) if len(tokens) == 2 else ""
     if name in parameters.formulas:
         formula = parameters.formulas[name]
+        if formula.constant is not None:
+            return formula.constant
         used = " or ".join(f"parameters.{other}" for other in sorted(formula.used))
         raise paths.PathError(f"is the formula {show(formula.text)}; vary {used or 'a number'} instead")
     if name not in parameters.numbers:

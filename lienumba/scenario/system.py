@@ -11,13 +11,15 @@ Numbers = Sequence[Any] | Any  # lists, tuples or arrays
 
 
 class System:
-    """Collects the keys of a scenario; `lienumba.run(system)` checks and runs it.
+    """Collects the keys of a scenario; `lienumba.run(system)` checks and runs it. `ground` is the fixed world.
 
     >>> top = System("Heavy top")
     >>> top.body("top", mass=15, inertia=[0.234375, 0.46875, 0.234375], position=[0, 1, 0])
     >>> top.joint("pivot", "spherical", ["ground", "top"], points=[[0, 0, 0], [0, -1, 0]])
     >>> top.integrator(step=1e-3, end_time=2.0)
     """
+
+    ground = "ground"
 
     def __init__(self, title: str = "") -> None:
         self._data: dict[str, Any] = {"title": title, "model": {"bodies": [], "joints": []}}
@@ -72,8 +74,19 @@ class System:
         return self._add("drivers", {"name": name, **keys})
 
     def force(self, name: str | None = None, *, type: str, **keys: Any) -> Self:
-        """Add a force law, such as type="spring_damper" with bodies, points, stiffness and damping."""
+        """Add a force law, such as type="spring_damper" with bodies, points, stiffness and damping; or type="python"
+        with a function of your own (see `lienumba.laws`), its bodies, joints and parameters."""
         return self._add("forces", {"name": name, "type": type, **keys})
+
+    def quantity(self, name: str, type: str, **keys: Any) -> Self:
+        """Name what is to be stored and may be read by formulas: type="point" with body and point, "joint" with joint,
+        "rotation_error", "angular_velocity", "reaction", "driver_effort", "momentum" or "expression"."""
+        return self._add("quantities", {"name": name, "type": type, **keys})
+
+    def table(self, name: str, **keys: Any) -> Self:
+        """Name a function that is known at points: file, time and value, or times and values; interpolation."""
+        self._data.setdefault("tables", {})[name] = keys
+        return self
 
     def parameter(self, name: str, value: float | str) -> Self:
         """Give a number a name, by which formulas know it: a number, or a formula of other parameters."""
@@ -104,8 +117,11 @@ class System:
         return self
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys and values, as a TOML file would give them."""
-        return load(self._data)
+        """The keys and values, as a TOML file would give them, with what the files hold that they name."""
+        data = load(self._data)
+        model = dict(data["model"])
+        quantities = model.pop("quantities", [])
+        return {**data, **({"quantities": quantities} if quantities else {}), "model": model}
 
     def to_toml(self) -> str:
         """The scenario as a TOML file."""

@@ -18,12 +18,23 @@ Interpolation = Literal["hold", "linear", "cubic"]
 ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
 
 
-class TableSection(Section):
-    """As the scenario keeps it: with its numbers, whichever file they came from."""
-
+class _Table(Section):
     interpolation: Interpolation = Field(
         default="linear", description='"hold" (a value until the next), "linear" or "cubic" (a smooth spline)'
     )
+
+
+class TableFile(_Table):
+    """As people write it."""
+
+    file: str = Field(description="the path of a CSV or netCDF file, relative to the scenario")
+    time: str = Field(description="the column or variable of the times, or whatever the table depends on")
+    value: str = Field(description="the column or variable of the values")
+
+
+class TableSection(_Table):
+    """As the scenario keeps it: with its numbers, whichever file they came from."""
+
     times: list[float] = Field(description="the arguments, ascending: the times in s, or whatever the table depends on")
     values: list[float] = Field(description="the values, one for each of the times")
 
@@ -71,7 +82,7 @@ def _problem(table: dict[str, Any]) -> str | None:
     known = list(TableSection.model_fields)
     for key in table:
         if key not in known:
-            return f".{key} is not a known key; {suggestion(key, [*known, 'file', 'time', 'value'])}"
+            return f".{key} is not a known key; {suggestion(key, [*TableFile.model_fields, *known])}"
     for key in ("times", "values"):
         if key not in table:
             return f'.{key} is missing; give file = "profile.csv" with time and value, or times and values'

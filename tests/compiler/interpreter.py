@@ -1,5 +1,6 @@
 """What a graph means, operation by operation, with exactly rounded fused multiply-adds; and random graphs."""
 
+import ctypes
 import math
 import operator
 import random
@@ -33,6 +34,15 @@ def _fused(a: Any, b: Any, c: Any) -> np.ndarray:
     return np.array([fma(*map(float, abc)) for abc in np.broadcast(a, b, c)])
 
 
+def _gathered(address: Any, index: Any) -> np.ndarray:
+    """What lies in memory at an address, which is the bits of a number."""
+    starts = np.ascontiguousarray(np.broadcast_to(address, (W,))).view(np.int64)
+    places = np.broadcast_to(index, (W,)).astype(int)
+    return np.array(
+        [ctypes.c_double.from_address(a + 8 * i).value for a, i in zip(starts.tolist(), places.tolist(), strict=True)]
+    )
+
+
 ACTIONS = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
@@ -48,6 +58,7 @@ ACTIONS = {
     "<=": lambda a, b: np.asarray(a <= b),
     "==": lambda a, b: np.asarray(a == b),
     "where": np.where,
+    "gather": _gathered,
 }
 
 
