@@ -12,6 +12,7 @@ FLOORS = [
     {"operations", "vector_math"},
     {"expressions"},
     {"groups"},
+    {"laws"},
     {"compiler"},
     {"mechanics"},
     {"integrators"},

@@ -51,6 +51,8 @@ def call(
         named["t"] = view.t
     if "states" in code.wants:
         named["states"] = SimpleNamespace(**dict(zip(code.states, states, strict=True)))
+    if code.names:
+        return code.function(**dict(zip(code.names, given, strict=True)), **named)
     return code.function(*given, **named)
 
 

@@ -32,30 +32,35 @@ def code_of(
     """The code of a law; known: the quantities that it may ask for."""
     at = f"{place}.function = {show(law['function'])}"
     parameters = inspect.signature(function).parameters.values()
-    placed = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    seen = [*law.get("bodies", []), *law.get("joints", [])]
-    if len(placed) < len(seen):
-        raise ScenarioError(
-            f"{at}: takes {len(placed)} positional arguments, but it sees {listed(seen)}; give it one for each of them"
-        )
     states = list(law.get("states", {}))
-    own = {"t": "the time", **({"states": "its states"} if states else {})}
-    asked = {p.name for p in [*placed[len(seen) :], *(p for p in parameters if p.kind == p.KEYWORD_ONLY)]}
+    own = {"t", "states"} if states else {"t"}
+    seen = [*law.get("bodies", []), *law.get("joints", [])]
+    plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    placed = [p.name for p in plain if p.name not in own and p.name not in law["parameters"]]
+    any_number = any(p.kind == p.VAR_POSITIONAL for p in parameters)
+    if len(placed) < len(seen) and not any_number:
+        raise ScenarioError(
+            f"{at}: has {len(placed)} arguments for {listed(seen)}, which it sees; give it one for each of them"
+        )
+    names = () if any_number else tuple(placed[: len(seen)])
+    by_name = {p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+    asked = by_name - set(placed if any_number else names)
     open_ended = any(p.kind == p.VAR_KEYWORD for p in parameters)
     for name in law["parameters"]:
         if name not in asked and not open_ended:
             raise ScenarioError(f"{place}.parameters.{name}: the function has no argument of this name; "
                                 f"{suggestion(name, sorted(asked))}")  # fmt: skip
     needed = {p.name for p in parameters if p.name in asked and p.default is p.empty}
-    missing = sorted(needed - set(law["parameters"]) - set(own) - set(known))
+    missing = sorted(needed - set(law["parameters"]) - own - set(known))
     if missing:
         raise ScenarioError(
-            f"{at}: has the argument {missing[0]}, which is neither {', '.join(own)}, nor a quantity, nor one of "
-            f"{place}.parameters; give parameters = {{ {missing[0]} = ... }}"
+            f"{at}: has the argument {missing[0]}, which is neither {' nor '.join(sorted(own, reverse=True))}, nor a "
+            f"quantity, nor one of {place}.parameters; give parameters = {{ {missing[0]} = ... }}"
         )
     return Code(
         function,
-        wants=frozenset(asked & own.keys()),
+        names=names,
+        wants=frozenset(asked & own),
         quantities=frozenset(asked & set(known) - set(law["parameters"])),
         states=tuple(states),
         **more,

@@ -52,7 +52,9 @@ def known_of(model: Any) -> Known:
     found = []
     for table in tables(model.get("quantities")):
         section = QUANTITIES.get(str(table.get("type")))
-        named = {key: [*known].index(table[key]) for key, known in lists.items() if str(table.get(key)) in known}
+        named: dict[str, Any] = {
+            key: [*known].index(table[key]) for key, known in lists.items() if str(table.get(key)) in known
+        }
         if section is None or not lists.keys() & section.model_fields.keys() <= named.keys():
             continue
         derivative = table.get("derivative")

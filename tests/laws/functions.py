@@ -46,7 +46,7 @@ def two_servos(joint, *, kp, limit):
     ]
 
 
-def damped_drive(joint, ball, *, t, drive, drag):
+def damped_drive(ball, joint, *, t, drive, drag):
     """Works and takes work, and jumps nowhere."""
     v = ball.velocity
     return [joint.effort(drive * sin(4 * t) - 0.1 * joint.rate), ball.force(-drag * sqrt(v.dot(v) + 0.01) * v)]
@@ -87,6 +87,21 @@ def low_pass(joint, *, states, lag, gain):
     inputs = (joint.angle, states.a, states.b, states.c)
     outputs = (states.a, states.b, states.c, states.d)
     return joint.effort(-gain * states.d), [(x - y) / lag for x, y in zip(inputs, outputs, strict=True)]
+
+
+def rail_motor(joint, *, t, volts, lag, states):
+    return joint.effort(states.torque), (volts * sin(3 * t) - 0.2 * joint.speed - states.torque) / lag
+
+
+def two_filters(joint, *, states, lag, gain):
+    """Six in a row, of which the third and the last drive."""
+    outputs = [getattr(states, f"s{i}") for i in range(6)]
+    rates = tuple((x - y) / lag for x, y in zip([joint.angle, *outputs[:5]], outputs, strict=True))
+    return joint.effort(-gain * (outputs[2] + outputs[5])), rates
+
+
+def decay(joint, *, states, lag):
+    return [], {"x": -states.x / lag}
 
 
 def memory(body, *, states, lag, gain):
