@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.store.layout import VARIABLES
+
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
@@ -68,13 +70,19 @@ def summarise(ds: xr.Dataset) -> Summary:
         good=good.sizes["run"],
         final_time=float(ds["time"].values[-1]),
         outcomes=_outcomes(ds),
-        final=tuple(row for name in FINAL if name in ds and good.sizes["run"] for row in _final(good[name])),
+        final=tuple(row for name in _shown(ds) if good.sizes["run"] for row in _final(good[name])),
         max_position_violation=_maximum(good, "max_position_violation"),
         max_velocity_violation=_maximum(good, "max_velocity_violation"),
         max_energy_drift=_maximum(good, "max_energy_drift"),
         max_relative_energy_drift=_relative_drift(good),
         not_unique=str(ds["multiplier"].attrs.get("not_unique", "")) if "multiplier" in ds else "",
     )
+
+
+def _shown(ds: xr.Dataset) -> list[str]:
+    """The variables whose final values are told: the scenario's own first."""
+    own = [str(name) for name in ds.data_vars if name not in VARIABLES and "time" in ds[name].dims]
+    return own + [name for name in FINAL if name in ds]
 
 
 def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:

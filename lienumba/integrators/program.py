@@ -36,8 +36,8 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats or arrays);
-    `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
+    """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats, arrays,
+    or what tables hold); `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
 
     elements: int
     held: Held

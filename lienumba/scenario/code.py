@@ -41,6 +41,33 @@ def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**raw, "model": changed, **({"files": files} if files else {})}
 
 
+def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
+    """The scenario with other names for those of its files that are taken by other texts."""
+    files, model = raw.get("files"), raw.get("model")
+    if not isinstance(files, dict) or not isinstance(taken, dict) or not isinstance(model, dict):
+        return raw
+    names = {file: _free(file, text, taken) for file, text in files.items()}
+    changed = dict(model)
+    for kind in ("forces", "joints"):
+        for n, law in enumerate(tables(model.get(kind))):
+            file, _, name = str(law.get("function", "")).rpartition(":")
+            if file in names:
+                changed[kind] = [
+                    *changed[kind][:n],
+                    {**law, "function": f"{names[file]}:{name}"},
+                    *changed[kind][n + 1 :],
+                ]
+    return {**raw, "model": changed, "files": {names[file]: text for file, text in files.items()}}
+
+
+def _free(file: str, text: str, taken: dict[str, str]) -> str:
+    """A name for a text among others: its own, or with a number."""
+    key, number = file, 2
+    while taken.get(key, text) != text:
+        key, number = f"{Path(file).stem}_{number}.py", number + 1
+    return key
+
+
 def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> Any:
     """The reference to a function, whose text is among the files."""
     if callable(function):
@@ -57,10 +84,7 @@ def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> An
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise ScenarioError(f"{place}.function = {show(function)}: {file} cannot be read: {error}") from None
-    stem = Path(file).stem if not callable(function) else name
-    key, number = f"{stem}.py", 2
-    while files.get(key, text) != text:
-        key, number = f"{stem}_{number}.py", number + 1
+    key = _free(f"{name if callable(function) else Path(file).stem}.py", text, files)
     files[key] = text
     return f"{key}:{name}"
 

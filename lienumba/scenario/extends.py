@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from lienumba.errors import ScenarioError
+from lienumba.scenario.code import without_clash
 from lienumba.scenario.words import show
 
 # Of these a scenario has one or the other: the one that is given takes the place of the other one below.
@@ -33,6 +34,7 @@ def extended(raw: dict[str, Any], folder: Path, read: Read, above: tuple[Path, .
 def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
     """Sections are put over sections key by key."""
     merged = dict(below)
+    raw = without_clash(raw, below.get("files"))
     for name, section in raw.items():
         if _are_tables(section) and _are_tables(below.get(name)):
             merged[name] = _by_name(below[name], section)
@@ -49,7 +51,7 @@ def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
         old = below.get(key)
         if _are_tables(value) and _are_tables(old):
             merged[key] = _by_name(old, value)
-        elif key == "vary" and isinstance(value, dict) and isinstance(old, dict):
+        elif isinstance(value, dict) and isinstance(old, dict) and (key == "vary" or "values" in old):  # a table
             merged[key] = {**old, **value}
     return merged
 

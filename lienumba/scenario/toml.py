@@ -22,9 +22,19 @@ def _section(table: Mapping[str, Any], names: list[str]) -> list[str]:
             for item in value:
                 inner += ["", f"[[{'.'.join(here)}]]"]
                 inner += [f"{_key(name)} = {value_text(part)}" for name, part in item.items()]
+        elif isinstance(value, str) and "\n" in value:
+            lines.append(f"{_key(key)} = {_long_text(value)}")
         else:
             lines.append(f"{_key(key)} = {value_text(value)}")
     return lines + inner
+
+
+def _long_text(text: str) -> str:
+    """A text of several lines as it is."""
+    lines = [value_text(line)[1:-1].replace('\\"', '"').replace('"""', '""\\"') for line in text.split("\n")]
+    if lines[-1].endswith('"'):
+        lines[-1] = lines[-1][:-1] + '\\"'
+    return '"""\n' + "\n".join(lines) + '"""'
 
 
 def _is_section(value: Any, depth: int) -> bool:

@@ -44,7 +44,7 @@ QUANTITIES = {
     "a joint without a coordinate": (
         rig(FREE, joint('type = "spherical"', "at = [0, 0, -0.3]", name="ball", ends='bodies = ["arm", "free"]'),
             seen("bend", "joint", 'joint = "ball"')),
-        'quantities.bend.joint = "ball": is a spherical joint, which has no angle or displacement; joints that have '
+        'quantities.bend.joint = "ball": a spherical joint has no angle or displacement; joints that have '
         "one are pivot and rail",
     ),
     **{

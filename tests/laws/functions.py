@@ -143,3 +143,40 @@ def bang(joint, *, size):
 
 def soft_floor(body, *, stiffness):
     return body.force((0.0, 0.0, stiffness * maximum(-body.position.z, 0.0)))
+
+
+# ---------------------------------------------------------------- constraints
+def rolling(disc, *, radius):
+    """The lowest point of the disc, which turns about its z axis, rests on the ground."""
+    n = disc.to_global((0, 0, 1))
+    down = Vector(n.x * n.z, n.y * n.z, n.z * n.z - 1.0)
+    return disc.velocity + disc.to_global(disc.angular_velocity).cross(radius * down / down.norm())
+
+
+def knife(body, *, behind):
+    """The blade behind the mass centre does not move sideways."""
+    return body.to_body(body.velocity_of((-behind, 0, 0))).y
+
+
+def roller(cam, follower, *, distance):
+    """A roller on a round disc: the distance of their mass centres."""
+    return (follower.position - cam.position).norm() - distance
+
+
+def ball(a, b, *, reach):
+    return b.point((0.02, 0, 0.2)) - a.point((0, 0.01, -reach))
+
+
+def pin_in_plane(a, b, *, height):
+    """A point of b in a plane of a, and two axes at right angles."""
+    up = a.to_global((0, 0, 1))
+    return up.dot(b.point((0.1, 0, 0.2)) - a.position) - height, up.dot(b.to_global((1, 0, 0)))
+
+
+def no_lift(body):
+    return body.velocity.z
+
+
+def belt(a, b, *, t, pointing, ratio):
+    """A velocity that a position of others and the time decide."""
+    return b.velocity.x - ratio * pointing.y - 0.1 * sin(3 * t)

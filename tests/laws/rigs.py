@@ -86,6 +86,12 @@ def rate(dataset: Any, body: int = 0) -> np.ndarray:
     return dataset.angular_velocity.values[:, :, body, 1]
 
 
+def missed(dataset: Any, y: Any) -> float:
+    """By how much the last angle and rate differ from these; whole turns do not count."""
+    turn = angle(dataset)[0, -1] - y[0]
+    return float(max(abs(np.arctan2(np.sin(turn), np.cos(turn))), abs(rate(dataset)[0, -1] - y[1])))
+
+
 def exact(torque: Any, end: float, start: Any = (0.5, 1.0), begin: float = 0.0, more: Any = None) -> np.ndarray:
     """Angle, rate and further states of the pendulum at the end: torque(t, y) and the rates more(t, y) of these."""
 
