@@ -31,10 +31,9 @@ def _section(table: Mapping[str, Any], names: list[str]) -> list[str]:
 
 def _long_text(text: str) -> str:
     """A text of several lines as it is."""
-    lines = [value_text(line)[1:-1].replace('\\"', '"').replace('"""', '""\\"') for line in text.split("\n")]
-    if lines[-1].endswith('"'):
-        lines[-1] = lines[-1][:-1] + '\\"'
-    return '"""\n' + "\n".join(lines) + '"""'
+    *lines, last = [value_text(line)[1:-1] for line in text.split("\n")]
+    readable = [x if '\\"\\"\\"' in x else x.replace('\\"', '"') for x in lines]
+    return '"""\n' + "\n".join([*readable, last]) + '"""'
 
 
 def _is_section(value: Any, depth: int) -> bool:

@@ -196,3 +196,9 @@ VALUES = st.recursive(
 @given(st.dictionaries(NAMES, VALUES, max_size=5))
 def test_what_is_written_is_read_back(data: dict[str, Any]) -> None:
     assert tomllib.loads(toml.dumps(data)) == data
+
+
+@given(st.text(alphabet='\\"\n\r\t \x00\x7fabü', max_size=30))
+def test_texts_of_several_lines_stay_what_they_are(text: str) -> None:
+    data = {"title": text, "files": {"law.py": f"{text}\n{text}"}}
+    assert tomllib.loads(toml.dumps(data)) == data
