@@ -21,7 +21,7 @@ LONGEST = 2000  # characters
 DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
 SHOWN = 80  # characters of a part in a message
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, where this is not t itself; and the names
-# that are no functions of the time, to whose pieces it says nothing
+# that are no functions of the time: to arguments that are no straight line in t it says nothing
 LARGEST_POWER = 64  # of an exponent that is a whole number
 
 
@@ -113,6 +113,10 @@ class Formula:
         """The text of the same formula with numbers for these names."""
         return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
 
+    def is_line(self, state: frozenset[str]) -> bool:
+        """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
+        return _degree(self._tree, state) == 1
+
     def table_calls(self) -> list[tuple[str, "Formula"]]:
         """The tables that it reads, each with the formula of its argument."""
         calls = [n for n in ast.walk(self._tree) if isinstance(n, ast.Call)]
@@ -183,6 +187,9 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
             names.check(name)
         case ast.Attribute() if names.may_be(name := _dotted(node)):
             names.check(name)
+        case ast.Attribute() if (first := _dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
+            written = f"{first}(t)" if first in names.tables else first
+            raise ExpressionError(f'reads "{_dotted(node)}", but {first} has no components; write {written}')
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
             below = [x]
         case ast.UnaryOp(op=ast.Not(), operand=x):
@@ -226,6 +233,24 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
                 )
     for part in below:
         _check(part, names, depth + 1)
+
+
+def _degree(node: ast.AST, state: frozenset[str]) -> int:
+    """0 for what does not vary in time, 1 for a straight line in t, 2 for the rest."""
+    match node:
+        case ast.Name() | ast.Attribute():
+            name = _dotted(node)
+            return 1 if name == "t" else 2 if name in state else 0
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            return _degree(x, state)
+        case ast.BinOp(left=x, op=ast.Add() | ast.Sub(), right=y):
+            return max(_degree(x, state), _degree(y, state))
+        case ast.BinOp(left=x, op=ast.Mult(), right=y):
+            return min(_degree(x, state) + _degree(y, state), 2)
+        case ast.BinOp(left=x, op=ast.Div(), right=y) if _degree(y, state) == 0:
+            return _degree(x, state)
+    below = [x for x in ast.iter_child_nodes(node) if isinstance(x, ast.expr)]
+    return 2 if any(_degree(x, state) for x in below) else 0
 
 
 def _check_arguments(name: str, args: list[ast.expr]) -> None:
@@ -293,8 +318,8 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
             return FUNCTIONS[name][2](*(_value(x, names) for x in args))
         case ast.Call(func=ast.Name(id=name), args=[x]):
             within, state = names.get(WITHIN, (names["t"], frozenset()))
-            read = {_dotted(n) for n in ast.walk(x)} & state
-            return names[name](_value(x, names), _value(x, names if read else {**names, "t": within}))
+            straight = _degree(x, state) <= 1
+            return names[name](_value(x, names), _value(x, {**names, "t": within} if straight else names))
     raise AssertionError("checked before")
 
 

@@ -18,6 +18,7 @@ from lienumba.mechanics.motion import Instant, View
 from lienumba.operations import sqrt
 
 POSITION, VELOCITY, OBSERVED = range(3)
+SQUARE_FLOOR = 1e-200  # so that an angle of zero has a rate
 XYZ = ("x", "y", "z")
 COORDINATE_OF = {"angle": "angle", "rate": "angle", "displacement": "displacement", "speed": "displacement"}
 UNITS = {"angle": "rad", "rate": "rad s-1", "displacement": "m", "speed": "m s-1"}
@@ -194,7 +195,7 @@ def _rotation_error(model: Model, quantity: Quantity, view: View, observed: Obse
     assert quantity.target is not None
     target = so3.multiply(view[quantity.relative_to].R, quantity.target)
     e = so3.log(so3.multiply(so3.transpose(target), view[quantity.bodies[0]].R))
-    return (*e, sqrt(so3.dot(e, e)))
+    return (*e, sqrt(so3.dot(e, e) + SQUARE_FLOOR))
 
 
 def _angular_velocity(model: Model, quantity: Quantity, view: View, observed: Observed | None) -> Rows:

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.compiler.jets import lift
-from lienumba.operations import gather, minimum, where
+from lienumba.operations import gather, maximum, minimum, where
 
 if TYPE_CHECKING:
     import numpy as np
 
 HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
+SMOOTH = 3  # columns: pieces with more are cubic, and meet twice differentiably
 INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
 
 
@@ -42,12 +43,13 @@ class Numbers:
 @dataclass(frozen=True)
 class Table:
     """data: (pieces, columns) of Numbers, or what stands for them in a kernel; knots: where steps have to land, because
-    the function or its rate may jump there; last: the last point."""
+    the function or its rate may jump there; first, last: the points at its ends."""
 
     data: Any
     pieces: int
     columns: int
     knots: tuple[float, ...]
+    first: float
     last: float
 
     @staticmethod
@@ -61,17 +63,26 @@ class Table:
         before, behind = np.array([x[0], y[0], *constant[1:]]), np.array([x[-1], y[-1], *constant[1:]])
         rows = np.vstack([before, np.column_stack([x[:-1], coefficients]), behind])
         knots = (float(x[0]), float(x[-1])) if interpolation == CUBIC else tuple(x.tolist())
-        return Table(Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[-1]))
+        return Table(
+            Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[0]), float(x[-1])
+        )
 
     def __call__(self, x: Any, within: Any) -> Any:
         """The value at x, by the piece in which `within` lies."""
-        piece = self.columns * self._piece(lift(within).a)
+        piece = self.columns * self._within(lift(x).a, lift(within).a)
         start, value, *slopes = (gather(self.data, piece + float(n)) for n in range(self.columns))
         d, power = x - start, 1.0
         for c in slopes:
             power = power * d
             value = value + c * power
-        return value if slopes else value + 0.0 * d  # NaN stays NaN
+        return value if slopes else where(d <= d, value, d)  # NaN stays NaN
+
+    def _within(self, x: Any, within: Any) -> Any:
+        """The piece of x; where pieces do not meet smoothly, that of `within`."""
+        if self.columns <= SMOOTH:
+            return self._piece(within)
+        inside = maximum(minimum(self._piece(x), self.pieces - 2.0), 1.0)
+        return where(within < self.first, 0.0, where(within >= self.last, self.pieces - 1.0, inside))
 
     def _piece(self, x: Any) -> Any:
         """The number of the last piece that begins at or before x, by bisection; 0 if there is none."""

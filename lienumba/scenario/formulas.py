@@ -20,7 +20,7 @@ SLIPS = (
     ),
     (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
     (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
-    (r".*(?<![\w.])[\d.]+\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),
+    (r".*(?<![\w.])(\d[\d.]*|\.\d+)\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),
 )
 
 

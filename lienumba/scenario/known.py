@@ -34,6 +34,11 @@ class Known:
     def level(self, name: str) -> int:
         return quantities.level(self.sketch, name)
 
+    def singular(self, name: str) -> bool:
+        """Whether a component has no derivative somewhere: the angle of a rotation."""
+        first, _, rest = name.partition(".")
+        return rest == "angle" and any(q.name == first and q.type == "rotation_error" for q in self.sketch.quantities)
+
     def with_values(self, used: dict[str, frozenset[str]]) -> "Known":
         """With what each expression reads, by its name."""
         laws = {name: Law(abs, {}, tuple(sorted(names & self.names))) for name, names in used.items()}

@@ -44,8 +44,10 @@ def _sentence(item: Any, raw: Any) -> str:
         known = [choice.strip("'\"") for choice in ctx["expected"].replace(" or ", ", ").split(", ")]
         if len(known) > 3:
             return f"{at}: is not known; {suggestion(str(value), known)}"
+        if len(known) == 1 and remedy:  # where something else may stand, too
+            return f"{at}: is not known{remedy}"
         close = nearest(str(value), known)
-        choices = " or ".join(f'"{name}"' for name in known)
+        choices = " or ".join(name if name.isdecimal() else f'"{name}"' for name in known)
         return f"{at}: must be {choices}; " + (f'the nearest is "{close}"' if close else "give one of them")
     if kind == "bool_type":
         return f"{at}: must be true or false; write it so, without quotes"
@@ -98,7 +100,8 @@ _BOUNDS = {
 
 
 def _least(loc: Loc) -> str:
-    return "at least " if loc[-1] in ("times",) or tuple(loc) == ("model", "bodies") else ""
+    open_ended = tuple(loc) == ("model", "bodies") or loc[-1] == "times" or "momentum" in loc or "python" in loc
+    return "at least " if open_ended else ""
 
 
 def _unknown(loc: Loc, raw: Any) -> str:

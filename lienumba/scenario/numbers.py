@@ -104,14 +104,13 @@ class _Taking:
             return None
 
     def take(self, tokens: Tokens, formula: Formula) -> None:
-        of_time = tokens[0] in paths.WITH_FORMULAS and (tokens[0] != "quantities" or tokens[-1] == "value")
-        if formula.used == {TIME} or (not formula.used and of_time):
+        if formula.used == {TIME} or (not formula.used and (tokens[0] == "gravity" or _may_vary(tokens))):
             return
         self.parameters.places[tokens] = formula
         at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
         number: Any
         if self.parameters.reads(formula):
-            number = SMOOTH if tokens[0] in paths.WITH_STATE else 1.0
+            number = SMOOTH if _may_vary(tokens) else 1.0
             problem = self.misuse(tokens, formula)
             self.problems += [f"{at}: {problem}"] if problem else []
         elif TIME in formula.used:
@@ -126,13 +125,18 @@ class _Taking:
     def misuse(self, tokens: Tokens, formula: Formula) -> str | None:
         """What is wrong with reading tables or quantities here."""
         read = sorted(formula.used & self.known.names)
-        if tokens[0] not in paths.WITH_STATE:
+        if tokens[0] == "gravity":
+            return "reads a table or a quantity, but gravity may depend on t and parameters only; put it into a force"
+        if not _may_vary(tokens):
             what = read[0] if read else sorted(formula.used & self.parameters.tables.keys())[0]
             return f"reads {what}, but is one number for the whole run; use parameters only, or put it into a force"
         if tokens[0] == "quantities":
             return None
         allowed, why = self.allowed(tokens)
         for name in read:
+            if tokens[0] == "drivers" and self.known.singular(name):
+                first = name.partition(".")[0]
+                return f"reads {name}, which has no derivative at 0; read {first}.x, {first}.y or {first}.z"
             level = self.known.level(name)
             if level == quantities.OBSERVED:
                 return (
@@ -155,6 +159,11 @@ class _Taking:
         if key == "target" and "damping" in force:
             return quantities.POSITION, "the damping needs the rate of the target"
         return quantities.VELOCITY, ""
+
+
+def _may_vary(tokens: Tokens) -> bool:
+    """Whether the number of a place may read tables and quantities."""
+    return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
 
 
 def _formulas(model: Any) -> list[tuple[Tokens, str]]:

@@ -82,7 +82,7 @@ class Parameters:
         """A sentence about a number that the file writes as a formula shows both."""
         for tokens, formula in self.places.items():
             start = f"model.{paths.text_of(list(tokens))} = "
-            if problem.startswith(start):
+            if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
                 return f"{start}{show(formula.text)} = {problem.removeprefix(start)}"
         return problem
 
@@ -97,11 +97,16 @@ class Parameters:
         return found
 
     def unused(self) -> list[str]:
-        """A warning for each parameter that nothing depends on."""
+        """A warning for each parameter and table that nothing depends on."""
         used = set().union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
-        return [
+        parameters = [
             f"parameters.{name}: nothing uses it; write its name in a number of the model, or remove it"
             for name in (*self.numbers, *self.formulas)
+            if name not in used
+        ]
+        return parameters + [
+            f"tables.{name}: nothing reads it; write {name}(t) in a number of a force or driver, or remove it"
+            for name in self.tables
             if name not in used
         ]
 

@@ -46,7 +46,11 @@ def _is_tag(loc: Loc, position: int) -> bool:
     in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in schema.FORMS
     if position == 3 and (in_form or tuple(loc[:2]) == ("sweep", "vary")):
         return True
-    if position > 2 and loc[position - 1] in ("rotation", "inertia") and isinstance(loc[position], str):
+    if (
+        position > 2
+        and loc[position - 1] in ("rotation", "inertia", "target", "about")
+        and isinstance(loc[position], str)
+    ):
         return True
     timed = position >= 5 if in_form else len(loc) > 1 and loc[1] == "gravity"
     return timed and position == len(loc) - 1 and loc[position] in ("number", "formula")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import ScenarioError
-from lienumba.mechanics import assembly, placing, rank
+from lienumba.mechanics import assembly, constraints, placing, rank
 from lienumba.mechanics.assembly import Assembly
 from lienumba.mechanics.forces import generalized
 from lienumba.mechanics.model import Driver, Model, Start, map_numbers, reads_state
@@ -15,6 +15,7 @@ from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.formulas import at_start
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.table_checks import check_samples
 from lienumba.scenario.violations import NOT_FINITE, violations
 from lienumba.scenario.words import listed
 from lienumba.sweep.design import design_table
@@ -85,6 +86,7 @@ def _nominal_start(scenario: Scenario) -> Nominal:
             "driver or a joint of these, correct what it prescribes, or, if this is a dead point, give velocities that "
             "fit or start beside it"
         )
+    _check_drivers(nominal, now)
     _check_forces(nominal, now)
     return Nominal(nominal, now, typical, found)
 
@@ -95,6 +97,18 @@ def _only_prescribed(done: Assembly, start: Start) -> bool:
     given += [x for says in start.joints for x in (says.rate, says.speed)]
     fits = bool((done.position_violations <= done.position_limits).all())
     return fits and all(x is None for x in given) and bool(done.model.drivers)
+
+
+def _check_drivers(model: Model, now: Instant) -> None:
+    """What a driver prescribes may not move exactly as what it drives."""
+    C = constraints.jacobian(model, now)
+    moved = {row for (row, _), x in C.items() if abs(x) > CLOSE}
+    for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=True):
+        if any(map(reads_state, driver.value)) and not moved.issuperset(range(rows.start, rows.stop)):
+            raise ScenarioError(
+                f"model.drivers.{driver.name}: follows itself: what it prescribes moves as what it drives; read "
+                "another quantity"
+            )
 
 
 def _check_forces(model: Model, now: Instant) -> None:
@@ -152,6 +166,7 @@ def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
     nominal = check_initial(scenario)
     data: Any = scenario.data
     samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
+    check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
     model, start = build(scenario, samples)
     runs = len(labels)
     done = assembly.assemble(model, start, runs)

@@ -36,6 +36,8 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         _check_name(f"{place}.{key}", quantity.get(key), known, "is not a body of the model", report)
     for i, body in enumerate(quantity["bodies"] if isinstance(quantity.get("bodies"), list) else []):
         _check_name(f"{place}.bodies[{i}]", body, bodies, "is not a body of the model", report)
+        if body in quantity["bodies"][:i]:
+            report.problems.append(f"{place}.bodies[{i}] = {show(body)}: is named twice; name it once")
     for kind in ("joint", "driver"):
         known = [item["name"] for item in lists[f"{kind}s"]]
         _check_name(f"{place}.{kind}", quantity.get(kind), known, f"is not a {kind} of the model", report)
@@ -46,7 +48,10 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         _check_joint(place, checked.joint, lists, report)
     if checked.type == "rotation_error":
         check_rotation(f"{place}.target", checked.target, report)
-    if checked.type in ("point", "rotation_error", "angular_velocity") and checked.relative_to == checked.body:
+    if (
+        checked.type in ("point", "rotation_error", "angular_velocity")
+        and checked.relative_to == checked.body != GROUND
+    ):
         report.problems.append(
             f"{place}.relative_to = {show(checked.body)}: is the body itself; name another one, or leave it out"
         )
@@ -67,7 +72,8 @@ def _with_states(lists: Lists) -> list[str]:
 
 def _check_name(at: str, name: Any, known: list[str], what: str, report: Report) -> None:
     if isinstance(name, str) and name not in known:
-        report.problems.append(f"{at} = {show(name)}: {what}; {suggestion(name, known)}")
+        remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
+        report.problems.append(f"{at} = {show(name)}: {what}; {remedy}")
 
 
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:

@@ -125,7 +125,7 @@ def resolve(
     raw = with_files(raw, Path())
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
-        raise ScenarioError("\n".join(problems + wrong))
+        raise ScenarioError("\n".join(map(_as_written, problems + wrong)))
     found: list[str] = []
     data = None
     try:

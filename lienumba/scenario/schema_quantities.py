@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from lienumba.scenario.schema_forces import OrFormula
 from lienumba.scenario.schema_types import NAME_RULE, Name, Rotation, Section, Timed, Vec3
@@ -58,12 +58,18 @@ class DriverEffort(_Named):
     driver: str = Field(description="the name of the driver")
 
 
+About = Annotated[
+    Annotated[Literal["mass_centre"], Tag("name")] | Annotated[Vec3, Tag("point")],
+    Discriminator(lambda value: "name" if isinstance(value, str) else "point"),
+]
+
+
 class Momentum(_Named):
     type: Literal["momentum"]
     bodies: Annotated[list[str], Field(min_length=1)] | None = Field(
         default=None, description="the names of the bodies that count (or omit it: all)"
     )
-    about: Vec3 | Literal["mass_centre"] = Field(
+    about: About = Field(
         default=[0.0, 0.0, 0.0],
         description='the point in m, global frame, about which moments are taken, or "mass_centre"',
     )

@@ -1,10 +1,11 @@
 """What formulas do with tables: whether these are long enough, and the times on which steps have to land."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import floor
 from typing import TYPE_CHECKING, Any
 
 from lienumba.compiler.jets import Jet, lift
+from lienumba.errors import ScenarioError
 from lienumba.expressions import Formula
 from lienumba.mechanics.model import Model
 from lienumba.scenario import paths
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from lienumba.scenario.report import Report
 
-LINEAR = 1e-9  # a function of time that bends less than this fraction of itself is a straight line
+SAME = 1e-9  # of a time: rounding
 
 
 def check_tables(parameters: Parameters, report: "Report") -> None:
@@ -28,12 +29,12 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
     for tokens, formula, name, argument in _of_time(parameters):
         table, x = parameters.tables[name], _argument(parameters, argument, values, times)
         at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
-        if x.max() > table.last * (1.0 + LINEAR) + LINEAR:
+        if x.max() > table.last * (1.0 + SAME) + SAME:
             report.problems.append(
                 f"tables.{name}: ends at {table.last:g}, but {at} reads it until {x.max():.6g}; add a point there, or "
                 "end the run earlier"
             )
-        if table.knots and _line(parameters, argument, values, float(times[-1])) is None:
+        if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
             report.warnings.append(
                 f"{at}: steps cannot land on the points of {name}, because its argument is no straight line in t, "
                 "so the order of the method may be lost there; use a cubic table, or small steps"
@@ -45,6 +46,23 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
             check_function(at, formula.text, parameters.number(formula, values), prescribes_rate, report)
 
 
+def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Sequence[int], end: float) -> None:
+    """A ScenarioError if a table ends before a run asks for its last value."""
+    import numpy as np
+
+    values = parameters.values(samples)
+    for tokens, formula, name, argument in _of_time(parameters):
+        reached = np.atleast_1d(_argument(parameters, argument, values, end))
+        last = parameters.tables[name].last
+        beyond = np.flatnonzero(reached > last * (1.0 + SAME) + SAME)
+        if len(beyond):
+            at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
+            raise ScenarioError(
+                f"tables.{name}: ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run "
+                f"{labels[beyond[0]]}; add a point there, end the run earlier, or give less spread"
+            )
+
+
 def landings(parameters: Parameters, samples: Mapping[str, Any], end: float) -> "list[np.ndarray]":
     """The times of the points of tables, where the steps of a run to this end have to land: (n,) or (runs, n) each."""
     import numpy as np
@@ -52,9 +70,9 @@ def landings(parameters: Parameters, samples: Mapping[str, Any], end: float) -> 
     found = []
     values = parameters.values(samples)
     for _, _, name, argument in _of_time(parameters):
-        line = _line(parameters, argument, values, end)
-        if line is not None and parameters.tables[name].knots:
-            a, b = (np.asarray(x, float)[..., None] for x in line)
+        if parameters.tables[name].knots and argument.is_line(parameters.quantities | parameters.tables.keys()):
+            line = lift(_argument(parameters, argument, values, Jet(0.0, 1.0)))
+            a, b = (np.asarray(x, float)[..., None] for x in (line.a, line.b))
             with np.errstate(all="ignore"):
                 times = np.atleast_1d((np.array(parameters.tables[name].knots) - a) / b)
             found.append(times[0] if times.ndim == 2 and len(times) == 1 else times)
@@ -66,7 +84,7 @@ def samplings(model: Model, end: float) -> "list[np.ndarray]":
     import numpy as np
 
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
-    return [np.arange(1, floor(end / every * (1.0 + LINEAR)) + 1) * every for every in sorted(intervals)]
+    return [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:
@@ -82,15 +100,3 @@ def _argument(parameters: Parameters, argument: Formula, values: Mapping[str, An
 
     with np.errstate(all="ignore"):
         return parameters.function(argument, values)(t)
-
-
-def _line(parameters: Parameters, argument: Formula, values: Mapping[str, Any], end: float) -> Any:
-    """a and b of an argument a + b t, which may differ from run to run; None if it is no straight line."""
-    import numpy as np
-
-    x = lift(_argument(parameters, argument, values, Jet(0.0, 1.0)))
-    for t in np.linspace(0.0, end, 17)[1:].tolist():
-        later = _argument(parameters, argument, values, t)
-        if not np.all(np.abs(x.a + x.b * t - later) <= LINEAR * (np.abs(x.a) + np.abs(x.b * t))):
-            return None
-    return x.a, x.b

@@ -123,12 +123,18 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
     for key, column in zip(("time", "value"), columns, strict=True):
         if not isinstance(column, str):
             raise ScenarioError(f"{at}.{key} is missing; give the name of a column of {table['file']} in quotes")
+    if not isinstance(table["file"], str):
+        raise ScenarioError(f"{at}.file = {show(table['file'])}: must be a text in quotes; give the path of a file")
     if not path.is_file():
         raise ScenarioError(f"{at}.file = {show(table['file'])}: there is no such file; check the path")
     read = _netcdf if path.suffix.lower() in ENDINGS else _csv
     try:
         times, values = read(path, [str(c) for c in columns])
-    except (ValueError, OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{at}.file = {show(table['file'])}: is no text in UTF-8; save it as UTF-8") from None
+    except OSError as error:
+        raise ScenarioError(f"{at}.file = {show(table['file'])}: cannot be read ({error.strerror}); check the file") from None
+    except ValueError as error:
         raise ScenarioError(f"{at}.file = {show(table['file'])}: {error}") from None
     kept = {key: item for key, item in table.items() if key not in ("file", "time", "value")}
     return {**kept, "times": times, "values": values}

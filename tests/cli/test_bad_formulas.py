@@ -192,7 +192,6 @@ def test_nothing_of_python_is_reached(tmp_path: Path, trick: str) -> None:
     assert message.startswith(f'{AT}"{trick}": ')
 
 
-@pytest.mark.xfail(strict=True, reason="the slip of a missing star takes the point in front of a name for a number")
 @pytest.mark.parametrize("trick", TRICKS[:1])
 def test_a_call_of_an_attribute_is_no_missing_star(tmp_path: Path, trick: str) -> None:
     (message,) = refused_by_both(tmp_path, rig(torque(trick)))

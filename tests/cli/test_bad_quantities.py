@@ -115,7 +115,6 @@ UNCLEAR = {
 }
 
 
-@pytest.mark.xfail(strict=True, reason="these words are of no use to who wrote the scenario")
 @pytest.mark.parametrize("case", UNCLEAR)
 def test_messages_do_not_speak_of(tmp_path: Path, case: str) -> None:
     text, words = UNCLEAR[case]
@@ -123,7 +122,6 @@ def test_messages_do_not_speak_of(tmp_path: Path, case: str) -> None:
     assert words not in message
 
 
-@pytest.mark.xfail(strict=True, reason="is accepted, and counts it twice")
 def test_a_body_counts_once_in_a_momentum(tmp_path: Path) -> None:
     (message,) = refused_by_both(tmp_path, rig(seen("swing", "momentum", 'bodies = ["arm", "arm"]')))
     assert message.startswith("quantities.swing.bodies")

@@ -1,6 +1,6 @@
 """Laws as a user writes them: the tests read this file as scenarios do, by its text."""
 
-from lienumba.laws import Vector, clip, maximum, sin, sqrt, where
+from lienumba.laws import Vector, clip, cos, sin, sqrt, where
 
 
 # ---------------------------------------------------------------- loads
@@ -141,8 +141,8 @@ def bang(joint, *, size):
     return joint.effort(where(joint.angle > 0, -size, size))
 
 
-def soft_floor(body, *, stiffness):
-    return body.force((0.0, 0.0, stiffness * maximum(-body.position.z, 0.0)))
+def coil(joint, *, stiffness):
+    return joint.effort(-stiffness * joint.angle)
 
 
 # ---------------------------------------------------------------- constraints
@@ -180,3 +180,11 @@ def no_lift(body):
 def belt(a, b, *, t, pointing, ratio):
     """A velocity that a position of others and the time decide."""
     return b.velocity.x - ratio * pointing.y - 0.1 * sin(3 * t)
+
+
+def moved(body, *, t, size):
+    return body.position.x - 1 - size * sin(3 * t)
+
+
+def sped(body, *, t, size):
+    return body.velocity.x - 3 * size * cos(3 * t)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from batch.sweeps import assert_same
+from batch.sweeps import assert_same, linkage
 from integrators.mechanisms import TOP, chain
 
 from lienumba.integrators import step_kernels
@@ -12,7 +12,7 @@ from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.runner import operation_counts
 
-from .rigs import angle, exact, order, own, pair, pendulum, rate, run
+from .rigs import angle, close, exact, order, own, pair, pendulum, rate, run
 
 STEPS = (0.02, 0.01, 0.005)
 GAINS = {"kp": 30, "kd": 2, "target": 1.0}
@@ -178,6 +178,20 @@ def test_a_chain_of_sixteen_links_keeps_the_order():
         assert order([np.abs(a - b).max(), np.abs(b - c).max()]) == pytest.approx([4], abs=0.3), name
     assert order([abs(float(ds.energy_residual[0, -1])) for ds in found[:2]]) > 3.5
     assert abs(float(found[0].work[0, -1])) > 1e-3
+
+
+def test_a_linkage_whose_rows_are_exchanged_carries_them_along():
+    """What filters and samples of nothing but themselves do is known; the motion and the choice of rows stay."""
+    data = linkage()
+    free = run(data)
+    data["model"]["forces"] = [
+        own("decay", joints=["hinge1"], parameters={"lag": 0.3}, states={"x": 2.0}),
+        own("counter", "asked", joints=["hinge1"], states={"count": 0, "last": -1}, every=0.05),
+    ]
+    ds = run(data)
+    np.testing.assert_allclose(ds["own.x"], np.tile(2 * np.exp(-ds.time.values / 0.3), (20, 1)), rtol=1e-8)
+    np.testing.assert_array_equal(ds["asked.count"], np.tile([1, 1, 2, 3, 4], (20, 1)))
+    close(ds, free, "position", "angular_velocity", "energy", atol=1e-7)
 
 
 # ---------------------------------------------------------------- bits

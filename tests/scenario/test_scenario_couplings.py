@@ -78,7 +78,6 @@ def test_a_driver_that_reads_a_position_couples_without_loss(case):
     np.testing.assert_allclose(ds["motor"], effort, rtol=0, atol=1e-4)
 
 
-@pytest.mark.xfail(strict=True, reason="the coordinate drops out of its own constraint")
 def test_a_driver_that_follows_itself_is_an_error_of_the_scenario():
     with pytest.raises(lienumba.ScenarioError):
         run(coupled("second.angle", 0.01))

@@ -184,7 +184,6 @@ def test_a_table_of_an_angle():
     np.testing.assert_allclose(angles(ds)[0], wanted, rtol=0, atol=1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="the root of the rotation error has no derivative where it is 0")
 def test_the_work_of_what_follows_an_angle_of_zero_is_a_number():
     data = pendulum("0*t")
     del data["parameters"], data["model"]["bodies"][0]["rotation"]

@@ -190,7 +190,7 @@ def test_bad_parameters(case):
         ("mass", "1/(m - 2)", 'model.bodies.rod.mass = "1/(m - 2)": is inf with the nominal parameters; it must be '),
         ("mass", "m - 5", 'model.bodies.rod.mass = "m - 5" = -3.0: must be above 0; give the mass in kg, above 0'),
         ("mass", "15", 'model.bodies.rod.mass = "15": must be a number, not a text; write it without quotes: 15'),
-        ("mass", "m.real", 'model.bodies.rod.mass = "m.real": contains "m.real", which is not allowed; '),
+        ("mass", "m.real", 'model.bodies.rod.mass = "m.real": reads "m.real", but m has no components; write m'),
     ],
 )  # fmt: skip
 def test_bad_formulas_of_parameters(place, text, sentence):
