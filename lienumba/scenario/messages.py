@@ -117,7 +117,7 @@ def _unknown(loc: Loc, raw: Any) -> str:
         return f"{path} has no meaning for {_kind(kind, form)}; leave it out (it belongs to {belongs})"
     if nearest(key, known, VERY_SIMILAR) is None:
         for word in (key, *ALIASES.get(key, "").split()):
-            for names, other in schema.SECTIONS.items():
+            for names, other in sorted(schema.SECTIONS.items(), key=lambda item: len(item[0])):
                 if word in other.model_fields and "*" not in names and names:
                     return f'{path} is not a known key here; "{word}" belongs in {_header(names)}'
     return f"{path} is not a known key; {suggestion(key, known)}"

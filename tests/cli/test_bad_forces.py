@@ -18,7 +18,7 @@ FORCES = {
     "no type": (
         rig(force(ENDS)),
         "model.forces.push.type is missing; give one of spring_damper, force, torque, torsion_spring, "
-        "actuator, friction, end_stop, bushing, drag, point_mass_gravity",
+        "actuator, friction, end_stop, bushing, drag, point_mass_gravity, python",
     ),
     "spring": (
         rig(force('type = "spring"', ENDS)),
@@ -28,12 +28,12 @@ FORCES = {
         rig(force('type = "revolute"', ENDS)),
         'model.forces.push.type = "revolute": is not known; known here are "spring_damper", "force", '
         '"torque", "torsion_spring", "actuator", "friction", "end_stop", "bushing", "drag", '
-        '"point_mass_gravity"',
+        '"point_mass_gravity", "python"',
     ),
     "nothing, unnamed": (
         rig(force(name="")),
         "model.forces.force_1.type is missing; give one of spring_damper, force, torque, torsion_spring, "
-        "actuator, friction, end_stop, bushing, drag, point_mass_gravity",
+        "actuator, friction, end_stop, bushing, drag, point_mass_gravity, python",
     ),
     "unnamed, of an unknown body": (
         rig(force('type = "drag"', 'body = "amr"', name="")),
@@ -142,7 +142,7 @@ FORCES = {
         rig(force('type = "torsion_spring"', 'bodies = ["ground", "arm"]', "stiffness = 1")),
         "model.forces.push.joint is missing; give the name of the joint",
         "model.forces.push.bodies has no meaning for a force of type torsion_spring; leave it out (it "
-        "belongs to spring_damper, bushing, point_mass_gravity)",
+        "belongs to spring_damper, bushing, point_mass_gravity, python)",
     ),
     "actuator that does nothing": (
         rig(force('type = "actuator"', PIVOTED)),

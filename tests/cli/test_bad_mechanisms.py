@@ -114,7 +114,7 @@ JOINTS = {
         "model.joints.extra.joints is missing; give the names of the two joints whose coordinates it couples",
         "model.joints.extra.bodies has no meaning for a gear joint; leave it out (it belongs to "
         "spherical, revolute, universal, cylindrical, prismatic, fixed, planar, point_on_line, "
-        "point_in_plane, distance, parallel_axes, perpendicular_axes, screw)",
+        "point_in_plane, distance, parallel_axes, perpendicular_axes, screw, python)",
     ),
     "gear of one joint": (
         rig(joint('type = "gear"', "ratio = 2", ends='joints = ["pivot"]')),
@@ -165,7 +165,7 @@ JOINTS = {
         rig(joint(POINTS)),
         "model.joints.extra.type is missing; give one of spherical, revolute, universal, cylindrical, "
         "prismatic, fixed, planar, point_on_line, point_in_plane, distance, parallel_axes, "
-        "perpendicular_axes, screw, gear, coupler",
+        "perpendicular_axes, screw, gear, coupler, python",
     ),
     "hinge": (
         rig(joint('type = "hinge"', POINTS, PIVOT)),
@@ -179,13 +179,13 @@ JOINTS = {
         rig(joint("type = 3", POINTS)),
         'model.joints.extra.type = 3: is not known; known here are "spherical", "revolute", "universal", '
         '"cylindrical", "prismatic", "fixed", "planar", "point_on_line", "point_in_plane", "distance", '
-        '"parallel_axes", "perpendicular_axes", "screw", "gear", "coupler"',
+        '"parallel_axes", "perpendicular_axes", "screw", "gear", "coupler", "python"',
     ),
     "a type like none": (
         rig(joint('type = "zzz"', POINTS)),
         'model.joints.extra.type = "zzz": is not known; known here are "spherical", "revolute", '
         '"universal", "cylindrical", "prismatic", "fixed", "planar", "point_on_line", "point_in_plane", '
-        '"distance", "parallel_axes", "perpendicular_axes", "screw", "gear", "coupler"',
+        '"distance", "parallel_axes", "perpendicular_axes", "screw", "gear", "coupler", "python"',
     ),
     "length of a revolute": (
         rig(joint('type = "revolute"', POINTS, PIVOT, "length = 1")),
