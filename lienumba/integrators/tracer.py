@@ -14,7 +14,8 @@ from lienumba.integrators.held import Held, counted_angles
 from lienumba.integrators.munthe_kaas import LARGEST_STAGE
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt
-from lienumba.mechanics.model import Model, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant, is_zero
 
 

@@ -14,7 +14,8 @@ import numpy as np
 from lienumba.mechanics import constraints, joints, placing
 from lienumba.mechanics.closing import ACCEPTED, Closing, velocities
 from lienumba.mechanics.least import Entries
-from lienumba.mechanics.model import Coordinate, Driver, Model, Start, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Coordinate, Driver, Model, Start
 from lienumba.mechanics.motion import Instant, still
 from lienumba.mechanics.poses import Poses
 from lienumba.mechanics.projection import ROUNDING

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.mechanics import constraints
-from lienumba.mechanics.model import Model, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
 from lienumba.mechanics.projection import placed
 

@@ -10,7 +10,8 @@ from lienumba.compiler.symbols import Graph, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.mechanics import motion, quantities, user_laws
-from lienumba.mechanics.model import GROUND, Code, Force, Model, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import GROUND, Code, Force, Model
 from lienumba.mechanics.motion import Instant, Motion
 from lienumba.scenario.code import where
 from lienumba.scenario.words import listed, show, suggestion
@@ -121,7 +122,7 @@ def _tried_joint(model: Model, index: int) -> Code:
             raise ScenarioError(f"{place}: must return numbers that vanish where it holds, but returns {_kind(row)}")
     if not rows:
         raise ScenarioError(f"{place}: returns no equation; return one number or several that vanish where it holds")
-    if not any(isinstance(row, float | int) is False for row in rows):
+    if all(isinstance(row, float | int) for row in rows):
         raise ScenarioError(f"{place}: its equations do not depend on the bodies; correct the function")
     kinds = joint.code.returns or "m" * len(rows)
     if len(kinds) != len(rows):

@@ -11,11 +11,6 @@ from lienumba.scenario.report import tables
 from lienumba.scenario.schema_forces import driver_form
 from lienumba.scenario.schema_quantities import QUANTITIES
 
-SAYS = {
-    quantities.VELOCITY: "a velocity",
-    quantities.OBSERVED: "which follows from the forces themselves (an acceleration, a reaction or an effort)",
-}
-
 
 @dataclass(frozen=True)
 class Known:

@@ -10,7 +10,8 @@ from lienumba.errors import ScenarioError
 from lienumba.mechanics import assembly, constraints, placing, rank
 from lienumba.mechanics.assembly import Assembly
 from lienumba.mechanics.forces import generalized
-from lienumba.mechanics.model import Driver, Model, Start, map_numbers, reads_state
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Driver, Model, Start, reads_state
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
 from lienumba.scenario.formulas import at_start

@@ -127,15 +127,15 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
         raise ScenarioError(f"{at}.file = {show(table['file'])}: must be a text in quotes; give the path of a file")
     if not path.is_file():
         raise ScenarioError(f"{at}.file = {show(table['file'])}: there is no such file; check the path")
-    read = _netcdf if path.suffix.lower() in ENDINGS else _csv
+    read, at_file = _netcdf if path.suffix.lower() in ENDINGS else _csv, f"{at}.file = {show(table['file'])}"
     try:
         times, values = read(path, [str(c) for c in columns])
     except UnicodeDecodeError:
-        raise ScenarioError(f"{at}.file = {show(table['file'])}: is no text in UTF-8; save it as UTF-8") from None
+        raise ScenarioError(f"{at_file}: is no text in UTF-8; save it as UTF-8") from None
     except OSError as error:
-        raise ScenarioError(f"{at}.file = {show(table['file'])}: cannot be read ({error.strerror}); check the file") from None
+        raise ScenarioError(f"{at_file}: cannot be read ({error.strerror}); check the file") from None
     except ValueError as error:
-        raise ScenarioError(f"{at}.file = {show(table['file'])}: {error}") from None
+        raise ScenarioError(f"{at_file}: {error}") from None
     kept = {key: item for key, item in table.items() if key not in ("file", "time", "value")}
     return {**kept, "times": times, "values": values}
 

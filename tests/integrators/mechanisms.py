@@ -8,7 +8,8 @@ import numpy as np
 from reference.lagrange_top import State, motion
 
 import lienumba
-from lienumba.mechanics.model import Model, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Model
 from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
 

@@ -13,7 +13,8 @@ from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics import forces
-from lienumba.mechanics.model import GROUND, Force, Joint, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import GROUND, Force, Joint
 from lienumba.mechanics.motion import Instant
 from lienumba.operations import cos
 

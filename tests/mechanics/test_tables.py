@@ -10,7 +10,8 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.jets import Jet, lift
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
-from lienumba.mechanics.model import Law, Model, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Law, Model
 from lienumba.mechanics.tables import INTERPOLATIONS, Table
 
 SIZES = [2, 3, 4, 5, 8, 9, 33, 5000]
