@@ -15,7 +15,7 @@ from lienumba.mechanics.model import Model
 from lienumba.mechanics.motion import Instant
 from lienumba.operations import maximum
 
-INLINE = 1500  # operations of a stage up to which a step is traced as a whole; beyond, it calls the stage
+INLINE = 6000  # operations of all stages up to which a step is traced as a whole; beyond, it calls the stages
 
 
 @dataclass
@@ -32,7 +32,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     """The step as one kernel, or as many if a stage is too long to be repeated in it."""
     before = tracer.rows
     stage = _stage(tracer, "stage")
-    if stage.counts()["operations"] > INLINE:
+    if stage.counts()["operations"] * len(tracer.tableau.b) > INLINE:
         kernels = {"stage": stage, "first": _stage(tracer, "first")} | _body_kernels(tracer)
         return kernels | ({"finish": _finish(tracer)} if tracer.held.rows else {})
     tracer.rows = before

@@ -31,7 +31,7 @@ from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
-Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "rk38"]
+Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
 VARIABLES = (
     "position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque", "multiplier",
     "driver_effort", "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from law_cases import ARGUMENTS, CALLS, FILES, IN, LOADS, QUANTITIES, RULES, STATES, body, law, own_joint
-from refusal import refused, refused_by_both
+from refusal import force, refused, refused_by_both, rig
 from typer.testing import CliRunner
 
 from lienumba.cli import app
@@ -127,6 +127,29 @@ OPEN = {
         own_joint("def f(b): return b.position.y\n", VELOCITY),
         "ZeroDivisionError: its columns vanish",
     ),
+    "an interval that a parameter sweeps": (
+        (
+            "[parameters]\nh = 0.1\n"
+            + rig(
+                force('type = "python"', 'function = "law.py:f"', 'joints = ["pivot"]', 'every = "h"'),
+                SWEEP.replace("forces.push.every", "parameters.h"),
+            ),
+            "def f(j): pass\n",
+        ),
+        "TypeError in carried.sampled",
+    ),
+    "a vector as a condition": (
+        body("def f(b): return b.force((1, 2, 3)) if b.position else None\n"),
+        "true, because its length is 3",
+    ),
+    "vectors that are compared": (
+        body("def f(b): return b.force((1, 2, 3)) if b.position == b.velocity else None\n"),
+        "False, being two objects",
+    ),
+    "a law named as a variable": (
+        (law("", STATES)[0].replace('"push"', '"position"'), "def f(j): return None, 1\n"),
+        "speaks of output.variables",
+    ),
     "a class": (law("class f:\n    def __init__(self, j): pass\n"), "AttributeError: it has no __code__"),
     "a built-in function": (law("f = print\n"), "AttributeError: it has no __code__"),
     "a state without a plain name": (law("def f(j): return None, 1\n", 'states = { "x y" = 0 }'), "it is accepted"),
@@ -134,7 +157,6 @@ OPEN = {
         law("def f(j, *, t): pass\n", "parameters = { t = 3 }"),
         "accepted, and the time takes its place",
     ),
-    "a condition for a number": (law("def f(j): return j.effort(j.angle > 0)\n"), "it is accepted"),
     "a file that exits": (law("raise SystemExit(0)\n\n\ndef f(j): pass\n"), "SystemExit passes through"),
     "the address of a number": (law("def f(j): return j.effort(f'{j.angle}')\n"), "shows an object's address"),
 }
@@ -148,7 +170,7 @@ def test_one_clear_message_instead_of_none(case, tmp_path):
     (tmp_path / "law.py").write_text(written, encoding="utf-8")
     lines = refused(tmp_path, text)
     assert len(lines) == 1, lines
-    assert lines[0].startswith(("model.forces.push", "model.joints.extra", "sweep.vary")), lines
+    assert lines[0].startswith(("model.forces.p", "model.joints.extra", "sweep.vary")), lines
     assert "0x" not in lines[0]
 
 

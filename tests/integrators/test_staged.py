@@ -22,7 +22,8 @@ def test_which_mechanisms_are_large() -> None:
     assert kernels_of(TOP, "rk4") == {"step"} | always
     stages = {"first", "stage", "combine1", "combine2", "combine3", "advance"}
     assert kernels_of(chain(5), "rk4") == stages | always
-    assert kernels_of(chain(5), "euler") == {"first", "stage", "advance"} | always
+    assert kernels_of(chain(5), "euler") == {"step"} | always
+    assert kernels_of(chain(24), "euler") == {"first", "stage", "advance"} | always
 
 
 @pytest.mark.parametrize("method", TABLEAUS)

@@ -1,4 +1,4 @@
-"""Every tableau proves its order by the rooted-tree conditions, in exact fractions (Butcher 1963)."""
+"""Every tableau proves its order by the rooted-tree conditions, in fractions (Butcher 1963)."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -8,7 +8,8 @@ import pytest
 from lienumba.integrators.tableaus import TABLEAUS, Tableau
 
 Tree = tuple["Tree", ...]  # a root's branches, sorted
-NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20]  # of order 1, 2, ... (A000081)
+NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20, 48, 115, 286]  # of order 1, 2, ... (A000081)
+DIGITS = {"tsit54": 1e-38, "dop853": 1e-28}  # to which published coefficients fulfil the conditions; the others exactly
 
 
 def trees(order: int) -> list[Tree]:
@@ -49,11 +50,12 @@ def derivative_weights(tableau: Tableau, tree: Tree) -> list[Fraction]:
 
 def holds(tableau: Tableau, tree: Tree) -> bool:
     weights = derivative_weights(tableau, tree)
-    return sum(b * w for b, w in zip(tableau.b, weights, strict=True)) == Fraction(1, density(tree))
+    miss = sum(b * w for b, w in zip(tableau.b, weights, strict=True)) - Fraction(1, density(tree))
+    return abs(miss) <= DIGITS.get(tableau.name, 0)
 
 
 def test_there_are_as_many_trees_as_there_should_be() -> None:
-    assert [len(trees(order)) for order in range(1, 7)] == NUMBER_OF_TREES
+    assert [len(trees(order)) for order in range(1, 10)] == NUMBER_OF_TREES
     assert [density(tree) for tree in trees(4)] == [4, 8, 12, 24]
 
 
@@ -74,7 +76,9 @@ def test_tableaus_are_explicit_and_exact(tableau: Tableau) -> None:
 
 def test_the_methods_and_their_orders() -> None:
     orders = {name: tableau.order for name, tableau in TABLEAUS.items()}
-    assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4}
+    assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4} | {
+        "bs32": 3, "dp54": 5, "tsit54": 5, "dop853": 8,
+    }  # fmt: skip
 
 
 def test_classical_stages() -> None:

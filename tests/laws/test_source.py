@@ -1,6 +1,8 @@
 """Laws that are handed over as functions of Python: their text, with all that they use, goes into the scenario."""
 
+import importlib
 import math
+import sys
 import tomllib
 from functools import partial
 from typing import Any
@@ -175,6 +177,20 @@ HARD = {
 def test_it_is_written_out_right(function):
     ds = run(data(function))
     np.testing.assert_allclose(ds.position, run(pendulum(BUILT_IN, end=0.2)).position, rtol=0, atol=1e-13)
+
+
+@pytest.mark.xfail(strict=True, reason="of modules of the user's own only the import is written")
+def test_a_helper_in_a_module_of_ones_own_is_kept_too(tmp_path, monkeypatch):
+    (tmp_path / "lienumba_helpers.py").write_text("def pull(x):\n    return -7 * x\n")
+    (tmp_path / "lienumba_law.py").write_text(
+        "from lienumba_helpers import pull\n\n\ndef f(joint):\n    return joint.effort(pull(joint.angle) + 0.5)\n"
+    )
+    with monkeypatch.context() as patch:
+        patch.syspath_prepend(tmp_path)
+        scenario = resolve(data(importlib.import_module("lienumba_law").f))
+    for name in ("lienumba_law", "lienumba_helpers"):
+        monkeypatch.delitem(sys.modules, name)
+    run(tomllib.loads(scenario.to_toml()))
 
 
 # ---------------------------------------------------------------- what has no text
