@@ -51,7 +51,21 @@ class Vector:
     def __getitem__(self, i: Any) -> Any:
         return (self.x, self.y, self.z)[i]
 
+    def __bool__(self) -> bool:
+        raise TypeError("a kernel may not branch on a vector")
+
+    def __eq__(self, other: object) -> bool:
+        raise TypeError("a kernel may not branch on a vector")
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def where(self, condition: Any, x: Any, y: Any) -> "Vector":
+        """x where the condition holds, else y."""
+        return Vector(*(where(condition, a, b) for a, b in zip(x, y, strict=True)))
+
     def __add__(self, other: Any) -> "Vector":
+        if isinstance(other, int) and other == 0:  # where sum() begins
+            return self
         return Vector(*so3.add(tuple(self), tuple(other)))
 
     __radd__ = __add__
@@ -138,22 +152,25 @@ class Body:
         return Load("torque", self.index, tuple(value), _checked(frame))
 
 
-@dataclass(frozen=True)
 class Joint:
-    """A joint as it is now: of its coordinates those that it has, None for the others."""
+    """A joint as it is now: .angle (rad, over all turns) .rate .displacement (m) .speed, those that it has."""
 
-    index: int
-    angle: Any = None
-    rate: Any = None
-    displacement: Any = None
-    speed: Any = None
+    def __init__(self, index: int, **coordinates: Any) -> None:
+        self.index, self._coordinates = index, coordinates
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._coordinates:
+            return self._coordinates[name]
+        has = f"it has {' and '.join(self._coordinates)}" if self._coordinates else "it has no coordinates"
+        raise AttributeError(f"the joint has no {name} here; {has}")
 
     def effort(self, value: Any, coordinate: str | None = None) -> Load:
         """A torque about the joint's axis (N m) or a force along it (N), on the second body, and the opposite on the
         first; coordinate: "angle" or "displacement" where it has both."""
-        kind = coordinate or ("displacement" if self.angle is None else "angle")
-        if kind not in ("angle", "displacement") or getattr(self, kind) is None:
-            raise ValueError(f"the joint has no coordinate {kind!r}")
+        kind = coordinate or ("angle" if "angle" in self._coordinates else "displacement")
+        if kind not in ("angle", "displacement"):
+            raise ValueError(f'coordinate = {kind!r}: must be "angle" or "displacement"')
+        getattr(self, kind)
         return Load("effort", self.index, (value,), coordinate=kind)
 
 

@@ -194,6 +194,9 @@ class Symbol:
     def __pow__(self, p: Any) -> Any:
         return power(self, p)
 
+    def __repr__(self) -> str:
+        return f"Symbol({self.op}, {self.id})"
+
     def __bool__(self) -> bool:
         raise TypeError("a kernel may not branch on a number: use where(condition, x, y)")
 

@@ -7,19 +7,18 @@ that is handed over in Python is written out with all that it uses, and read aga
 import ast
 import inspect
 import linecache
-import textwrap
+import sys
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.report import tables
+from lienumba.scenario.source import source_of
 from lienumba.scenario.words import show, suggestion
 
 PYTHON = "python"
-HEADER = "from __future__ import annotations\n"
 
 
 def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -72,7 +71,7 @@ def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> An
     """The reference to a function, whose text is among the files."""
     if callable(function):
         name = getattr(function, "__name__", "law")
-        text = _source(function, place)
+        text = source_of(function, place)
     else:
         file, _, name = str(function).rpartition(":")
         if not file or not name or file in files:
@@ -84,9 +83,30 @@ def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> An
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise ScenarioError(f"{place}.function = {show(function)}: {file} cannot be read: {error}") from None
+        _refuse_siblings(f"{place}.function = {show(function)}", path, text)
     key = _free(f"{name if callable(function) else Path(file).stem}.py", text, files)
     files[key] = text
     return f"{key}:{name}"
+
+
+def _refuse_siblings(at: str, path: Path, text: str) -> None:
+    """A file must be complete in itself: what it imports from beside it would not travel with the scenario."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return  # told when it is run
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Import | ast.ImportFrom):
+            continue
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+        for name in (name.partition(".")[0] for name in names):
+            beside = path.parent / name
+            known = name in ("", "lienumba") or name in sys.stdlib_module_names
+            if not known and (beside.with_suffix(".py").is_file() or (beside / "__init__.py").is_file()):
+                raise ScenarioError(
+                    f"{at}: line {node.lineno} imports {name} from beside {path.name}, but only {path.name} is kept "
+                    "with the scenario; put what it uses into this file"
+                )
 
 
 def function_of(place: str, reference: str, files: dict[str, str]) -> Callable[..., Any]:
@@ -99,10 +119,10 @@ def function_of(place: str, reference: str, files: dict[str, str]) -> Callable[.
         raise ScenarioError(f"{at}: there is no file {file}; {suggestion(file, files)}")
     try:
         namespace = _namespace(file, files[file])
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ScenarioError(f"{at}: {file} cannot be run: {where(error, file)}; correct it") from None
     function = namespace.get(name)
-    if not callable(function):
+    if not inspect.isfunction(function):
         known = [key for key, value in namespace.items() if inspect.isfunction(value)]
         raise ScenarioError(f"{at}: {file} has no function {name}; {suggestion(name, known)}")
     return function
@@ -127,48 +147,3 @@ def where(error: BaseException, file: str) -> str:
     text = linecache.getline(file, line).strip() if line else ""
     said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     return f"line {line}, `{text}`: {said}" if line else said
-
-
-def _source(function: Any, place: str) -> str:
-    """The text of a function, and of all that it uses."""
-    pieces: dict[str, str] = {}
-
-    def take(f: Any) -> None:
-        pieces[f.__name__] = ""
-        try:
-            text = textwrap.dedent(inspect.getsource(f))
-            tree = ast.parse(text)
-        except (OSError, TypeError, SyntaxError):
-            tree, text = ast.Module([], []), ""
-        if not tree.body or not isinstance(tree.body[0], ast.FunctionDef):
-            raise ScenarioError(
-                f"{place}.function: the text of {f.__name__} is not known; write it with def, in a file or notebook"
-            )
-        free = f.__code__.co_freevars
-        if free:
-            raise ScenarioError(
-                f"{place}.function: {f.__name__} uses {free[0]} of the function around it; make it a parameter"
-            )
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Name) and node.id in f.__globals__ and node.id not in pieces:
-                use(node.id, f.__globals__[node.id], f)
-        pieces.pop(f.__name__)
-        pieces[f.__name__] = text
-
-    def use(name: str, value: Any, f: Any) -> None:
-        module = getattr(value, "__module__", None)
-        if isinstance(value, ModuleType):
-            pieces[name] = f"import {value.__name__} as {name}\n"
-        elif inspect.isfunction(value) and module in (f.__module__, "__main__", None):
-            take(value)
-        elif callable(value) and module and hasattr(value, "__qualname__") and "<" not in value.__qualname__:
-            pieces[name] = f"from {module} import {value.__qualname__} as {name}\n"
-        elif isinstance(value, int | float | str | bool | tuple | list):
-            pieces[name] = f"{name} = {value!r}\n"
-        else:
-            raise ScenarioError(
-                f"{place}.function: {f.__name__} uses {name}, which cannot be written into a file; make it a parameter"
-            )
-
-    take(function)
-    return HEADER + "".join(pieces.values())

@@ -9,6 +9,7 @@ from lienumba.compiler.jets import Jet, lift
 from lienumba.compiler.symbols import Graph, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
+from lienumba.laws import Load
 from lienumba.mechanics import motion, quantities, user_laws
 from lienumba.mechanics.mapping import map_numbers
 from lienumba.mechanics.model import GROUND, Code, Force, Model
@@ -22,8 +23,12 @@ REMEDIES = (
     ("ufunc", "calls NumPy on a number of the state; use the functions and Vector of lienumba.laws"),
     ("real number", "needs an ordinary number, but this one is known only while it runs; use the functions of "
      "lienumba.laws instead of math or NumPy"),
+    ("is not iterable", "needs a vector here: three numbers, or a Vector of lienumba.laws"),
+    ("unsupported operand", "combines numbers in a way that a law cannot; there are + - * / **, comparisons, and the "
+     "functions of lienumba.laws"),
 )  # fmt: skip
 POINTS, FRAMES = (motion.AT_REST, motion.AT_REST), (motion.UNIT, motion.UNIT)  # any: the start decides them later
+VELOCITIES = 12  # the first row of them in the state of a body
 BEND = 1e-6  # of a velocity-level law, relative to itself: above, it is not affine in the velocities
 
 
@@ -33,6 +38,10 @@ def code_of(
     """The code of a law; known: the quantities that it may ask for."""
     at = f"{place}.function = {show(law['function'])}"
     parameters = inspect.signature(function).parameters.values()
+    for name in ("t", "states"):
+        if name in law["parameters"]:
+            what = "the time" if name == "t" else "the states of the law"
+            raise ScenarioError(f"{place}.parameters.{name}: is the name of {what}; give another name")
     states = list(law.get("states", {}))
     own = {"t", "states"} if states else {"t"}
     seen = [*law.get("bodies", []), *law.get("joints", [])]
@@ -56,7 +65,8 @@ def code_of(
     if missing:
         raise ScenarioError(
             f"{at}: has the argument {missing[0]}, which is neither {' nor '.join(sorted(own, reverse=True))}, nor a "
-            f"quantity, nor one of {place}.parameters; give parameters = {{ {missing[0]} = ... }}"
+            f"quantity, nor one of {place}.parameters; give "
+            f"{'states' if missing[0] == 'states' else 'parameters'} = {{ {_example(missing[0])} = ... }}"
         )
     return Code(
         function,
@@ -66,6 +76,10 @@ def code_of(
         states=tuple(states),
         **more,
     )
+
+
+def _example(name: str) -> str:
+    return "integral" if name == "states" else name
 
 
 def tried(model: Model) -> Model:
@@ -94,19 +108,37 @@ def _try_force(model: Model, force: Force) -> None:
         _check_levels(place, model, force.code, quantities.POSITION)
         ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
         found = _called(place, force.code, lambda: user_laws.energy(model, force, now, motion.still(now, ends)))
+        again = _called(place, force.code, lambda: user_laws.energy(model, force, now, motion.still(now, ends)))
+        _check_same(place, [found], [again])
         if not _is_number(found):
             raise ScenarioError(f"{place}: must return one number, a potential energy in J, but returns {_kind(found)}")
         _refuse_velocities(place, [found], "a potential energy depends on positions only; return loads instead")
         return
     _check_levels(place, model, force.code, quantities.VELOCITY)
     loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
+    loads_again, rates_again = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
     for load in loads:
         for x in (*load.value, *load.at):
             if not _is_number(x):
-                raise ScenarioError(f"{place}: a {load.kind} must be made of numbers, but has {_kind(x)}; correct it")
+                raise ScenarioError(f"{place}: the {load.kind} must be made of numbers, but has {_kind(x)}; correct it")
     for name, x in zip(force.code.states, rates, strict=True):
         if not _is_number(x):
             raise ScenarioError(f"{place}: the state {name} needs a number, but it returns {_kind(x)}; correct it")
+    _check_same(place, [*_numbers(loads), *rates], [*_numbers(loads_again), *rates_again])
+
+
+def _numbers(loads: Sequence[Load]) -> list[Any]:
+    return [x for load in loads for x in (*load.value, *load.at)]
+
+
+def _check_same(place: str, once: Sequence[Any], twice: Sequence[Any]) -> None:
+    """A law is run once and compiled: it must say the same whenever it is asked."""
+    same = [a is b or (_is_float(a) and repr(a) == repr(b)) for a, b in zip(once, twice, strict=False)]
+    if len(once) != len(twice) or not all(same):
+        raise ScenarioError(
+            f"{place}: the function returns something else each time that it is called; it must depend on nothing but "
+            "its arguments (no random numbers, no counters)"
+        )
 
 
 def _tried_joint(model: Model, index: int) -> Code:
@@ -117,13 +149,18 @@ def _tried_joint(model: Model, index: int) -> Code:
     now = _symbols(model)
     ends = user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
     rows = _called(place, joint.code, lambda: user_laws.residual(model, index, motion.still(now, ends)))
+    again = _called(place, joint.code, lambda: user_laws.residual(model, index, motion.still(now, ends)))
     for row in rows:
         if not _is_number(row):
             raise ScenarioError(f"{place}: must return numbers that vanish where it holds, but returns {_kind(row)}")
     if not rows:
         raise ScenarioError(f"{place}: returns no equation; return one number or several that vanish where it holds")
-    if all(isinstance(row, float | int) for row in rows):
-        raise ScenarioError(f"{place}: its equations do not depend on the bodies; correct the function")
+    _check_same(place, rows, again)
+    level = joint.code.level
+    for row in rows:
+        if not _reads(row, 0 if level == "position" else VELOCITIES):
+            what = "the bodies" if level == "position" else 'velocities; leave level = "velocity" out, or'
+            raise ScenarioError(f"{place}: an equation does not depend on {what}; correct the function")
     kinds = joint.code.returns or "m" * len(rows)
     if len(kinds) != len(rows):
         raise ScenarioError(f"{place}.rows: has {len(kinds)} entries for {len(rows)} equations; give one for each")
@@ -174,16 +211,26 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
                 why = (
                     "which follows from the forces themselves; read positions and velocities"
                     if level == quantities.OBSERVED
+                    else "of which rates are a part, and this law may depend on positions only; give it "
+                    f"joints = [{show(model.joints[quantity.joint].name)}] instead"
+                    if quantity.type == "joint"
                     else "a velocity, which this law may not depend on; read positions"
                 )
                 raise ScenarioError(f"{place}: reads the quantity {quantity.name}, {why}")
 
 
 def _refuse_velocities(place: str, rows: Sequence[Any], why: str) -> None:
-    for node in live(tuple(rows)):
+    if any(_reads(row, VELOCITIES) for row in rows):
+        raise ScenarioError(f"{place}: depends on velocities, but {why}")
+
+
+def _reads(row: Any, first: int) -> bool:
+    """Whether a number depends on rows of a body's state from this one on."""
+    for node in live((row,)):
         for x in (node, *node.args):
-            if getattr(x, "op", "") == "input" and x.args[0] == "state" and x.args[1] % ELEMENT >= 12:
-                raise ScenarioError(f"{place}: depends on velocities, but {why}")
+            if getattr(x, "op", "") == "input" and x.args[0] == "state" and x.args[1] % ELEMENT >= first:
+                return True
+    return False
 
 
 def _check_affine(place: str, model: Model, index: int, ends: tuple[int, ...]) -> None:
@@ -205,7 +252,11 @@ def _check_affine(place: str, model: Model, index: int, ends: tuple[int, ...]) -
 
 
 def _is_number(x: Any) -> bool:
-    return not isinstance(x, bool) and (isinstance(x, float | int) or hasattr(x, "graph"))
+    return _is_float(x) or hasattr(x, "graph")
+
+
+def _is_float(x: Any) -> bool:
+    return isinstance(x, float | int) and not isinstance(x, bool)
 
 
 def _kind(x: Any) -> str:

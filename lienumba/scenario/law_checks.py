@@ -1,5 +1,7 @@
 """What is wrong with a driver or a force: the names it refers to and its numbers, one sentence each."""
 
+import re
+from keyword import iskeyword
 from typing import Any
 
 from lienumba.mechanics.force_laws import FORCE_TYPES
@@ -16,7 +18,9 @@ from lienumba.scenario.formulas import (
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.report import GROUND, Report, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
+from lienumba.scenario.schema_types import NAME, NAME_RULE
 from lienumba.scenario.words import show, suggestion
+from lienumba.store.layout import VARIABLES
 
 DISSIPATIVE = (
     "stiffness", "damping", "rotational_stiffness", "rotational_damping", "viscous", "coulomb", "linear", "quadratic",
@@ -171,6 +175,14 @@ def _check_own(place: str, force: dict[str, Any], bodies: list[str], joints: Tab
         report.problems.append(
             f"{place}: a potential energy has neither states nor samples; leave states and every out"
         )
+    if checked.states and checked.name in VARIABLES:
+        report.problems.append(
+            f"{place}.name = {show(checked.name)}: its states are stored by this name, which the dataset has already; "
+            "give another name"
+        )
+    for name in checked.states:
+        if not re.fullmatch(NAME, name) or iskeyword(name):
+            report.problems.append(f"{place}.states: {show(name)} is no valid name; give {NAME_RULE}")
     for name, value in checked.parameters.items():
         check_start(f"{place}.parameters.{name}", value, 1, report)
 

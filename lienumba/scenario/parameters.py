@@ -65,6 +65,16 @@ class Parameters:
         used = {name: own[name] for name in sorted(formula.used & own.keys())}
         return Law(formula, used, tuple(sorted(formula.used & self.quantities)))
 
+    def all_used(self, formula: Formula) -> set[str]:
+        """The parameters that a formula depends on, also through others."""
+        found: set[str] = set()
+        waiting = [formula]
+        while waiting:
+            new = waiting.pop().used - found
+            found |= new
+            waiting += [self.formulas[name] for name in new if name in self.formulas]
+        return found
+
     def varies(self, formula: Formula) -> bool:
         """Whether a formula depends on more than parameters."""
         return TIME in formula.used or self.reads(formula)

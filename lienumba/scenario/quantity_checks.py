@@ -67,7 +67,7 @@ def check_variables(variables: list[str], lists: Lists, report: Report) -> None:
 
 def _with_states(lists: Lists) -> list[str]:
     """The forces whose states are stored by their names."""
-    return [str(force.get("name")) for force in lists["forces"] if force.get("states")]
+    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and f.get("name") not in VARIABLES]
 
 
 def _check_name(at: str, name: Any, known: list[str], what: str, report: Report) -> None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Numbers that must be above 0 in every run, and who says so.
 POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no friction sets in at"}
+EVERY = "every"  # the key of the interval of a sampled law
+ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs; run a scenario for each interval"
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -33,6 +35,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         report.problems.append("sweep.runs is missing; give a whole number of runs, at least 1")
     if runs > 1 and not vary:
         report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
+    _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
     for path, entry in vary.items():
         if _is_nested(entry):
@@ -56,6 +59,19 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         _check_range(name, nominal, distribution, runs, report)
 
 
+def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+    """The interval of a sampled law may depend on no varied parameter."""
+    varied = {path.removeprefix("parameters.") for path in vary if path.startswith("parameters.")}
+    for tokens, formula in parameters.places.items():
+        found = sorted(parameters.all_used(formula) & varied)
+        if tokens[-1] == EVERY and found:
+            path = f"parameters.{found[0]}"
+            report.problems.append(
+                f'sweep.vary."{path}": model.{paths.text_of(list(tokens))} = {show(formula.text)} depends on it and '
+                f"{ONE_INTERVAL}"
+            )
+
+
 def _is_nested(entry: Any) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
@@ -70,6 +86,8 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> floa
         names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
         raise paths.PathError(f"is the formula {show(formula.text)}; vary {' or '.join(names)} instead")
     tokens = tokens[1:] if tokens[0] == "model" else tokens
+    if tokens and tokens[-1] == EVERY:
+        raise paths.PathError(ONE_INTERVAL)
     if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
         raise paths.PathError("is not part of the model; vary a number of the model, such as bodies.top.mass")
     try:

@@ -34,7 +34,7 @@ def nothing(body):
 
 
 def servo(joint, *, kp, kd, target, rate, limit):
-    c, dc = (joint.displacement, joint.speed) if joint.angle is None else (joint.angle, joint.rate)
+    c, dc = (joint.angle, joint.rate) if hasattr(joint, "angle") else (joint.displacement, joint.speed)
     return joint.effort(clip(kp * (target - c) + kd * (rate - dc), -limit, limit))
 
 
