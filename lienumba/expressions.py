@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import pairwise
 from typing import Any
 
 from lienumba import operations
@@ -20,8 +21,8 @@ CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
 LONGEST = 2000  # characters
 DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
 SHOWN = 80  # characters of a part in a message
-WITHIN = "t within"  # the time that tells in which piece of a table t lies, where this is not t itself; and the names
-# that are no functions of the time: to arguments that are no straight line in t it says nothing
+WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
+# this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
 LARGEST_POWER = 64  # of an exponent that is a whole number
 
 
@@ -116,6 +117,18 @@ class Formula:
     def is_line(self, state: frozenset[str]) -> bool:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
         return _degree(self._tree, state) == 1
+
+    def switches(self, state: frozenset[str]) -> list["Formula"]:
+        """The differences of the straight lines in t that it compares; state: the names that vary in time, too."""
+        found = []
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Compare):
+                sides = [node.left, *node.comparators]
+                for x, y in pairwise(sides):
+                    difference = ast.BinOp(x, ast.Sub(), y)
+                    if _degree(difference, state) == 1:
+                        found.append(Formula(ast.unparse(difference), self.allowed, self.tables))
+        return found
 
     def table_calls(self) -> list[tuple[str, "Formula"]]:
         """The tables that it reads, each with the formula of its argument."""
@@ -275,7 +288,7 @@ def _need_conditions(nodes: list[ast.expr]) -> None:
 
 
 def _known(name: str, names: list[str]) -> str:
-    close = difflib.get_close_matches(name, names, 1)
+    close = [x for x in names if x.lower() == name.lower()] or difflib.get_close_matches(name, names, 1)
     return f'did you mean "{close[0]}"?' if close else f"known are {', '.join(sorted(names))}"
 
 
@@ -333,7 +346,9 @@ def _truth(node: ast.AST, names: Mapping[str, Any]) -> Any:
         case ast.UnaryOp(operand=x):
             return 1.0 - _truth(x, names)
         case ast.Compare(left=left, ops=ops, comparators=others):
-            sides = [_value(x, names) for x in (left, *others)]
+            within, state = names.get(WITHIN, (names.get("t"), frozenset()))
+            straight = max(_degree(x, state) for x in (left, *others)) <= 1
+            sides = [_value(x, {**names, "t": within} if straight else names) for x in (left, *others)]
             pairs = zip(ops, sides, sides[1:], strict=False)
             return reduce(minimum, (where(COMPARISONS[type(op)](x, y), 1.0, 0.0) for op, x, y in pairs))
     raise AssertionError("checked before")

@@ -32,8 +32,8 @@ STATUSES = (
     Status(
         ROTATION,
         "rotation_too_large",
-        "a body turned by nearly a full turn within one stage; try a smaller step, or see whether a driver wants more "
-        "than the mechanism can reach",
+        "a body turned too far in one step: by nearly a full turn, or by a quarter of one where the angle of a joint "
+        "is counted; try a smaller step, or see whether a driver wants more than the mechanism can reach",
     ),
     Status(
         NOT_ASSEMBLED,

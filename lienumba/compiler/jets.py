@@ -55,6 +55,9 @@ class Jet:
     def __rtruediv__(self, other: Any) -> "Jet":
         return lift(other) / self
 
+    def __pos__(self) -> "Jet":
+        return self
+
     def __abs__(self) -> Any:
         return operations.absolute(self)
 

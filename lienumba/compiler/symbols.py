@@ -188,6 +188,9 @@ class Symbol:
     def __hash__(self) -> int:
         return self.id
 
+    def __pos__(self) -> "Symbol":
+        return self
+
     def __abs__(self) -> Any:
         return absolute(self)
 

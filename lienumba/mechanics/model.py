@@ -49,8 +49,8 @@ class Code:
 
     returns: "loads" or "potential" of a force, one letter for each row of a joint (see `JointType`); level: of these,
     "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and joints, none if
-    it takes any number of them; wants: of t and states what the function asks for; quantities: those that it asks for;
-    states: their names; every: the interval (s) of a sampled law.
+    it takes any number of them; wants: of t, states and interval what the function asks for; quantities: those that
+    it asks for; states: their names; every: the interval (s) of a sampled law.
     """
 
     function: Callable[..., Any]

@@ -38,7 +38,7 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 @dataclass(frozen=True)
 class Instant:
     """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted;
-    within: the time that tells in which piece of a table t lies, where that is not t itself; states: of the laws of the
+    within: the time that tells on which side of a jump t lies, where that is not t itself; states: of the laws of the
     user's own, by name."""
 
     bodies: tuple[Body, ...]

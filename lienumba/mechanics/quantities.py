@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.compiler.jets import lift
-from lienumba.expressions import WITHIN
+from lienumba.expressions import WITHIN, Formula
 from lienumba.groups import so3
 from lienumba.mechanics import joints, motion
 from lienumba.mechanics.model import GROUND, Coordinate, Law, Model, Quantity, Timed, reads_state
@@ -70,6 +70,8 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
     """The number that a timed number is in a view."""
     if not callable(x):
         return x
+    if isinstance(x, Formula):
+        return x(view.t) if view.within is None else x(view.t, **{WITHIN: (view.within, frozenset())})
     if not isinstance(x, Law):
         return x(view.t)
     read = {name: component(model, name, view, observed) for name in x.quantities}

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
+HELD = 2  # columns: pieces with a value alone
 SMOOTH = 3  # columns: pieces with more are cubic, and meet twice differentiably
 INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
 
@@ -78,11 +79,12 @@ class Table:
         return value if slopes else where(d <= d, value, d)  # NaN stays NaN
 
     def _within(self, x: Any, within: Any) -> Any:
-        """The piece of x; where pieces do not meet smoothly, that of `within`."""
-        if self.columns <= SMOOTH:
+        """The piece of x; where pieces do not meet smoothly, that of `within`. The last point still belongs to what is
+        in front of it, but for values that are held."""
+        if self.columns == HELD:
             return self._piece(within)
-        inside = maximum(minimum(self._piece(x), self.pieces - 2.0), 1.0)
-        return where(within < self.first, 0.0, where(within >= self.last, self.pieces - 1.0, inside))
+        inside = maximum(minimum(self._piece(x if self.columns > SMOOTH else within), self.pieces - 2.0), 1.0)
+        return where(within < self.first, 0.0, where(within > self.last, self.pieces - 1.0, inside))
 
     def _piece(self, x: Any) -> Any:
         """The number of the last piece that begins at or before x, by bisection; 0 if there is none."""

@@ -1,8 +1,9 @@
 """Laws that a user writes as Python functions: what they are given, and what is made of what they return.
 
-Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, its
-parameters, and quantities. A law with states returns what it does together with the rates of its states, or where it
-is sampled with their new values; in between, what it does is held as it was returned.
+Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, the
+interval at which it is sampled, its parameters, and quantities. A law with states returns what it does together with
+the rates of its states, or where it is sampled with their new values; in between, what it does is held as it was
+returned.
 """
 
 from collections.abc import Sequence
@@ -20,6 +21,16 @@ from lienumba.mechanics.quantities import COORDINATE_OF, bodies_of, components, 
 
 LOADS, POTENTIAL = "loads", "potential"
 HELD = {"force": 6, "torque": 3, "effort": 1}  # numbers of a load: its value, and where a force acts
+
+
+class States:
+    """The states of a law by their names."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self.__dict__.update(values)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"the law has no state {name}; it has {', '.join(self.__dict__)}")
 
 
 class LawError(TypeError):
@@ -49,8 +60,10 @@ def call(
             named[quantity.name] = _namespace(dict(zip(names, rows(model, quantity, view), strict=True)))
     if "t" in code.wants:
         named["t"] = view.t
+    if "interval" in code.wants:
+        named["interval"] = code.every
     if "states" in code.wants:
-        named["states"] = SimpleNamespace(**dict(zip(code.states, states, strict=True)))
+        named["states"] = States(dict(zip(code.states, states, strict=True)))
     if code.names:
         return code.function(**dict(zip(code.names, given, strict=True)), **named)
     return code.function(*given, **named)
@@ -109,12 +122,12 @@ def outcome(model: Model, force: Force, now: Instant, view: View | None = None) 
         raise LawError(
             "it has states, so it must return a pair: its loads, and the rates (or new values) of its states"
         )
-    return _loads(found[0]), _rates(found[1], force.code.states)
+    return _loads(found[0] or []), _rates(found[1], force.code.states)
 
 
 def _loads(found: Any) -> list[laws.Load]:
     if found is None:
-        return []
+        raise LawError("it returns nothing; return its loads, or [] where it does nothing")
     listed = [found] if isinstance(found, laws.Load) else found
     if not isinstance(listed, list | tuple) or not all(isinstance(x, laws.Load) for x in listed):
         raise LawError(

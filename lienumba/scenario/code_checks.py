@@ -1,12 +1,13 @@
 """Laws of the user's own: what the scenario says of them becomes code of the model, tried once on symbols."""
 
 import inspect
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from lienumba.compiler.jets import Jet, lift
-from lienumba.compiler.symbols import Graph, live
+from lienumba.compiler.symbols import COMPARISONS, Graph, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.laws import Load
@@ -43,7 +44,7 @@ def code_of(
             what = "the time" if name == "t" else "the states of the law"
             raise ScenarioError(f"{place}.parameters.{name}: is the name of {what}; give another name")
     states = list(law.get("states", {}))
-    own = {"t", "states"} if states else {"t"}
+    own = {"t"} | ({"states"} if states else set()) | ({"interval"} if law.get("every") is not None else set())
     seen = [*law.get("bodies", []), *law.get("joints", [])]
     plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     placed = [p.name for p in plain if p.name not in own and p.name not in law["parameters"]]
@@ -85,11 +86,18 @@ def _example(name: str) -> str:
 def tried(model: Model) -> Model:
     """The model with the rows of its own joints counted; a ScenarioError if one of its laws does not work."""
     placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
-    placed = map_numbers(placed, _first)
-    for force in placed.forces:
+    graph = Graph()
+    rows = itertools.count()
+    symbolic = map_numbers(placed, lambda x, _: graph.input("parameters", next(rows)))
+    now = _state(symbolic, graph)
+    for force in symbolic.forces:
         if force.code is not None:
-            _try_force(placed, force)
-    codes = [None if j.code is None else _tried_joint(placed, n) for n, j in enumerate(placed.joints)]
+            _try_force(symbolic, force, now)
+    codes = [None if j.code is None else _tried_joint(symbolic, n, now) for n, j in enumerate(placed.joints)]
+    first = map_numbers(placed, _first)
+    for n, code in enumerate(codes):
+        if code is not None and code.level == "velocity":
+            _check_affine(first, n)
     return replace(model, joints=tuple(replace(j, code=c) for j, c in zip(model.joints, codes, strict=True)))
 
 
@@ -100,10 +108,9 @@ def _first(number: Any, structural: bool) -> Any:
     return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
 
 
-def _try_force(model: Model, force: Force) -> None:
+def _try_force(model: Model, force: Force, now: Instant) -> None:
     assert force.code is not None
     place = f"model.forces.{force.name}"
-    now = _symbols(model)
     if force.code.returns == user_laws.POTENTIAL:
         _check_levels(place, model, force.code, quantities.POSITION)
         ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
@@ -141,12 +148,11 @@ def _check_same(place: str, once: Sequence[Any], twice: Sequence[Any]) -> None:
         )
 
 
-def _tried_joint(model: Model, index: int) -> Code:
+def _tried_joint(model: Model, index: int, now: Instant) -> Code:
     joint = model.joints[index]
     assert joint.code is not None
     place = f"model.joints.{joint.name}"
     _check_levels(place, model, joint.code, quantities.POSITION)
-    now = _symbols(model)
     ends = user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
     rows = _called(place, joint.code, lambda: user_laws.residual(model, index, motion.still(now, ends)))
     again = _called(place, joint.code, lambda: user_laws.residual(model, index, motion.still(now, ends)))
@@ -159,15 +165,15 @@ def _tried_joint(model: Model, index: int) -> Code:
     level = joint.code.level
     for row in rows:
         if not _reads(row, 0 if level == "position" else VELOCITIES):
-            what = "the bodies" if level == "position" else 'velocities; leave level = "velocity" out, or'
-            raise ScenarioError(f"{place}: an equation does not depend on {what}; correct the function")
+            what = (
+                "the bodies; correct" if level == "position" else 'velocities; leave level = "velocity" out, or correct'
+            )
+            raise ScenarioError(f"{place}: an equation does not depend on {what} the function")
     kinds = joint.code.returns or "m" * len(rows)
     if len(kinds) != len(rows):
         raise ScenarioError(f"{place}.rows: has {len(kinds)} entries for {len(rows)} equations; give one for each")
     if joint.code.level == "position":
         _refuse_velocities(place, rows, 'a constraint of positions may not; give level = "velocity"')
-    else:
-        _check_affine(place, model, index, ends)
     return replace(joint.code, returns=kinds)
 
 
@@ -188,9 +194,8 @@ def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
         raise ScenarioError(f"{place}: {code.function.__name__} in {file}, {said}") from None
 
 
-def _symbols(model: Model) -> Instant:
+def _state(model: Model, graph: Graph) -> Instant:
     """A state of symbols, with whatever states of laws."""
-    graph = Graph()
     bodies = tuple(tuple(graph.inputs("state", ELEMENT, ELEMENT * i)) for i in range(len(model.bodies)))
     first, states = 0, {}
     for force in model.forces:
@@ -233,8 +238,11 @@ def _reads(row: Any, first: int) -> bool:
     return False
 
 
-def _check_affine(place: str, model: Model, index: int, ends: tuple[int, ...]) -> None:
+def _check_affine(model: Model, index: int) -> None:
     """psi may have no curvature along velocities."""
+    joint = model.joints[index]
+    assert joint.code is not None
+    place, ends = f"model.joints.{joint.name}", user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
     bodies = tuple(tuple(0.3 + 0.17 * ((7 * i + 5 * n) % 11) for n in range(ELEMENT)) for i in range(len(model.bodies)))
     view = motion.still(Instant(bodies), ends)
     jets = {
@@ -252,7 +260,7 @@ def _check_affine(place: str, model: Model, index: int, ends: tuple[int, ...]) -
 
 
 def _is_number(x: Any) -> bool:
-    return _is_float(x) or hasattr(x, "graph")
+    return _is_float(x) or (hasattr(x, "graph") and x.op not in COMPARISONS)
 
 
 def _is_float(x: Any) -> bool:
@@ -260,4 +268,6 @@ def _is_float(x: Any) -> bool:
 
 
 def _kind(x: Any) -> str:
+    if getattr(x, "op", "") in COMPARISONS:
+        return "a comparison"
     return "nothing" if x is None else f"{show(x)}" if isinstance(x, str | bool) else f"a {type(x).__name__}"

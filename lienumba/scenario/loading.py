@@ -14,7 +14,7 @@ from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
-from lienumba.scenario.words import nearest, show
+from lienumba.scenario.words import nearest, show, suggestion
 
 MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces", "quantities")
 
@@ -28,7 +28,9 @@ def load(source: Any) -> dict[str, Any]:
     listed = raw.pop("quantities", None)
     model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
     if listed is not None and isinstance(model, dict):
-        raw["model"] = {**model, "quantities": listed}
+        within = model.get("quantities", [])
+        both = isinstance(listed, list) and isinstance(within, list)
+        raw["model"] = {**model, "quantities": [*within, *listed] if both else listed}
     return raw
 
 
@@ -146,6 +148,7 @@ def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[
             if tokens[0] in MODEL_KEYS:
                 tokens = ["model", *tokens]
             _refuse_varied(data, tokens)
+            _refuse_unknown_parameter(data, tokens)
             paths.put(data, tokens, setting)
         except paths.PathError as error:
             problems.append(f"--set {path}={_text(value)}: the path {path} {error}")
@@ -173,6 +176,13 @@ def name_unnamed(data: dict[str, Any]) -> None:
 
 def _text(value: Any) -> str:
     return value.replace("\n", "\\n") if isinstance(value, str) else show(value)
+
+
+def _refuse_unknown_parameter(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+    """A parameter that the scenario does not have would change nothing."""
+    known = data.get("parameters") or {}
+    if tokens[0] == "parameters" and len(tokens) == 2 and isinstance(known, dict) and tokens[1] not in known:
+        raise paths.PathError(f"is no parameter of the scenario; {suggestion(str(tokens[1]), known)}")
 
 
 def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:

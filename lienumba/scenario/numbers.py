@@ -15,6 +15,7 @@ from lienumba.scenario.formulas import LARGEST, explained
 from lienumba.scenario.known import Known, known_of
 from lienumba.scenario.parameters import (
     RESERVED,
+    SMOOTH,
     TIME,
     Parameters,
     Tokens,
@@ -26,8 +27,6 @@ from lienumba.scenario.parameters import (
 from lienumba.scenario.report import tables as rows_of
 from lienumba.scenario.tables import tables_of
 from lienumba.scenario.words import is_number, show
-
-SMOOTH = "1 + 0*t"  # positive, and varies
 
 
 def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:

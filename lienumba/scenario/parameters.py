@@ -19,6 +19,7 @@ from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.words import listed, show
 
 TIME = "t"
+SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
 RESERVED = {TIME, *CONSTANTS, *FUNCTIONS}
 Tokens = tuple[paths.Token, ...]
 
@@ -93,7 +94,9 @@ class Parameters:
         for tokens, formula in self.places.items():
             start = f"model.{paths.text_of(list(tokens))} = "
             if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
-                return f"{start}{show(formula.text)} = {problem.removeprefix(start)}"
+                rest = problem.removeprefix(start)
+                shown = "" if rest.startswith(show(SMOOTH)) else " = "
+                return f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}"
         return problem
 
     def used_quantities(self) -> set[str]:

@@ -14,7 +14,7 @@ Token = str | int
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
-    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows",
+    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative",
 }  # fmt: skip  # whose values are texts as they should be
 WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities")
 WITH_STATE = ("drivers", "forces", "quantities")  # whose formulas may read tables and quantities

@@ -115,7 +115,13 @@ def _check_drivers(model: Model, now: Instant) -> None:
 def _check_forces(model: Model, now: Instant) -> None:
     """Forces must be finite at the start."""
     for force in model.forces:
-        if not all(map(isfinite, generalized(replace(model, forces=(force,)), now))):
+        try:
+            finite = all(map(isfinite, generalized(replace(model, forces=(force,)), now)))
+        except ZeroDivisionError:
+            raise ScenarioError(
+                f"model.forces.{force.name}: divides by zero at the start; write it so that it is finite there"
+            ) from None
+        if not finite:
             rule = "must be finite at the start; look for numbers that are far too large or too small"
             if force.type == "point_mass_gravity":
                 rule = "is infinite at the start, because its two points coincide; move one of them"

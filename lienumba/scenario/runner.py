@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.landing import landings
 from lienumba.scenario.arguments import check_labels
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
-from lienumba.scenario.table_checks import landings, samplings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -141,7 +141,6 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
 
     data: Any = resolved.data
     carried = program.carried.start(prepared.model.forces, len(prepared.states))
-    end = data.integrator.end_time
     return Batch(
         machine=machine,
         parameters=program.parameters,
@@ -152,7 +151,7 @@ def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: 
         outputs=np.unique([0, *resolved.output_steps]).astype(np.int64),  # the start too: energies count from it
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
-        landings=(*landings(resolved.parameters, prepared.samples, end), *samplings(prepared.model, end)),
+        landings=tuple(landings(prepared.model, data.integrator.end_time)),
     )
 
 

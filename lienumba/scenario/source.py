@@ -18,10 +18,9 @@ LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib",
 
 def source_of(function: Any, place: str) -> str:
     """The text; a ScenarioError that begins with the place if it cannot be written."""
-    if not inspect.isfunction(function):
-        raise ScenarioError(
-            f"{place}.function: must be a plain function, written with def, but is a {type(function).__name__}"
-        )
+    if not inspect.isfunction(function) or function.__name__ == "<lambda>":
+        kind = "lambda" if inspect.isfunction(function) else type(function).__name__
+        raise ScenarioError(f"{place}.function: must be a plain function, written with def, but is a {kind}")
     writer = _Writer(place)
     writer.take(function)
     return HEADER + "".join(writer.pieces.values())

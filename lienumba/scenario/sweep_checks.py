@@ -86,6 +86,8 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> floa
         names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
         raise paths.PathError(f"is the formula {show(formula.text)}; vary {' or '.join(names)} instead")
     tokens = tokens[1:] if tokens[0] == "model" else tokens
+    if tokens and tokens[0] == "tables":
+        raise paths.PathError("is part of a table; multiply the table by a parameter, and vary that")
     if tokens and tokens[-1] == EVERY:
         raise paths.PathError(ONE_INTERVAL)
     if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:

@@ -1,24 +1,18 @@
-"""What formulas do with tables: whether these are long enough, and the times on which steps have to land."""
+"""What formulas do with tables: whether these are long enough, and whether steps can land on their points."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import floor
 from typing import TYPE_CHECKING, Any
 
-from lienumba.compiler.jets import Jet, lift
 from lienumba.errors import ScenarioError
 from lienumba.expressions import Formula
-from lienumba.mechanics.model import Model
+from lienumba.mechanics.landing import SAME
 from lienumba.scenario import paths
 from lienumba.scenario.law_checks import check_function
 from lienumba.scenario.parameters import Parameters, Tokens
 from lienumba.scenario.words import show
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.report import Report
-
-SAME = 1e-9  # of a time: rounding
 
 
 def check_tables(parameters: Parameters, report: "Report") -> None:
@@ -61,30 +55,6 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
                 f"tables.{name}: ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run "
                 f"{labels[beyond[0]]}; add a point there, end the run earlier, or give less spread"
             )
-
-
-def landings(parameters: Parameters, samples: Mapping[str, Any], end: float) -> "list[np.ndarray]":
-    """The times of the points of tables, where the steps of a run to this end have to land: (n,) or (runs, n) each."""
-    import numpy as np
-
-    found = []
-    values = parameters.values(samples)
-    for _, _, name, argument in _of_time(parameters):
-        if parameters.tables[name].knots and argument.is_line(parameters.quantities | parameters.tables.keys()):
-            line = lift(_argument(parameters, argument, values, Jet(0.0, 1.0)))
-            a, b = (np.asarray(x, float)[..., None] for x in (line.a, line.b))
-            with np.errstate(all="ignore"):
-                times = np.atleast_1d((np.array(parameters.tables[name].knots) - a) / b)
-            found.append(times[0] if times.ndim == 2 and len(times) == 1 else times)
-    return found
-
-
-def samplings(model: Model, end: float) -> "list[np.ndarray]":
-    """The times at which laws are sampled in a run to this end, but for the start: (n,) each."""
-    import numpy as np
-
-    intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
-    return [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:

@@ -18,7 +18,8 @@ from lienumba.integrators.machine import aligned, compile_program
 from lienumba.integrators.program import Program, build
 from lienumba.integrators.tracer import Method, Slot, split
 from lienumba.mechanics import assembly, dynamics, kkt
-from lienumba.mechanics.model import Body, Joint, JointStart, Model, Pose, Start, map_numbers
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.motion import Instant
 
 # Terze, Mueller, Zlatar (2015), section 7.1; inertia about the mass centre, body frame
@@ -77,7 +78,7 @@ def step_flops(program: Program) -> int:
         return flops["step"]
     combines = [name for name in flops if name.startswith("combine")]
     of_bodies = flops["advance"] + sum(flops[name] for name in combines)
-    return flops["first"] + len(combines) * flops["stage"] + program.bodies * of_bodies
+    return flops["first"] + len(combines) * flops["stage"] + program.elements * of_bodies
 
 
 def batch(program: Program, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:

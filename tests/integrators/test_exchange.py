@@ -53,8 +53,8 @@ def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: in
         compile_program(program), program.parameters, states, np.zeros(1, np.int8), step, steps, outputs, 1e-11, 10
     )
     (chunk,) = execute(batch, 1, lambda *_: None)
-    first = ELEMENT * program.bodies + held.first_mask
-    values = Layout.of(model, held, program.observed).unpack(chunk.records)
+    first = ELEMENT * program.elements + held.first_mask
+    values = Layout.of(model, program).unpack(chunk.records)
     masks = chunk.records[0, :, first : first + len(held.masks)]
     return int(chunk.codes[0]), int(chunk.steps[0]), masks, {name: array[0] for name, array in values.items()}
 

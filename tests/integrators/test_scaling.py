@@ -151,7 +151,7 @@ def programs(name):
 
 def of_a_step(program):
     """Operations of a step with one iteration of each projection, and those of an observation."""
-    counts, k = operations(program.kernels), program.bodies
+    counts, k = operations(program.kernels), program.elements
     if "step" not in counts:
         per_body = sum(counts[name] for name in ("combine1", "combine2", "combine3", "advance"))
         counts["step"] = counts["first"] + 3 * counts["stage"] + k * per_body + counts.get("finish", 0)

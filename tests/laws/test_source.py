@@ -212,7 +212,7 @@ made = {}
 exec("def typed(joint):\n    return joint.effort(1.0)\n", made)
 
 NOT_WRITTEN = {
-    "lambda": (lambda joint: joint.effort(1.0), "the text of <lambda> is not known; write it with def, in a file"),
+    "lambda": (lambda joint: joint.effort(1.0), "must be a plain function, written with def, but is a lambda"),
     "closure": (nested(3), "law uses factor of the function around it; make it a parameter"),
     "a dict": (with_a_dict, "with_a_dict uses HOOKED, which cannot be written into a file; make it a parameter"),
     "without text": (made["typed"], "the text of typed is not known; write it with def, in a file"),
