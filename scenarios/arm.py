@@ -9,7 +9,10 @@ def pd(elbow, *, kp, kd, target, limit):
 
 
 def pid(elbow, *, kp, ki, kd, target, limit, states, interval):
-    """The same with an integral of the error, added up from sample to sample; it rests while the motor saturates."""
+    """The same with an integral of the error, added up from sample to sample; it rests while the motor saturates.
+
+    It asks for its states and for the interval at which it is sampled by their names.
+    """
     error = target - elbow.angle
     wanted = kp * error + ki * states.integral - kd * elbow.rate
     given = clip(wanted, -limit, limit)

@@ -5,7 +5,7 @@ frame), the rates are J u and the generalised forces J^T effort; the conservativ
 potential changes by dV/dt: both by jets.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -31,10 +31,11 @@ class _Acting:
     other: tuple[Any, ...]
 
 
-def generalized(model: Model, now: Instant) -> list[Any]:
-    """Q of all force laws, 6 rows per body: force (N, global frame), torque about the mass centre (N m, body frame)."""
+def generalized(model: Model, now: Instant, forces: Iterable[Force] | None = None) -> list[Any]:
+    """Q of force laws (all of the model, or these), 6 rows per body: force (N, global frame), torque about the mass
+    centre (N m, body frame)."""
     Q: list[Any] = [0.0] * (6 * len(model.bodies))
-    for force in model.forces:
+    for force in model.forces if forces is None else forces:
         if force.code is not None:
             for i, own in user_laws.generalized(model, force, now)[0].items():
                 Q[6 * i : 6 * i + 6] = [a + b for a, b in zip(Q[6 * i : 6 * i + 6], own, strict=True)]

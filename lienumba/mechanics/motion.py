@@ -60,6 +60,7 @@ class View:
     t: Any
     angles: dict[int, Any]
     within: Any = None
+    states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
     def __getitem__(self, i: int) -> Motion:
         return self.motions.get(i, FIXED)
@@ -70,7 +71,7 @@ Law = Callable[[View], Any]  # a sequence of rows
 
 def still(now: Instant, ends: tuple[int, ...]) -> View:
     """The state as it is: numbers."""
-    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within)
+    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within, now.states)
 
 
 def moving(now: View, accelerations: Any = None) -> View:

@@ -2,7 +2,7 @@
 
 A quantity is a plain function of a View. Its level says what it needs: the positions (0), the velocities (1), or the
 accelerations and multipliers (2), which only an observer has. Rates are derived by jets (`lienumba.mechanics.motion`).
-A law that reads quantities is evaluated here, too.
+A formula that reads quantities, or the states of laws, is evaluated here, too.
 """
 
 from collections.abc import Callable, Iterator
@@ -79,9 +79,13 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
 
 
 def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
-    """One number of a quantity, by its name in formulas: "pointing.x"."""
+    """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
     first, _, rest = name.partition(".")
-    quantity = next(q for q in model.quantities if q.name == first)
+    quantity = _named(model, first)
+    if quantity is None:
+        force = next(f for f in model.forces if f.name == first)
+        states = view.states.get(first, tuple(force.initial.values()))
+        return states[list(force.initial).index(rest)]
     return rows(model, quantity, view, observed)[components(model, quantity).index(rest)]
 
 
@@ -116,7 +120,9 @@ def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
     found: dict[int, None] = {}
     for x in numbers:
         for name in x.quantities if isinstance(x, Law) else ():
-            quantity = next(q for q in model.quantities if q.name == name.partition(".")[0])
+            quantity = _named(model, name.partition(".")[0])
+            if quantity is None:
+                continue
             ends = (*quantity.bodies, quantity.relative_to, quantity.frame)
             if quantity.joint >= 0:
                 ends += model.joints[quantity.joint].bodies
@@ -284,10 +290,17 @@ QUANTITY_TYPES: dict[str, QuantityType] = {
 }
 
 
+def _named(model: Model, name: str) -> Quantity | None:
+    return next((q for q in model.quantities if q.name == name), None)
+
+
 def level(model: Model, name: str) -> int:
-    """What a component needs to be known of the state; of an expression, what all in it need."""
+    """What a component needs to be known of the state; of an expression, what all in it need. States of laws can be
+    differentiated no more than velocities."""
     first, _, rest = name.partition(".")
-    quantity = next(q for q in model.quantities if q.name == first)
+    quantity = _named(model, first)
+    if quantity is None:
+        return VELOCITY
     if quantity.type == "joint":
         return VELOCITY if rest in ("rate", "speed") else POSITION
     own = QUANTITY_TYPES[quantity.type].level(quantity)

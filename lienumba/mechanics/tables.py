@@ -44,13 +44,12 @@ class Numbers:
 @dataclass(frozen=True)
 class Table:
     """data: (pieces, columns) of Numbers, or what stands for them in a kernel; knots: where steps have to land, because
-    the function or its rate may jump there; first, last: the points at its ends."""
+    the function or its rate may jump there; last: the last point."""
 
     data: Any
     pieces: int
     columns: int
     knots: tuple[float, ...]
-    first: float
     last: float
 
     @staticmethod
@@ -64,9 +63,7 @@ class Table:
         before, behind = np.array([x[0], y[0], *constant[1:]]), np.array([x[-1], y[-1], *constant[1:]])
         rows = np.vstack([before, np.column_stack([x[:-1], coefficients]), behind])
         knots = (float(x[0]), float(x[-1])) if interpolation == CUBIC else tuple(x.tolist())
-        return Table(
-            Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[0]), float(x[-1])
-        )
+        return Table(Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[-1]))
 
     def __call__(self, x: Any, within: Any) -> Any:
         """The value at x, by the piece in which `within` lies."""
@@ -83,8 +80,10 @@ class Table:
         in front of it, but for values that are held."""
         if self.columns == HELD:
             return self._piece(within)
-        inside = maximum(minimum(self._piece(x if self.columns > SMOOTH else within), self.pieces - 2.0), 1.0)
-        return where(within < self.first, 0.0, where(within > self.last, self.pieces - 1.0, inside))
+        edge, end = self._piece(within), self.pieces - 1.0
+        inside = maximum(minimum(self._piece(x) if self.columns > SMOOTH else edge, end - 1.0), 1.0)
+        beyond = within > gather(self.data, self.columns * end)
+        return where(edge < 1.0, 0.0, where(beyond, end, inside))
 
     def _piece(self, x: Any) -> Any:
         """The number of the last piece that begins at or before x, by bisection; 0 if there is none."""

@@ -1,9 +1,9 @@
 """Laws that a user writes as Python functions: what they are given, and what is made of what they return.
 
 Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, the
-interval at which it is sampled, its parameters, and quantities. A law with states returns what it does together with
-the rates of its states, or where it is sampled with their new values; in between, what it does is held as it was
-returned.
+interval at which it is sampled, its parameters, quantities, and the states of other laws. A law with states returns
+what it does together with the rates of its states, or where it is sampled with their new values; in between, what it
+does is held as it was returned.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from lienumba.groups import so3
 from lienumba.mechanics import joints, motion
 from lienumba.mechanics.model import GROUND, Code, Coordinate, Force, Model
 from lienumba.mechanics.motion import Instant, View
-from lienumba.mechanics.quantities import COORDINATE_OF, bodies_of, components, evaluate, rows
+from lienumba.mechanics.quantities import COORDINATE_OF, bodies_of, component, components, evaluate, rows
 
 LOADS, POTENTIAL = "loads", "potential"
 HELD = {"force": 6, "torque": 3, "effort": 1}  # numbers of a load: its value, and where a force acts
@@ -58,6 +58,9 @@ def call(
         if quantity.name in code.quantities:
             names = components(model, quantity)
             named[quantity.name] = _namespace(dict(zip(names, rows(model, quantity, view), strict=True)))
+    for force in model.forces:
+        if force.name in code.quantities:
+            named[force.name] = States({name: component(model, f"{force.name}.{name}", view) for name in force.initial})
     if "t" in code.wants:
         named["t"] = view.t
     if "interval" in code.wants:

@@ -68,6 +68,7 @@ class _Builder:
 
     def code(self, place: str, law: Table, **more: Any) -> m.Code:
         known = [quantity["name"] for quantity in self.data["quantities"]]
+        known += [force["name"] for force in self.data["forces"] if force.get("states")]
         return code_of(place, law, function_of(place, law["function"], self.files), known, **more)
 
     def joint(self, joint: Table) -> m.Joint:

@@ -7,6 +7,7 @@ from lienumba.mechanics import model as m
 from lienumba.mechanics import quantities
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.mechanics.model import Law, Model
+from lienumba.scenario.code import PYTHON
 from lienumba.scenario.report import tables
 from lienumba.scenario.schema_forces import driver_form
 from lienumba.scenario.schema_quantities import QUANTITIES
@@ -20,14 +21,19 @@ class Known:
 
     @property
     def names(self) -> frozenset[str]:
-        """Every component, as formulas call it."""
-        return frozenset(".".join(filter(None, (q.name, c))) for q in self.sketch.quantities for c in self.parts_of(q))
+        """Every component, and every state of a law, as formulas call it."""
+        found = {".".join(filter(None, (q.name, c))) for q in self.sketch.quantities for c in self.parts_of(q)}
+        return frozenset(found | {f"{f.name}.{state}" for f in self.sketch.forces for state in f.initial})
 
     def parts_of(self, quantity: m.Quantity) -> list[str]:
         return quantities.components(self.sketch, quantity)
 
     def level(self, name: str) -> int:
         return quantities.level(self.sketch, name)
+
+    def is_state(self, name: str) -> bool:
+        """Whether it is a state of a law."""
+        return any(f.name == name.partition(".")[0] for f in self.sketch.forces)
 
     def singular(self, name: str) -> bool:
         """Whether a component has no derivative somewhere: the angle of a rotation."""
@@ -64,7 +70,9 @@ def known_of(model: Any) -> Known:
                 derivative=derivative if derivative in (1, 2) else 0, **named,
             )
         )  # fmt: skip
-    return Known(replace(sketch, quantities=tuple(found)))
+    laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON and isinstance(t.get("states"), dict)]
+    forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=t["states"]) for t in laws)
+    return Known(replace(sketch, quantities=tuple(found), forces=forces))
 
 
 def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:

@@ -143,7 +143,8 @@ class _Taking:
                     "effort), so no force or driver may depend on it; read positions and velocities"
                 )
             if level > allowed:
-                return f"reads {name}, a velocity, but {why}; read positions only"
+                what = "a state of a law" if self.known.is_state(name) else "a velocity"
+                return f"reads {name}, {what}, but {why}; read positions only"
         return None
 
     def allowed(self, tokens: Tokens) -> tuple[int, str]:

@@ -1,7 +1,7 @@
 """Before anything runs: the samples, the model with its numbers, the initial states, and whether they fit together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -116,7 +116,7 @@ def _check_forces(model: Model, now: Instant) -> None:
     """Forces must be finite at the start."""
     for force in model.forces:
         try:
-            finite = all(map(isfinite, generalized(replace(model, forces=(force,)), now)))
+            finite = all(map(isfinite, generalized(model, now, [force])))
         except ZeroDivisionError:
             raise ScenarioError(
                 f"model.forces.{force.name}: divides by zero at the start; write it so that it is finite there"

@@ -115,7 +115,10 @@ ARGUMENTS = {
     "every 0": (law("def f(j): pass\n", "every = 0"), "model.forces.push.every = 0: must be above 0; "),
     "every below 0": (law("def f(j): pass\n", "every = -0.1"), "model.forces.push.every = -0.1: must be above 0; "),
     "every is a text": (law("def f(j): pass\n", 'every = "0.1"'), 'model.forces.push.every = "0.1": must be a number'),
-    "a state is a text": (law("def f(j): pass\n", 'states = { x = "a" }'), 'model.forces.push.states.x = "a": must be'),
+    "a state is a text": (
+        law("def f(j): pass\n", 'states = { x = "a" }'),
+        'model.forces.push.states.x = "a": has the unknown name "a"; ',
+    ),
     "a state is NaN": (law("def f(j): pass\n", "states = { x = nan }"), "model.forces.push.states.x = nan: must be a "),
     "a level that there is not": (
         own_joint("def f(b): pass\n", 'level = "acceleration"'),

@@ -119,9 +119,17 @@ def test_one_clear_message(case, tmp_path):
     assert "0x" not in lines[0]
 
 
-# what ought to be refused in words, and why it is not
 SWEEP = '[sweep]\nruns = 2\n[sweep.vary]\n"forces.push.every" = { distribution = "uniform", low = 0.1, high = 2 }\n'
 MORE = {
+    "a forgotten return": law("def f(j): j.effort(1.0)\n"),
+    "an if on a parameter": law("def f(j, *, k):\n    return j.effort(1 if k > 0 else 2)\n", "parameters = { k = 1 }"),
+    "math of a parameter": law("def f(j, *, k): return j.effort(math.sin(k))\n", "parameters = { k = 1 }"),
+    "a division by zero at the start": law("def f(j): return j.effort(1 / j.rate)\n"),
+    "a law that changes": law("import random\n\n\ndef f(j): return j.effort(random.random())\n"),
+    "a coordinate that is not there": law("def f(j): return j.effort(j.speed)\n"),
+    "a state that is not there": law("def f(j, *, states): return j.effort(states.y), 0\n", STATES),
+    "a comparison as a constraint": own_joint("def f(b): return b.position.y < 0\n"),
+    "a sibling": law("import law_cases\n\n\ndef f(j): return []\n"),
     "an interval that is swept": law("def f(j): pass\n", "every = 0.002", more=SWEEP),
     "velocity level of positions": own_joint("def f(b): return b.position.y\n", VELOCITY),
     "an interval that a parameter sweeps": (
@@ -147,6 +155,7 @@ MORE = {
 @pytest.mark.parametrize("case", MORE)
 def test_one_clear_message_instead_of_none(case, tmp_path):
     text, written = MORE[case]
+    (tmp_path / "law_cases.py").touch()
     (tmp_path / "law.py").write_text(written, encoding="utf-8")
     lines = refused(tmp_path, text)
     assert len(lines) == 1, lines

@@ -189,3 +189,18 @@ def moved(body, *, t, size):
 
 def sped(body, *, t, size):
     return body.velocity.x - 3 * size * cos(3 * t)
+
+
+def commands(joint, *, kp, target, states):
+    """A controller that does nothing by itself."""
+    return [], {"command": kp * (target - joint.angle)}
+
+
+def follows(joint, *, controller, tau, states):
+    """A motor that follows the command of another law with a lag."""
+    return joint.effort(states.torque), {"torque": (controller.command - states.torque) / tau}
+
+
+def adds_up(joint, *, states, interval):
+    """The time, sample by sample."""
+    return [], {"elapsed": states.elapsed + interval}

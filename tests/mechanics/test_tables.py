@@ -54,7 +54,7 @@ def test_values_between_before_and_behind_the_points(n, kind):
     size = 1e-11 * max(1.0, np.abs(y).max())
     np.testing.assert_allclose(f(at, at), ORACLES[kind](x, y, at), rtol=0, atol=size)
     np.testing.assert_array_equal(f(x, x)[:-1], y[:-1])
-    assert f(x[-1], x[-1]) == y[-1]
+    assert f(x[-1], x[-1]) == pytest.approx(y[-1], rel=1e-12)
     floats = [f(float(t), float(t)) for t in at[:300]]
     assert_same_bits(np.array(floats), f(at, at)[:300])
 
@@ -175,3 +175,12 @@ def test_another_table_of_the_same_length_compiles_nothing():
     x, y = points(9, seed=4)
     assert text(table(9, "linear")) == text(Table.of(x, y, "linear"))
     assert len(text(table(5000, "linear"))) < 4 * len(text(table(9, "linear")))  # 13 and 4 steps of bisection
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_the_last_point_still_has_the_rate_in_front_of_it(kind):
+    """A driver that ends there does not stop there."""
+    f = Table.of([0, 1, 2], [0, 0, 1], kind)
+    rate = {"linear": 1.0, "cubic": 1.5}[kind]
+    assert lift(f(Jet(2.0, 1.0), 2.0)).b == pytest.approx(rate, abs=1e-15)
+    assert lift(f(Jet(2.0000001, 1.0), 2.0000001)).b == 0.0

@@ -21,6 +21,8 @@ from observed_rig import (
 )
 from scipy.spatial.transform import Rotation
 
+import lienumba
+
 INNER = slice(2, -2)
 MASS = {"base": 4.0, "arm": 1.3, "slider": 0.7, "ball": 0.4}
 xx, yy, zz, xy, xz, yz = LINK["inertia"]
@@ -208,3 +210,28 @@ def test_all_are_in_the_dataset_and_no_more(ds):
     stems = {name.partition(".")[0] for name in ds.data_vars} & {q["name"] for q in QUANTITIES}
     assert stems == {q["name"] for q in QUANTITIES}
     assert ds.time[-1] == END
+
+
+def test_quantities_in_the_model_and_beside_it_are_all_kept():
+    tip = {"name": "tip", "type": "point", "body": "rod"}
+    data = {
+        "model": {"bodies": [{"name": "rod", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "position": [0, 0, 0]}],
+                  "quantities": [tip]},
+        "quantities": [{**tip, "name": "top"}],
+        "integrator": {"step": 0.1, "end_time": 0.2},
+    }  # fmt: skip
+    assert {"tip", "top"} <= set(lienumba.run(data).data_vars)
+
+
+def test_a_parameter_that_is_not_there_cannot_be_set():
+    data = {
+        "parameters": {"kp": 2.0},
+        "model": {"bodies": [{"name": "rod", "mass": "kp", "inertia": [1.0, 1.0, 1.0], "position": [0, 0, 0]}]},
+        "integrator": {"step": 0.1, "end_time": 0.2},
+    }
+    with pytest.raises(lienumba.ScenarioError) as caught:
+        lienumba.run(data, overrides={"parameters.Kp": 3.0})
+    assert str(caught.value) == (
+        "--set parameters.Kp=3.0: the path parameters.Kp is no parameter of the scenario; "
+        'the nearest known name is "kp"'
+    )
