@@ -209,23 +209,26 @@ def _staged_step(
 
 
 @njit(**OPTIONS)
-def _part(clock: int, times: Any, landings: Any, passed: Any, begin: float, end: float, h: float) -> bool:
-    """The next part of a step: to its end, or to a time on which a lane has to land. times: since when, until when.
-    Fills the clock; returns whether any lane lands. A step that is not cut is h long, whatever its ends round to."""
+def _next_landing(times: Any, landings: Any, passed: Any, end: float) -> bool:
+    """The end of the next part of a step in each lane: at the end of the step, or at a time on which it has to land.
+    times: since when, until when. Returns whether any lane lands."""
     landed = False
-    store(times.ctypes.data, 1, splat(end))
-    if landings.shape[0] > 1:
-        for lane in range(W):
-            while landings[passed[lane], lane] <= times[0, lane]:
-                passed[lane] += 1
-            landed = landed or landings[passed[lane], lane] <= end
-            times[1, lane] = min(landings[passed[lane], lane], end)
-    t, until = load(times.ctypes.data, 0), load(times.ctypes.data, 1)
-    length = choose((until == end) & (t == begin), splat(h), until - t)
+    for lane in range(W):
+        while landings[passed[lane], lane] <= times[0, lane]:
+            passed[lane] += 1
+        landed = landed or landings[passed[lane], lane] <= end
+        times[1, lane] = min(landings[passed[lane], lane], end)
+    return landed
+
+
+@njit(**OPTIONS)
+def _set_clock(clock: int, since: int, until: int, begin: float, end: float, h: float) -> None:
+    """The clock of a part of a step. A step that is not cut is h long, whatever its ends round to."""
+    t, to = load(since, 0), load(until, 0)
+    length = choose((to == end) & (t == begin), splat(h), to - t)
     store(clock, TIME, t)
     store(clock, LENGTH, length)
     store(clock, MIDDLE, t + 0.5 * length)
-    return landed
 
 
 @cache.numba_cached(
@@ -269,9 +272,10 @@ def drive(
     exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
     table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
     work = table.ctypes.data + ROW * table_rows(q)
-    passed = np.zeros(W, np.int64)  # landings of each lane
+    passed, cuts = np.zeros(W, np.int64), landings.shape[1] > 1  # passed: landings of each lane
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
+        ours = landings[block]
         status, ends = statuses[block].ctypes.data, end_steps[block].ctypes.data
         store(counts, 0, splat(0.0))
         store(counts, 1, splat(0.0))
@@ -289,7 +293,10 @@ def drive(
             alive = load(status, 0) == 0.0
             going = alive & (load(since, 0) < n * h)
             while any_lane(going):
-                landed = _part(clock, times, landings[block], passed, (n - 1) * h, n * h, h)
+                landed = cuts and _next_landing(times, ours, passed, n * h)
+                if not cuts:
+                    store(until, 0, splat(n * h))
+                _set_clock(clock, since, until, (n - 1) * h, n * h, h)
                 if kernels[STEP] != 0:
                     call(kernels[STEP], x, p, clock, 0, new, work)
                 else:
