@@ -15,6 +15,7 @@ from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.machine import Machine, aligned, prepare
+from lienumba.mechanics.landing import Landing
 from lienumba.mechanics.tables import Numbers
 
 CHUNK_BYTES = 32 * 2**20  # of records in one chunk
@@ -29,7 +30,7 @@ class Batch:
 
     parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at
     the start; codes (runs,): 0 for the runs to be integrated; h: step (s); outputs: the steps to be stored, 0 to
-    `steps` at most; landings: arrays of times (n,) or (runs, n) on which steps must land.
+    `steps` at most; landings: where steps must land.
     """
 
     machine: Machine
@@ -41,7 +42,7 @@ class Batch:
     outputs: np.ndarray
     tolerance: float
     iterations: int
-    landings: tuple[np.ndarray, ...] = ()
+    landings: tuple[Landing, ...] = ()
 
     @property
     def runs(self) -> int:
@@ -50,7 +51,7 @@ class Batch:
     def part(self, runs: np.ndarray) -> "Batch":
         """The batch of these runs (indices) alone."""
         parameters = [p[runs] if np.ndim(p) else p for p in self.parameters]
-        landings = tuple(x[runs] if x.ndim == 2 else x for x in self.landings)
+        landings = tuple(landing.part(runs) for landing in self.landings)
         return replace(self, parameters=parameters, states=self.states[runs], codes=self.codes[runs], landings=landings)
 
 
@@ -108,7 +109,8 @@ def _record_rows(machine: Machine) -> int:
 def _slices(batch: Batch, workers: int) -> Iterator[slice]:
     """The runs of each chunk: whole blocks, enough chunks for all workers, none too large for the memory."""
     blocks = -(-batch.runs // W)
-    record = 8 * W * len(batch.outputs) * _record_rows(batch.machine)
+    landings = 2 * sum(len(landing.knots) for landing in batch.landings)
+    record = 8 * W * (len(batch.outputs) * _record_rows(batch.machine) + landings)
     per_chunk = max(1, min(CHUNK_BYTES // record, blocks // (CHUNKS_PER_WORKER * workers)))
     for first in range(0, batch.runs, per_chunk * W):
         yield slice(first, min(first + per_chunk * W, batch.runs))
@@ -127,10 +129,9 @@ def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
 
     Those outside the run are left out; those at the end of a step are that end to the bit.
     """
-    every = [
-        np.broadcast_to(x if x.ndim == 1 else x[runs], (runs.stop - runs.start, x.shape[-1])) for x in batch.landings
-    ]
-    times = np.concatenate([*every, np.full((runs.stop - runs.start, 1), np.inf)], axis=1)
+    count = runs.stop - runs.start
+    every = [landing.part(runs).times(count) for landing in batch.landings]
+    times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
     times = np.where((times > 0.0) & (times <= batch.h * batch.steps), times, np.inf)
     finite = np.where(np.isfinite(times), times, 0.0)
     ends = np.round(finite / batch.h) * batch.h

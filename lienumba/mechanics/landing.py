@@ -1,6 +1,7 @@
 """The times on which the steps of a run must land, so that a method keeps its order: where something jumps."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from math import floor
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +15,31 @@ if TYPE_CHECKING:
 SAME = 1e-9  # of a time: rounding
 
 
-def landings(model: Model, end: float) -> "list[np.ndarray]":
+@dataclass(frozen=True)
+class Landing:
+    """The times at which a + b t reaches any of these knots; a and b are floats, or arrays (runs,)."""
+
+    knots: "np.ndarray"
+    a: Any = 0.0
+    b: Any = 1.0
+
+    def part(self, runs: Any) -> "Landing":
+        """That of some of the runs (indices or a slice)."""
+        return Landing(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
+
+    def times(self, runs: int) -> "np.ndarray":
+        """(runs, n), in s; not finite where it never gets there."""
+        import numpy as np
+
+        a, b = (np.broadcast_to(x, (runs,))[:, None] for x in (self.a, self.b))
+        with np.errstate(all="ignore"):
+            times: np.ndarray = (self.knots - a) / b
+        return times
+
+
+def landings(model: Model, end: float) -> list[Landing]:
     """The points of tables whose argument is a straight line in t, the times at which such lines are compared, and the
-    samples of laws, of runs to this end: (n,) or (runs, n) each."""
+    samples of laws, of runs to this end."""
     import numpy as np
 
     found = []
@@ -27,11 +50,10 @@ def landings(model: Model, end: float) -> "list[np.ndarray]":
             if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
                 with np.errstate(all="ignore"):
                     x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
-                    a, b = (np.asarray(y, float)[..., None] for y in (x.a, x.b))
-                    times = np.atleast_1d((np.array(knots) - a) / b)
-                found.append(times[0] if times.ndim == 2 and len(times) == 1 else times)
+                found.append(Landing(np.array(knots), x.a, x.b))
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
-    return found + [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
+    samples = [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
+    return found + [Landing(times) for times in samples]
 
 
 def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:
