@@ -110,6 +110,7 @@ def describe_scenario(scenario: "Scenario") -> str:
         "joints": _each((joint.name, f"{joint.type}, {sizes[joint.name]}") for joint in model.joints) or "none",
         "drivers": _each((driver.name, f"{driver.motion}, {sizes[driver.name]}") for driver in model.drivers),
         "forces": _each((force.name, force.type) for force in model.forces),
+        "quantities": _each((quantity.name, quantity.type) for quantity in model.quantities),
         "constraints": f"{plural(rank.rows, 'row', 'rows')} of rank {rank.rank} at the start, "
         f"{plural(rank.freedom, 'degree', 'degrees')} of freedom",
         "redundant": f"{redundant} (rows that follow from those before them)" if redundant else "",

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths, timegrid, toml
 from lienumba.scenario.checks import check
+from lienumba.scenario.code import PYTHON
 from lienumba.scenario.conversions import timed
 from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.messages import sentences
@@ -92,8 +93,9 @@ class Scenario:
         """The hash of what determines a run: neither title nor output nor the number of runs."""
         content = self.to_dict()
         del content["title"], content["output"], content["sweep"]["runs"]
-        used = self.parameters.used_quantities()
-        decisive = [q for q in content.pop("quantities", []) if q["name"] in used or q["type"] == "joint"]
+        used, model = self.parameters.used_quantities(), content["model"]
+        own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
+        decisive = [q for q in content.pop("quantities", []) if own or q["name"] in used or q["type"] == "joint"]
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()

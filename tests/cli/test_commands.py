@@ -179,6 +179,12 @@ def test_info_of_a_dataset(tmp_path: Path) -> None:
         assert text in result.stdout
 
 
+def test_info_of_a_scenario_with_quantities() -> None:
+    result = lienumba("info", SCENARIOS / "arm_pd.toml")
+    assert result.exit_code == 0, result.output
+    assert "tip (point), shoulder_angle (joint), elbow_angle (joint)" in " ".join(result.stdout.split())
+
+
 def test_info_of_a_scenario() -> None:
     result = lienumba("info", SCENARIOS / "pendulum_chain.toml")
     assert result.exit_code == 0, result.output

@@ -97,3 +97,16 @@ def test_its_numbers_can_be_set_and_its_function_too(tmp_path):
     a = run(file, overrides={"forces.own.parameters.size": -2.0})
     b = run(file, overrides={"forces.own.function": '"law.py:pull"'})
     np.testing.assert_allclose(a.position, b.position, rtol=0, atol=1e-15)
+
+
+def test_what_a_law_asks_for_is_a_part_of_the_hash(tmp_path):
+    """A quantity by its name, as an argument."""
+    (tmp_path / "law.py").write_text("def f(joint, *, aim): return joint.effort(-aim.y)\n", encoding="utf-8")
+
+    def scenario(angle: float) -> str:
+        aim = {"name": "aim", "type": "rotation_error", "body": "rod", "target": {"axis": [0, 1, 0], "angle": angle}}
+        law = {"name": "own", "type": "python", "function": f"{tmp_path}/law.py:f", "joints": ["hinge"]}
+        return resolve(pendulum(law, quantities=[aim])).sha256()
+
+    assert scenario(0.1) != scenario(0.2)
+    assert scenario(0.1) == scenario(0.1)
