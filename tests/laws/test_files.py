@@ -10,7 +10,7 @@ import pytest
 import lienumba
 from lienumba.scenario.resolve import resolve
 
-from .rigs import run
+from .rigs import pendulum, run
 
 LAW = "def push(joint, *, size):\n    return joint.effort(size)\n"
 SCENARIO = """
