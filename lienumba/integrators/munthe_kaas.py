@@ -19,11 +19,14 @@ def moved(x: Bodies, u: Algebra) -> Bodies:
     return tuple(state.product(body, state.exp(z)) for body, z in zip(x, u, strict=True))
 
 
-def slope(x: Bodies, u: Algebra, F: Callable[[Bodies], Algebra], order: int) -> Algebra:
-    """f* = dexpinv_{-u}(F(x exp(u))), truncated where a method of this order no longer sees it."""
+def slope(x: Bodies, u: Algebra, F: Callable[[Bodies], Algebra], terms: int | None) -> Algebra:
+    """f* = dexpinv_{-u}(F(x exp(u))), its series cut behind ad^terms, or in closed form for None."""
     promised(u)
-    f = F(moved(x, u))
-    return tuple(state.dexpinv_truncated(tuple(-c for c in z), y, max(order - 2, 0)) for z, y in zip(u, f, strict=True))
+    minus = [tuple(-c for c in z) for z in u]
+    pairs = zip(minus, F(moved(x, u)), strict=True)
+    if terms is None:
+        return tuple(state.dexpinv(z, y) for z, y in pairs)
+    return tuple(state.dexpinv_truncated(z, y, terms) for z, y in pairs)
 
 
 def promised(u: Algebra) -> Any:

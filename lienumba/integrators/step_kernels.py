@@ -40,13 +40,12 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     held, reports = tracer.held_rows(graph), _Reports()
     t, h = graph.inputs("clock", 2)
     F = _vector_field(tracer, model, held, reports, graph.input("clock", 3))
-    order = tracer.tableau.order
     new, rotation, square = munthe_kaas.step(
         tracer.tableau,
         tracer.state(graph, "state"),
         t,
         h,
-        lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), order),
+        lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms),
     )
     every = reports.sound[0]
     for sound in reports.sound[1:]:
@@ -70,7 +69,7 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     F = _vector_field(tracer, model, tracer.held_rows(graph), reports, graph.input("clock", 3), node)
     x = tracer.state(graph, "state")
     u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.elements))
-    f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.tableau.order)
+    f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms)
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
     stages = len(tracer.tableau.b)
     rows = [_slope_row(i, stages) + c for i in range(tracer.elements) for c in range(ALGEBRA)]

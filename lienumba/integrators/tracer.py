@@ -26,6 +26,7 @@ class Method:
     tableau: str
     position: str  # "local" or "none"
     velocity: str  # "mass", "identity" or "none"
+    dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,14 @@ class Tracer:
             fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
+
+    @property
+    def terms(self) -> int | None:
+        """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
+        given = self.method.dexpinv
+        if given is None:
+            return max(self.tableau.order - 2, 0)
+        return None if given == "closed" else int(given)
 
     def strict(self, rotation: Any) -> Any:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the

@@ -130,7 +130,8 @@ def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
     from lienumba.integrators.program import Method, build
 
     data: Any = resolved.data
-    method = Method(data.integrator.method, data.projection.position, data.projection.velocity)
+    projection = data.projection
+    method = Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
     return build(prepared.model, method, _choice(prepared), fixed)
 
 

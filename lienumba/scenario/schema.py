@@ -6,7 +6,7 @@ also the remedy in its error messages, which read "give <description>".
 
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Discriminator, Field, Tag
 
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driver_form
 from lienumba.scenario.schema_joints import JOINTS, Joint
@@ -98,10 +98,21 @@ class ModelSection(Gravity):
     quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
 
 
+DexpInv = Annotated[
+    Annotated[Literal["closed"], Tag("name")] | Annotated[int, Field(strict=True, ge=0, le=10), Tag("terms")],
+    Discriminator(lambda value: "name" if isinstance(value, str) else "terms"),
+]
+
+
 class Integrator(Section):
     method: Method = Field(default="rk4", description="the Runge-Kutta method: " + ", ".join(get_args(Method)))
     step: Positive = Field(description="the time step in s, above 0")
     end_time: Positive = Field(description="the simulated time in s, above 0")
+    dexpinv: DexpInv | None = Field(
+        default=None,
+        description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
+        "as the order of the method needs)",
+    )
 
 
 class Projection(Section):

@@ -29,7 +29,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
             a = dynamics.accelerations(model, structure, Instant(bodies)).x
             return tuple((*body[12:18], *a[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))
 
-        return F(x) if u is None else munthe_kaas.slope(x, u, F, TABLEAUS[settings.integrator.method].order)
+        return F(x) if u is None else munthe_kaas.slope(x, u, F, max(TABLEAUS[settings.integrator.method].order - 2, 0))
 
     for n in range(resolved.steps):
         h = settings.integrator.step
