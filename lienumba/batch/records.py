@@ -11,7 +11,7 @@ from lienumba.integrators.program import Program
 from lienumba.mechanics import quantities
 from lienumba.mechanics.constraints import constraints_of
 from lienumba.mechanics.model import Model
-from lienumba.mechanics.quantities import Part
+from lienumba.mechanics.quantities import Part, joined
 
 Values = dict[str, np.ndarray]
 STATE = {
@@ -47,11 +47,7 @@ class Layout:
         efforts = [
             f"{c.name}.{axis}" if c.rows > 1 else c.name for c in every[len(model.joints) :] for axis in "xyz"[: c.rows]
         ]
-        parts = {
-            ".".join(filter(None, (q.name, part.name))): part
-            for q in model.quantities
-            for part in quantities.parts(model, q)
-        }
+        parts = {joined(q.name, part.name): part for q in model.quantities for part in quantities.parts(model, q)}
         for force in model.forces:
             for state in force.initial:
                 parts[f"{force.name}.{state}"] = Part(state, "1", f"state of the law {force.name}")

@@ -27,6 +27,11 @@ OF_POINT = (("m", "position"), ("m s-1", "velocity"), ("m s-2", "acceleration"))
 Rows = tuple[Any, ...]
 
 
+def joined(*names: str) -> str:
+    """Names with dots between them, empty ones left out."""
+    return ".".join(filter(None, names))
+
+
 @dataclass(frozen=True)
 class Part:
     """One variable that a quantity gives: a number, or a vector of three. name: behind that of the quantity, or "";
@@ -41,8 +46,7 @@ class Part:
     @property
     def components(self) -> tuple[str, ...]:
         """As formulas call them, behind the name of the quantity."""
-        names = XYZ if self.vector else ("",)
-        return tuple(".".join(filter(None, (self.name, n))) for n in names)
+        return tuple(joined(self.name, n) for n in (XYZ if self.vector else ("",)))
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,7 @@ def observe(model: Model, now: Instant, observed: Observed) -> Iterator[tuple[st
         numbers = list(rows(model, quantity, everything, observed))
         for part in parts(model, quantity):
             size = len(part.components)
-            yield ".".join(filter(None, (quantity.name, part.name))), numbers[:size]
+            yield joined(quantity.name, part.name), numbers[:size]
             numbers = numbers[size:]
 
 

@@ -112,11 +112,11 @@ def residual(model: Model, index: int, view: View) -> tuple[Any, ...]:
 
 
 # ---------------------------------------------------------------- forces
-def outcome(model: Model, force: Force, now: Instant, view: View | None = None) -> tuple[list[laws.Load], list[Any]]:
+def outcome(model: Model, force: Force, now: Instant) -> tuple[list[laws.Load], list[Any]]:
     """The loads of a law and the rates of its states, or if it is sampled its new states."""
     assert force.code is not None
     ends = ends_of(model, force.code, force.bodies, force.numbers)
-    view = motion.still(now, ends) if view is None else view
+    view = motion.still(now, ends)
     states = states_of(force, now)[: len(force.code.states)]
     found = call(model, force.code, force.bodies, force.numbers, view, states)
     if not force.code.states:

@@ -208,7 +208,7 @@ def _state(model: Model, graph: Graph) -> Instant:
 def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
     for quantity in model.quantities:
         if quantity.name in code.quantities:
-            names = [f"{quantity.name}.{c}".rstrip(".") for c in quantities.components(model, quantity)]
+            names = [quantities.joined(quantity.name, c) for c in quantities.components(model, quantity)]
             level = max(quantities.level(model, name) for name in names)
             if quantity.type == "joint" and allowed == quantities.VELOCITY:
                 continue

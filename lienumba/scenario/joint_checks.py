@@ -3,7 +3,8 @@
 from typing import Any
 
 from lienumba.mechanics.joints import COORDINATES, JOINT_TYPES
-from lienumba.scenario.report import GROUND, Report, norm, read
+from lienumba.scenario.code import PYTHON
+from lienumba.scenario.report import GROUND, Report, check_name, norm, read
 from lienumba.scenario.schema_joints import JOINTS
 from lienumba.scenario.words import show, suggestion
 
@@ -22,7 +23,7 @@ def check_joint(place: str, joint: dict[str, Any], bodies: list[str], joints: Ta
         return
     if kind in ("gear", "coupler"):
         _check_coupling(place, checked, joints, report)
-    if kind in ("gear", "coupler", "python"):
+    if kind in ("gear", "coupler", PYTHON):
         return
     _check_points(place, checked, report)
     _check_axes(place, checked, report)
@@ -35,11 +36,7 @@ def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -
     if not isinstance(ends, list):
         return
     for index, name in enumerate(ends):
-        if isinstance(name, str) and name not in (*bodies, GROUND):
-            report.problems.append(
-                f"{place}.bodies[{index}] = {show(name)}: is not a body of the model; "
-                f"{suggestion(name, [*bodies, GROUND])}"
-            )
+        check_name(f"{place}.bodies[{index}]", name, [*bodies, GROUND], "a body", report)
     if len(ends) == 2 and isinstance(ends[0], str) and ends[0] == ends[1]:
         report.problems.append(
             f"{place}.bodies = {show(ends)}: joins {show(ends[0])} to itself; name two different bodies"

@@ -22,11 +22,9 @@ class Known:
     @property
     def names(self) -> frozenset[str]:
         """Every component, and every state of a law, as formulas call it."""
-        found = {".".join(filter(None, (q.name, c))) for q in self.sketch.quantities for c in self.parts_of(q)}
+        seen = self.sketch
+        found = {quantities.joined(q.name, c) for q in seen.quantities for c in quantities.components(seen, q)}
         return frozenset(found | {f"{f.name}.{state}" for f in self.sketch.forces for state in f.initial})
-
-    def parts_of(self, quantity: m.Quantity) -> list[str]:
-        return quantities.components(self.sketch, quantity)
 
     def level(self, name: str) -> int:
         return quantities.level(self.sketch, name)

@@ -6,6 +6,7 @@ from typing import Any
 
 from lienumba.mechanics.force_laws import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
+from lienumba.scenario.code import PYTHON
 from lienumba.scenario.conversions import timed
 from lienumba.scenario.formulas import (
     at_start,
@@ -16,10 +17,10 @@ from lienumba.scenario.formulas import (
     not_finite_later,
 )
 from lienumba.scenario.joint_checks import Tables, check_two_bodies, find_coordinate
-from lienumba.scenario.report import GROUND, Report, read
+from lienumba.scenario.report import GROUND, Report, check_name, read
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, driver_form
 from lienumba.scenario.schema_types import NAME, NAME_RULE
-from lienumba.scenario.words import show, suggestion
+from lienumba.scenario.words import show
 from lienumba.store.layout import VARIABLES
 
 DISSIPATIVE = (
@@ -132,7 +133,7 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
     name = force.get("type")
     if not isinstance(name, str) or name not in FORCES:
         return
-    if name == "python":
+    if name == PYTHON:
         _check_own(place, force, bodies, joints, report)
         return
     kind = FORCE_TYPES[name]
@@ -164,9 +165,10 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
 
 def _check_own(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
     """A law of the user's own: the names it refers to and its numbers."""
-    check_names(f"{place}.bodies", force.get("bodies"), [*bodies, GROUND], "a body", report)
-    check_names(f"{place}.joints", force.get("joints"), list(joints), "a joint", report)
-    checked: Any = read(FORCES["python"], force)
+    for key, known, what in (("bodies", [*bodies, GROUND], "a body"), ("joints", list(joints), "a joint")):
+        for i, name in enumerate(force[key] if isinstance(force.get(key), list) else []):
+            check_name(f"{place}.{key}[{i}]", name, known, what, report)
+    checked: Any = read(FORCES[PYTHON], force)
     if checked is None:
         return
     if not checked.bodies and not checked.joints:
@@ -187,18 +189,11 @@ def _check_own(place: str, force: dict[str, Any], bodies: list[str], joints: Tab
         check_start(f"{place}.parameters.{name}", value, 1, report)
 
 
-def check_names(at: str, names: Any, known: list[str], what: str, report: Report) -> None:
-    """Check the names of a list."""
-    for i, name in enumerate(names if isinstance(names, list) else []):
-        if isinstance(name, str) and name not in known:
-            report.problems.append(f"{at}[{i}] = {show(name)}: is not {what} of the model; {suggestion(name, known)}")
-
-
 def _check_body(place: str, name: Any, bodies: list[str], report: Report) -> None:
     if name == GROUND:
         report.problems.append(f'{place}.body = "{GROUND}": the ground does not move; name a body')
-    elif isinstance(name, str) and name not in bodies:
-        report.problems.append(f"{place}.body = {show(name)}: is not a body of the model; {suggestion(name, bodies)}")
+    else:
+        check_name(f"{place}.body", name, bodies, "a body", report)
 
 
 def _numbers(at: str, value: Any) -> list[tuple[str, Any]]:

@@ -12,11 +12,12 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended
+from lienumba.scenario.schema import LISTS
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
 from lienumba.scenario.words import nearest, show, suggestion
 
-MODEL_KEYS = ("gravity", "bodies", "joints", "drivers", "forces", "quantities")
+MODEL_KEYS = ("gravity", *LISTS)
 
 
 def load(source: Any) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from typing import Any
 
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.scenario.body_checks import check_rotation
-from lienumba.scenario.report import GROUND, Report, read
+from lienumba.scenario.report import GROUND, Report, check_name, read
 from lienumba.scenario.schema import VARIABLES as STORED
 from lienumba.scenario.schema_quantities import QUANTITIES
 from lienumba.scenario.words import listed, show, suggestion
@@ -33,14 +33,14 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
     elif quantity.get("frame") is not None:
         of_bodies.append(("frame", [*bodies, "global", "body"]))
     for key, known in of_bodies:
-        _check_name(f"{place}.{key}", quantity.get(key), known, "is not a body of the model", report)
+        check_name(f"{place}.{key}", quantity.get(key), known, "a body", report)
     for i, body in enumerate(quantity["bodies"] if isinstance(quantity.get("bodies"), list) else []):
-        _check_name(f"{place}.bodies[{i}]", body, bodies, "is not a body of the model", report)
+        check_name(f"{place}.bodies[{i}]", body, bodies, "a body", report)
         if body in quantity["bodies"][:i]:
             report.problems.append(f"{place}.bodies[{i}] = {show(body)}: is named twice; name it once")
     for kind in ("joint", "driver"):
         known = [item["name"] for item in lists[f"{kind}s"]]
-        _check_name(f"{place}.{kind}", quantity.get(kind), known, f"is not a {kind} of the model", report)
+        check_name(f"{place}.{kind}", quantity.get(kind), known, f"a {kind}", report)
     checked: Any = read(QUANTITIES.get(str(quantity.get("type"))), quantity)
     if checked is None:
         return
@@ -68,12 +68,6 @@ def check_variables(variables: list[str], lists: Lists, report: Report) -> None:
 def _with_states(lists: Lists) -> list[str]:
     """The forces whose states are stored by their names."""
     return [str(f.get("name")) for f in lists["forces"] if f.get("states") and f.get("name") not in VARIABLES]
-
-
-def _check_name(at: str, name: Any, known: list[str], what: str, report: Report) -> None:
-    if isinstance(name, str) and name not in known:
-        remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
-        report.problems.append(f"{at} = {show(name)}: {what}; {remedy}")
 
 
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:

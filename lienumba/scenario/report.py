@@ -1,12 +1,13 @@
 """What the checks of a scenario find, and how they name places."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from lienumba.scenario.places import unique_name
+from lienumba.scenario.words import show, suggestion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,6 +46,13 @@ def read(section: type[S] | None, raw: Any) -> S | None:
         return section.model_validate(raw)
     except ValidationError:
         return None
+
+
+def check_name(at: str, name: Any, known: Iterable[str], what: str, report: Report) -> None:
+    """Check that a name is one of these; what: "a body", ..."""
+    if isinstance(name, str) and name not in known:
+        remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
+        report.problems.append(f"{at} = {show(name)}: is not {what} of the model; {remedy}")
 
 
 def norm(values: list[Any]) -> float:
