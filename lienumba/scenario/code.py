@@ -23,40 +23,38 @@ PYTHON = "python"
 
 def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The scenario with the text of every Python file that its laws name, relative to this folder."""
-    model = raw.get("model")
-    if not isinstance(model, dict):
-        return raw
     files = dict(raw["files"]) if isinstance(raw.get("files"), dict) else {}
-    changed = dict(model)
-    for kind in ("forces", "joints"):
-        if not any(law.get("type") == PYTHON for law in tables(model.get(kind))):
-            continue
-        changed[kind] = [
-            {**law, "function": _embed(f"model.{kind}.{law.get('name')}", law["function"], files, folder)}
-            if isinstance(law, dict) and law.get("type") == PYTHON and "function" in law
-            else law
-            for law in model[kind]
-        ]
-    return {**raw, "model": changed, **({"files": files} if files else {})}
+    raw = _with_functions(raw, lambda place, function: _embed(place, function, files, folder))
+    return {**raw, **({"files": files} if files else {})}
 
 
 def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
     """The scenario with other names for those of its files that are taken by other texts."""
-    files, model = raw.get("files"), raw.get("model")
-    if not isinstance(files, dict) or not isinstance(taken, dict) or not isinstance(model, dict):
+    files = raw.get("files")
+    if not isinstance(files, dict) or not isinstance(taken, dict):
         return raw
     names = {file: _free(file, text, taken) for file, text in files.items()}
+
+    def renamed(place: str, function: Any) -> Any:
+        file, _, name = str(function).rpartition(":")
+        return f"{names[file]}:{name}" if file in names else function
+
+    return {**_with_functions(raw, renamed), "files": {names[file]: text for file, text in files.items()}}
+
+
+def _with_functions(raw: dict[str, Any], change: Callable[[str, Any], Any]) -> dict[str, Any]:
+    """The scenario with change(place, function) for the function of each law; one that extends another law may leave
+    out the type."""
+    model = raw.get("model")
+    if not isinstance(model, dict):
+        return raw
     changed = dict(model)
     for kind in ("forces", "joints"):
         for n, law in enumerate(tables(model.get(kind))):
-            file, _, name = str(law.get("function", "")).rpartition(":")
-            if file in names:
-                changed[kind] = [
-                    *changed[kind][:n],
-                    {**law, "function": f"{names[file]}:{name}"},
-                    *changed[kind][n + 1 :],
-                ]
-    return {**raw, "model": changed, "files": {names[file]: text for file, text in files.items()}}
+            if "function" in law and law.get("type", PYTHON) == PYTHON:
+                function = change(f"model.{kind}.{law.get('name')}", law["function"])
+                changed[kind] = [*changed[kind][:n], {**law, "function": function}, *changed[kind][n + 1 :]]
+    return {**raw, "model": changed}
 
 
 def _free(file: str, text: str, taken: dict[str, str]) -> str:

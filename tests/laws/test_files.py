@@ -9,6 +9,7 @@ import pytest
 
 import lienumba
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.toml import dumps
 
 from .rigs import pendulum, run
 
@@ -110,3 +111,18 @@ def test_what_a_law_asks_for_is_a_part_of_the_hash(tmp_path):
 
     assert scenario(0.1) != scenario(0.2)
     assert scenario(0.1) == scenario(0.1)
+
+
+def test_a_scenario_that_extends_another_may_change_the_function_alone(tmp_path):
+    """Its file lies beside the scenario that names it."""
+    for folder in ("base", "study"):
+        (tmp_path / folder).mkdir()
+    law = {"name": "own", "type": "python", "function": "law.py:f", "joints": ["hinge"]}
+    (tmp_path / "base" / "law.py").write_text("def f(joint): return joint.effort(1.0)\n", encoding="utf-8")
+    (tmp_path / "study" / "other.py").write_text("def g(joint): return joint.effort(2.0)\n", encoding="utf-8")
+    (tmp_path / "base" / "arm.toml").write_text(dumps(pendulum(law)), encoding="utf-8")
+    study = tmp_path / "study" / "arm.toml"
+    text = 'extends = "../base/arm.toml"\n[[model.forces]]\nname = "own"\nfunction = "other.py:g"\n'
+    study.write_text(text, encoding="utf-8")
+    push = {"name": "own", "type": "actuator", "joint": "hinge", "value": 2.0}
+    np.testing.assert_allclose(run(study).position, run(pendulum(push)).position, rtol=0, atol=1e-13)
