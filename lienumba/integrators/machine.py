@@ -4,6 +4,7 @@ import ctypes
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 
@@ -26,17 +27,16 @@ def aligned(*shape: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Machine:
-    """`kernels`: addresses in the driver's order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of the tableau."""
+    """`kernels`: addresses in the drivers' order; `prepares`: of the functions that fill the hoisted rows;
+    `nodes`: c of all stages; `driver`: the module that drives them."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
     nodes: np.ndarray
-    elements: int
+    sizes: Any
     carried: Carried
     held: Held
-    parameter_rows: int
-    seen: int
+    driver: Any
     buffer_rows: int
 
     def buffer(self) -> np.ndarray:
@@ -47,28 +47,27 @@ def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
     with ThreadPoolExecutor(2) as threads:
         compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
-        driver = import_module("lienumba.integrators.driver")  # compiled or loaded meanwhile
+        driver = import_module(f"lienumba.integrators.{program.driver}")  # compiled or loaded meanwhile
         objects = {name: future.result() for name, future in compiling.items()}
-    stages = len(program.nodes)
-    order = [*driver.ORDER, *(f"combine{s}" for s in range(stages))]
+    from lienumba.integrators.advance import ORDER
+    from lienumba.integrators.scratch import Sizes, layout
+
+    order = [*ORDER, *(f"combine{s}" for s in range(len(program.nodes)))]
     kernels = np.zeros(len(order), np.int64)
     prepares: list[int] = []
     for name, code in objects.items():
         addresses = native.load(code, [name, f"{name}_prepare"])
         kernels[order.index(name)] = addresses[name]
         prepares.append(addresses[f"{name}_prepare"])
-    return Machine(
-        kernels,
-        tuple(prepares),
-        np.array(program.nodes),
-        program.elements,
-        program.carried,
-        program.held,
-        program.parameter_rows,
-        sum(rows for _, rows in program.observed.values()),
-        driver.scratch_rows(program.elements, program.held.rows, len(program.held.masks), stages)
-        + max(k.work_rows for k in program.kernels.values()),
-    )
+    held = program.held
+    sizes = Sizes(
+        elements=program.elements, held=held.rows, first_mask=held.first_mask, q=len(held.masks),
+        fixed=int(bool(held.fixed)), seen=sum(rows for _, rows in program.observed.values()),
+        parameters=max(program.parameter_rows, 1), slope=program.slope, stages=program.stages, slots=program.slots,
+        events=program.events,
+    )  # fmt: skip
+    rows = layout.py_func(sizes).work + max(k.work_rows for k in program.kernels.values())
+    return Machine(kernels, tuple(prepares), np.array(program.nodes), sizes, program.carried, held, driver, rows)
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:

@@ -4,29 +4,67 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lienumba.integrators.coefficients import DOP853, DOP853_B, DP54, DP54_B, TSIT54, TSIT54_B
+from lienumba.integrators import coefficients as published
+
+Row = tuple[Fraction, ...]
 
 
 @dataclass(frozen=True)
 class Tableau:
-    """A (strictly lower rows), b, c of an explicit method, and its order."""
+    """A (strictly lower rows), b, c of an explicit method, and its order.
+
+    `errors`: for embedded pairs, the weights of one or two estimates of the error in the stages and, last, in F at the
+    end of the step; `D`: see `weights`; `more`: rows of the stages behind that one, which only the continuous extension
+    needs.
+    """
 
     name: str
     order: int
-    A: tuple[tuple[Fraction, ...], ...]
-    b: tuple[Fraction, ...]
+    A: tuple[Row, ...]
+    b: Row
+    errors: tuple[Row, ...] = ()
+    D: tuple[Row, ...] = ()
+    more: tuple[Row, ...] = ()
 
     @property
-    def c(self) -> tuple[Fraction, ...]:
+    def c(self) -> Row:
         return tuple(sum(row, Fraction(0)) for row in self.A)
 
+    @property
+    def stages(self) -> tuple[Row, ...]:
+        """The rows of all stages: those of a step, F at its end, and those of the continuous extension."""
+        return (*self.A, self.b, *self.more)
 
-def _tableau(name: str, order: int, A: Sequence[str], b: str) -> Tableau:
-    return Tableau(name, order, tuple(map(_row, A)), _row(b))
+    def extension(self, s: Fraction) -> Row:
+        """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
+        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic."""
+        stages = range(len(self.stages))
+        b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
+        first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
+        layers = [b, [f - w for f, w in zip(first, b, strict=True)]]
+        layers += [[2 * w - f - g for w, f, g in zip(b, first, last, strict=True)]]
+        layers += [(*row, *[Fraction(0)] * (len(stages) - len(row))) for row in self.D]
+        total = [Fraction(0) for _ in stages]
+        for n, layer in reversed(list(enumerate(layers))):
+            total = [(s if n % 2 == 0 else 1 - s) * (w + x) for w, x in zip(layer, total, strict=True)]
+        return tuple(total)
 
 
-def _row(text: str) -> tuple[Fraction, ...]:
+def _tableau(name: str, order: int, A: Sequence[str], b: str, E: Sequence[str] = (), *more: Sequence[str]) -> Tableau:
+    return Tableau(name, order, _rows(A), _row(b), _rows(E), *map(_rows, more))
+
+
+def _rows(texts: Sequence[str]) -> tuple[Row, ...]:
+    return tuple(map(_row, texts))
+
+
+def _row(text: str) -> Row:
     return tuple(map(Fraction, text.split()))
+
+
+def _less(b: str, hat: str) -> str:
+    """b - hat."""
+    return " ".join(str(x - y) for x, y in zip(_row(b), _row(hat), strict=True))
 
 
 TABLEAUS = {
@@ -38,9 +76,13 @@ TABLEAUS = {
         _tableau("kutta3", 3, ["", "1/2", "-1 2"], "1/6 2/3 1/6"),
         _tableau("rk4", 4, ["", "1/2", "0 1/2", "0 0 1"], "1/6 1/3 1/3 1/6"),
         _tableau("rk38", 4, ["", "1/3", "-1/3 1", "1 -1 1"], "1/8 3/8 3/8 1/8"),
-        _tableau("bs32", 3, ["", "1/2", "0 3/4"], "2/9 1/3 4/9"),
-        _tableau("dp54", 5, DP54, DP54_B),
-        _tableau("tsit54", 5, TSIT54, TSIT54_B),
-        _tableau("dop853", 8, DOP853, DOP853_B),
+        _tableau("bs32", 3, ["", "1/2", "0 3/4"], "2/9 1/3 4/9", ["-5/72 1/12 1/9 -1/8"]),
+        _tableau("dp54", 5, published.DP54, published.DP54_B, [published.DP54_E], [published.DP54_D]),
+        _tableau("tsit54", 5, published.TSIT54, published.TSIT54_B, [published.TSIT54_E], [published.TSIT54_D]),
+        _tableau(
+            "dop853", 8, published.DOP853, published.DOP853_B,
+            [published.DOP853_E5, _less(published.DOP853_B, published.DOP853_HAT)],
+            published.DOP853_D, published.DOP853_MORE,
+        ),
     )
-}
+}  # fmt: skip

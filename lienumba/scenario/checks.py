@@ -5,6 +5,7 @@ from collections import Counter
 from typing import Any
 
 from lienumba.scenario.body_checks import check_bases, check_body
+from lienumba.scenario.integrator_checks import check_integrator
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
 from lienumba.scenario.parameters import Parameters
@@ -42,7 +43,8 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
             check_body(place, checked, report)
     if integrator is not None:
         output = read(Output, raw.get("output", {}))
-        check_times(integrator, output, report)
+        if check_integrator(integrator, report):
+            check_times(integrator, output, report)
         check_variables(output.variables if output is not None else [], lists, report)
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:

@@ -1,6 +1,6 @@
 """`extends`: a scenario that builds on another one and writes only what differs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +8,12 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.code import without_clash
 from lienumba.scenario.words import show
 
-# Of these a scenario has one or the other: the one that is given takes the place of the other one below.
-ALTERNATIVES = (("every", "times"), ("points", "at"), ("axes", "axis"), ("value", "rate"))
+# A key that is given takes the place of these below.
+REPLACES = {
+    "every": ("times",), "times": ("every",), "points": ("at",), "at": ("points",), "axes": ("axis",),
+    "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",),
+    "step": ("tolerance", "first_step", "max_step", "min_step"),
+}  # fmt: skip
 Read = Callable[[Path], dict[str, Any]]
 
 
@@ -69,9 +73,14 @@ def _by_name(below: Any, items: Any) -> list[Any]:
 
 
 def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
-    """Keys take the place of those below, and of their alternatives."""
-    gone = {a for pair in ALTERNATIVES for a, b in (pair, pair[::-1]) if b in keys and a not in keys}
+    """Keys take the place of those below, and of what they replace."""
+    gone = replaced_by(keys)
     return {key: value for key, value in below.items() if key not in gone} | keys
+
+
+def replaced_by(keys: Collection[str]) -> set[str]:
+    """What these keys replace, if it is not among them."""
+    return {old for key in keys for old in REPLACES.get(key, ()) if old not in keys}
 
 
 def _are_tables(value: Any) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.code import embedded
-from lienumba.scenario.extends import extended
+from lienumba.scenario.extends import extended, replaced_by
 from lienumba.scenario.schema import LISTS
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
@@ -140,8 +140,16 @@ def parse_value(text: str) -> Any:
 
 
 def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
-    """Set values by path, in place; texts are read as TOML. Returns a sentence for each that cannot be."""
+    """Set values by path, in place; texts are read as TOML. Returns a sentence for each that cannot be.
+
+    A key of a section takes the place of others as in `extends`: a tolerance that of the step.
+    """
     problems: list[str] = []
+    for section in ("integrator", "output"):
+        keys = data.get(section)
+        gone = replaced_by({path.partition(".")[2] for path in overrides if path.startswith(f"{section}.")})
+        if isinstance(keys, dict):
+            data[section] = {key: value for key, value in keys.items() if key not in gone}
     for path, value in overrides.items():
         try:
             setting = parse_value(value) if isinstance(value, str) else _plain(value)

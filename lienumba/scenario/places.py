@@ -52,6 +52,8 @@ def _is_tag(loc: Loc, position: int) -> bool:
         and isinstance(loc[position], str)
     ):
         return True
+    if position == 2 and tuple(loc[:2]) == ("integrator", "tolerance"):
+        return True
     timed = position >= 5 if in_form else len(loc) > 1 and loc[1] == "gravity"
     return timed and position == len(loc) - 1 and loc[position] in ("number", "formula")
 

@@ -15,11 +15,12 @@ from lienumba.scenario import paths, timegrid, toml
 from lienumba.scenario.checks import check
 from lienumba.scenario.code import PYTHON
 from lienumba.scenario.conversions import timed
+from lienumba.scenario.integrator_checks import method_of
 from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
-from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData
+from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData, Tolerance
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -35,9 +36,10 @@ class Scenario:
     parameters: Parameters = field(default_factory=Parameters)
 
     @property
-    def steps(self) -> int:
-        """The number of integration steps of each run."""
-        return _count(self.data.integrator.end_time, self.data.integrator.step)
+    def steps(self) -> int | None:
+        """The number of integration steps of each run; None where steps choose their length."""
+        step = self.data.integrator.step
+        return None if step is None else _count(self.data.integrator.end_time, step)
 
     @cached_property
     def times(self) -> list[float]:
@@ -50,8 +52,10 @@ class Scenario:
 
     @cached_property
     def output_steps(self) -> list[int]:
-        """The step after which each of `times` is stored; step 0 is the start."""
-        return [_count(time, self.data.integrator.step) for time in self.times]
+        """The step of the grid after which each of `times` is stored; step 0 is the start."""
+        step = self.data.integrator.step
+        assert step is not None, "only where steps are of one length"
+        return [_count(time, step) for time in self.times]
 
     def headline(self) -> str:
         """The size of the scenario in one line."""
@@ -61,13 +65,20 @@ class Scenario:
             plural(len(data.model.joints), "joint", "joints"),
             *([plural(len(data.model.drivers), "driver", "drivers")] if data.model.drivers else []),
             *([plural(len(data.model.forces), "force", "forces")] if data.model.forces else []),
-            f"{plural(self.steps, 'step', 'steps')} of {data.integrator.method}",
+            self._stepping(),
             plural(len(self.times), "stored time", "stored times"),
             plural(data.sweep.runs, "run", "runs"),
         ]
         if data.sweep.vary:
             parts.append(plural(len(data.sweep.vary), "varied number", "varied numbers"))
         return ", ".join(parts)
+
+    def _stepping(self) -> str:
+        method, tolerance = self.data.integrator.method, self.data.integrator.tolerance
+        if self.steps is not None:
+            return f"{plural(self.steps, 'step', 'steps')} of {method}"
+        relative = tolerance.relative if isinstance(tolerance, Tolerance) else tolerance
+        return f"{method} at tolerance {relative:g}"
 
     def nominal(self) -> dict[str, float]:
         """The nominal value of every varied path."""
@@ -153,10 +164,12 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if output.every is None and output.times is None:
         every = timegrid.default_interval(integrator.end_time, integrator.step)
         output = output.model_copy(update={"every": every})
+    integrator = integrator.model_copy(update={"method": method_of(integrator)})
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         output = output.model_copy(update={"variables": [*VARIABLES, *own]})
     model = data.model.model_dump()
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
-    return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})
+    sections = {"integrator": integrator, "output": output}
+    return data.model_copy(update={**sections, "sweep": sweep.model_copy(update={"vary": vary})})

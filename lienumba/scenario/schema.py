@@ -6,13 +6,14 @@ also the remedy in its error messages, which read "give <description>".
 
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, Discriminator, Field, Tag
+from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driver_form
 from lienumba.scenario.schema_joints import JOINTS, Joint
 from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity
 from lienumba.scenario.schema_types import (
     NAME_RULE,
+    WRITTEN,
     AxisAngle,
     Count,
     Euler,
@@ -104,9 +105,52 @@ DexpInv = Annotated[
 ]
 
 
+Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=1.0), WithJsonSchema(WRITTEN)]
+
+
+class Absolute(Section):
+    """Errors for which size does not count; omitted: those of `Tolerance.relative`, of 1 in SI units."""
+
+    position: Positive | None = Field(default=None, description="the error of a position in m, above 0")
+    rotation: Positive | None = Field(default=None, description="the error of a rotation in rad, above 0")
+    velocity: Positive | None = Field(default=None, description="the error of a velocity in m/s, above 0")
+    angular_velocity: Positive | None = Field(
+        default=None, description="the error of an angular velocity in rad/s, above 0"
+    )
+    state: Positive | None = Field(default=None, description="the error of a state of a law, above 0")
+
+
+class Tolerance(Section):
+    """Of the error of one step: absolute plus relative times the size; rotations have no size."""
+
+    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 1")
+    absolute: Absolute = Field(
+        default_factory=Absolute,
+        description="{ position = ..., rotation = ..., velocity = ..., angular_velocity = ..., state = ... }",
+    )
+
+
+AnyTolerance = Annotated[
+    Annotated[Error, Tag("number")] | Annotated[Tolerance, Tag("table")],
+    Discriminator(lambda value: "table" if isinstance(value, dict | Tolerance) else "number"),
+]
+
+
 class Integrator(Section):
-    method: Method = Field(default="rk4", description="the Runge-Kutta method: " + ", ".join(get_args(Method)))
-    step: Positive = Field(description="the time step in s, above 0")
+    method: Method = Field(
+        default="rk4",
+        description="the Runge-Kutta method: "
+        + ", ".join(get_args(Method))
+        + " (or omit it: rk4 with a step, dop853 with a tolerance)",
+    )
+    step: Positive | None = Field(default=None, description="the time step in s, above 0")
+    tolerance: AnyTolerance | None = Field(
+        default=None,
+        description="the error of one step, from 1e-14 to 1, or { relative = ..., absolute = { rotation = ... } }",
+    )
+    first_step: Positive | None = Field(default=None, description="the first step in s that is tried, above 0")
+    max_step: Positive | None = Field(default=None, description="the longest step in s, above 0")
+    min_step: Positive | None = Field(default=None, description="the shortest step in s, above 0")
     end_time: Positive = Field(description="the simulated time in s, above 0")
     dexpinv: DexpInv | None = Field(
         default=None,
@@ -189,6 +233,8 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     **{("model", "forces", form): section for form, section in FORCES.items()},
     **{("model", "quantities", form): section for form, section in QUANTITIES.items()},
     ("integrator",): Integrator,
+    ("integrator", "tolerance", "table"): Tolerance,
+    ("integrator", "tolerance", "table", "absolute"): Absolute,
     ("projection",): Projection,
     ("output",): Output,
     ("sweep",): Sweep,

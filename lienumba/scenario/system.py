@@ -93,9 +93,9 @@ class System:
         self._data.setdefault("parameters", {})[name] = value
         return self
 
-    def integrator(self, *, step: float, end_time: float, method: str = "rk4") -> Self:
-        """Choose the method, the time step and the simulated time in s."""
-        self._data["integrator"] = {"method": method, "step": step, "end_time": end_time}
+    def integrator(self, *, end_time: float, **keys: Any) -> Self:
+        """Choose the simulated time in s, step (s) or tolerance, method, and other keys of the section [integrator]."""
+        self._data["integrator"] = {**keys, "end_time": end_time}
         return self
 
     def projection(self, **keys: Any) -> Self:

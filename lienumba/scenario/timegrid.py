@@ -28,8 +28,11 @@ def stored_times(end: float, every: float) -> list[float]:
     return [index * base.numerator / base.denominator for index in range(number + 1)]
 
 
-def default_interval(end: float, step: float) -> float:
-    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones."""
+def default_interval(end: float, step: float | None) -> float:
+    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones; step None: that many,
+    steps choose their length."""
+    if step is None:
+        return float(exact(end) / MOST_INTERVALS)
     steps = count(end, step)
     assert steps is not None, "checked before"
     intervals = next(number for number in range(MOST_INTERVALS, 0, -1) if steps % number == 0)

@@ -85,10 +85,10 @@ def plural(number: int, one: str, many: str) -> str:
     return f"{number:,} {one if number == 1 else many}"
 
 
-def listed(words: Iterable[str]) -> str:
+def listed(words: Iterable[str], joining: str = "and") -> str:
     """a, b and c."""
     *most, last = words
-    return f"{', '.join(most)} and {last}" if most else last
+    return f"{', '.join(most)} {joining} {last}" if most else last
 
 
 def is_number(text: str) -> bool:

@@ -1,0 +1,107 @@
+"""The memory of a driver: rows of lanes, one region behind the other."""
+
+from typing import Any, NamedTuple
+
+from numba import njit
+
+from lienumba.compiler.rows import ROW
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import codes
+
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+CLOCK = 12  # rows: see `lienumba.integrators.advance`
+LANES = 16  # rows of what a driver knows of each lane
+
+
+class Sizes(NamedTuple):
+    """Of a machine, all whole numbers.
+
+    elements: of S; held: rows behind them; first_mask: the row there of the first mask of the q rows of C that may be
+    exchanged; fixed: whether only those in use are compiled; seen: rows that are observed; parameters: rows of them;
+    slope: coordinates of an element in a step; stages: of a step, slots: of slopes that are kept of an element; events.
+    """
+
+    elements: int
+    held: int
+    first_mask: int
+    q: int
+    fixed: int
+    seen: int
+    parameters: int
+    slope: int
+    stages: int
+    slots: int
+    events: int
+
+
+class Scratch(NamedTuple):
+    """The first row of each region; as addresses in a driver.
+
+    state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes: see
+    `slope_row`; control: what is said of the error of a step; now, following: iterates of a projection; clock; lanes; u:
+    the argument of a stage; table: see `exchange.choose_rows`; conditions: of events; work: of the kernels.
+    """
+
+    state: int
+    new: int
+    slopes: int
+    control: int
+    now: int
+    following: int
+    clock: int
+    lanes: int
+    u: int
+    conditions: int
+    table: int
+    parameters: int
+    work: int
+
+
+@njit(**OPTIONS)
+def table_rows(q: int) -> int:
+    """S, the scales, the masks, and which lanes are asked for (see `exchange.choose_rows`)."""
+    return q * (q + 1) // 2 + 2 * q + 1
+
+
+@njit(**OPTIONS)
+def state_rows(k: int, held: int) -> int:
+    """Of a state with what a kernel says behind it, or of a projection's iterate; slopes lie behind `new`."""
+    return (ELEMENT + 6) * k + held + 4
+
+
+@njit(**OPTIONS)
+def slope_row(sizes: Sizes, element: int, slot: int) -> int:
+    """The first row of a slope: all of an element side by side, and behind those of all elements, at the same distances,
+    what each stage reports."""
+    return sizes.slope * (sizes.slots * element + slot)
+
+
+@njit(**OPTIONS)
+def layout(sizes: Sizes) -> Scratch:
+    """The first row of each region."""
+    k = sizes.elements
+    state = state_rows(k, sizes.held)
+    new = state
+    slopes = new + state
+    control = slopes + slope_row(sizes, k + 1, 0) + codes.REPORTS
+    now = control + codes.CONTROL
+    following = now + state
+    clock = following + state
+    lanes = clock + CLOCK
+    u = lanes + LANES
+    conditions = u + sizes.slope * k + sizes.held + 1
+    table = conditions + 2 * sizes.events
+    parameters = table + table_rows(sizes.q)
+    work = parameters + sizes.parameters
+    return Scratch(0, new, slopes, control, now, following, clock, lanes, u, conditions, table, parameters, work)
+
+
+@njit(**OPTIONS)
+def addresses(buffer: Any, sizes: Sizes) -> Scratch:
+    """The regions in this buffer."""
+    at, rows = buffer.ctypes.data, layout(sizes)
+    return Scratch(
+        at + ROW * rows.state, at + ROW * rows.new, at + ROW * rows.slopes, at + ROW * rows.control,
+        at + ROW * rows.now, at + ROW * rows.following, at + ROW * rows.clock, at + ROW * rows.lanes, at + ROW * rows.u,
+        at + ROW * rows.conditions, at + ROW * rows.table, at + ROW * rows.parameters, at + ROW * rows.work,
+    )  # fmt: skip
