@@ -13,7 +13,7 @@ from numba.core import types
 from lienumba.compiler import cache, jit
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ALGEBRA, ELEMENT
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.exchange import WEAKENED, choose_rows
 from lienumba.integrators.munthe_kaas import verdict
@@ -35,10 +35,10 @@ def table_rows(q: int) -> int:
     return q * (q + 1) // 2 + 2 * q + 1
 
 
-def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
+def scratch_rows(k: int, size: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
-    slopes = ALGEBRA * stages * (k + 1) + codes.REPORTS
-    return 3 * _state_rows(k, held) + 8 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
+    slopes = size * stages * (k + 1) + codes.REPORTS
+    return 3 * _state_rows(k, held) + 8 + (size * k + held + 1) + slopes + table_rows(q)
 
 
 @njit(**OPTIONS)
@@ -173,7 +173,8 @@ def _project(
 
 @njit(**OPTIONS)
 def _staged_step(
-    kernels: Any, k: int, held: int, nodes: Any, x: int, p: int, clock: int, new: int, u: int, slopes: int, work: int,
+    kernels: Any, k: int, size: int, held: int, nodes: Any, x: int, p: int, clock: int, new: int, u: int, slopes: int,
+    work: int,
 ) -> None:  # fmt: skip
     """One step stage by stage, for mechanisms whose step is too long for one kernel; code and margin go behind `new`.
 
@@ -183,19 +184,19 @@ def _staged_step(
     stages = nodes.size
     t, h = load(clock, TIME), load(clock, LENGTH)
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
-    said = slopes + ROW * ALGEBRA * stages * k
+    said = slopes + ROW * size * stages * k
     for s in range(stages):
         store(clock, TIME, t + nodes[s] * h)
         store(clock, NODE, splat(nodes[s]))
         combine = kernels[len(ORDER) + s]
         for i in range(k if combine != 0 else 0):
-            call(combine, 0, p, clock, slopes + ROW * ALGEBRA * stages * i, u + ROW * ALGEBRA * i, work)
-            rotation = maximum(load(u, ALGEBRA * (i + 1)), rotation)
-        call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * ALGEBRA * s, work)
-        every = every * load(said, ALGEBRA * s)
+            call(combine, 0, p, clock, slopes + ROW * size * stages * i, u + ROW * size * i, work)
+            rotation = maximum(load(u, size * (i + 1)), rotation)
+        call(kernels[STAGE if combine != 0 else FIRST], x, p, clock, u, slopes + ROW * size * s, work)
+        every = every * load(said, size * s)
         first = every if s == 0 else first
     for i in range(k):
-        call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * ALGEBRA * stages * i,
+        call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, clock, slopes + ROW * size * stages * i,
              new + ROW * ELEMENT * i, work)  # fmt: skip
         rotation = maximum(load(new, ELEMENT * (i + 1)), rotation)
         square = square + load(new, ELEMENT * (i + 1) + 1)
@@ -233,8 +234,8 @@ def _set_clock(clock: int, since: int, until: int, begin: float, end: float, h: 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.boolean,
-        types.int64, types.int64, types.int64, types.float64, types.float64,
+        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.int64,
+        types.boolean, types.int64, types.int64, types.int64, types.float64, types.float64,
         types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1],
         types.float64[:, :, :, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1],
         types.int64[::1], types.int64[::1],
@@ -242,14 +243,15 @@ def _set_clock(clock: int, since: int, until: int, begin: float, end: float, h: 
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int,
-    limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, landings: Any,
+    kernels: Any, nodes: Any, k: int, size: int, held: int, first_mask: int, q: int, fixed: bool, seen: int,
+    steps: int, limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, landings: Any,
     records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
-    states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
-    masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled;
+    states (blocks, 18 k + held, W): initial, left at the last good state; size: the coordinates of each of k elements
+    in a step; q: how many rows of C may be exchanged, their masks from row `first_mask` of what is held, which is
+    `fixed` if only those in use are compiled;
     parameters (blocks, P, W), invariants prepared; landings (blocks, L, W): the times on which a step must land, those
     of a lane ascending, and an infinite one last;
     records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
@@ -268,8 +270,8 @@ def drive(
     until = since + ROW
     times = buffer[(since - new) // 8 : (since - new) // 8 + 2 * W].reshape((2, W))
     u = until + ROW
-    slopes = u + ROW * (ALGEBRA * k + held + 1)
-    exchanged = (slopes - new) // 8 + W * (ALGEBRA * nodes.size * (k + 1) + codes.REPORTS)
+    slopes = u + ROW * (size * k + held + 1)
+    exchanged = (slopes - new) // 8 + W * (size * nodes.size * (k + 1) + codes.REPORTS)
     table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
     work = table.ctypes.data + ROW * table_rows(q)
     passed, cuts = np.zeros(W, np.int64), landings.shape[1] > 1  # passed: landings of each lane
@@ -300,7 +302,7 @@ def drive(
                 if kernels[STEP] != 0:
                     call(kernels[STEP], x, p, clock, 0, new, work)
                 else:
-                    _staged_step(kernels, k, held, nodes, x, p, clock, new, u, slopes, work)
+                    _staged_step(kernels, k, size, held, nodes, x, p, clock, new, u, slopes, work)
                 store(clock, TIME, load(until, 0))
                 code = load(new, rows + held)
                 margin = load(new, rows + held + 1)

@@ -27,12 +27,13 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses in the driver's order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of the tableau."""
+    `nodes`: c of the tableau; `size`: the coordinates of an element in a step."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
     nodes: np.ndarray
     elements: int
+    size: int
     carried: Carried
     held: Held
     parameter_rows: int
@@ -62,11 +63,12 @@ def compile_program(program: Program) -> Machine:
         tuple(prepares),
         np.array(program.nodes),
         program.elements,
+        program.size,
         program.carried,
         program.held,
         program.parameter_rows,
         sum(rows for _, rows in program.observed.values()),
-        driver.scratch_rows(program.elements, program.held.rows, len(program.held.masks), stages)
+        driver.scratch_rows(program.elements, program.size, program.held.rows, len(program.held.masks), stages)
         + max(k.work_rows for k in program.kernels.values()),
     )
 

@@ -36,10 +36,12 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats, arrays,
-    or what tables hold); `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
+    """`elements`: of S, those of the bodies first; `size`: the coordinates of each in a step; `parameters`: the model's
+    numbers behind the slots (floats, arrays, or what tables hold); `nodes`: c of the tableau; `observed`: name ->
+    (first row, rows)."""
 
     elements: int
+    size: int
     held: Held
     carried: Carried
     parameters: list[Any]
@@ -69,4 +71,7 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     nodes = [float(c) for c in tracer.tableau.c]
-    return Program(tracer.elements, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed)
+    return Program(
+        tracer.elements, tracer.chart.size, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes,
+        observed,
+    )  # fmt: skip

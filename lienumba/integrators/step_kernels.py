@@ -6,9 +6,10 @@ from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ALGEBRA, ELEMENT
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, munthe_kaas
 from lienumba.integrators.carried import rates
+from lienumba.integrators.charts import Chart
 from lienumba.integrators.tracer import Tracer, flat
 from lienumba.mechanics import dynamics
 from lienumba.mechanics.model import Model
@@ -41,11 +42,12 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     t, h = graph.inputs("clock", 2)
     F = _vector_field(tracer, model, held, reports, graph.input("clock", 3))
     new, rotation, square = munthe_kaas.step(
+        tracer.chart,
         tracer.tableau,
         tracer.state(graph, "state"),
         t,
         h,
-        lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms),
+        lambda x, u, t: munthe_kaas.slope(tracer.chart, x, u, lambda y: F(y, t)),
     )
     every = reports.sound[0]
     for sound in reports.sound[1:]:
@@ -57,7 +59,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
 
 
 def _stage(tracer: Tracer, name: str) -> Kernel:
-    """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
+    """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
 
     Its outputs go to the rows of one stage among those of all (see `_slope_row`); behind them stands what it
     reports: whether the KKT was sound, the power, the margin.
@@ -67,13 +69,13 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     t = graph.input("clock", 0)
     node = 0.0 if name == "first" else graph.input("clock", 2)
     F = _vector_field(tracer, model, tracer.held_rows(graph), reports, graph.input("clock", 3), node)
-    x = tracer.state(graph, "state")
-    u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.elements))
-    f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms)
+    chart, every = tracer.chart, range(tracer.elements)
+    zero = munthe_kaas.origin(chart)
+    u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
+    f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
-    stages = len(tracer.tableau.b)
-    rows = [_slope_row(i, stages) + c for i in range(tracer.elements) for c in range(ALGEBRA)]
-    rows += [_slope_row(tracer.elements, stages) + c for c in range(len(said))]
+    rows = [_slope_row(tracer, i) + c for i in every for c in range(chart.size)]
+    rows += [_slope_row(tracer, tracer.elements) + c for c in range(len(said))]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
 
 
@@ -81,10 +83,10 @@ def _finish(tracer: Tracer) -> Kernel:
     """What is held after a step; state: the new bodies, and what was held; extra: what the stages gave."""
     graph, model = tracer.graph()
     t, h = graph.inputs("clock", 2)
-    stages = len(tracer.tableau.b)
-    behind = _slope_row(tracer.elements, stages)
-    said = [graph.inputs("extra", codes.REPORTS, behind + ALGEBRA * s) for s in range(stages)]
-    last = [_slope_row(i, stages) + ALGEBRA * (stages - 1) + 6 for i in range(tracer.k)]
+    size, stages = tracer.chart.size, len(tracer.tableau.b)
+    behind = _slope_row(tracer, tracer.elements)
+    said = [graph.inputs("extra", codes.REPORTS, behind + size * s) for s in range(stages)]
+    last = [_slope_row(tracer, i + 1) - 6 for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],
         margin=[x[2] for x in said],
@@ -97,21 +99,21 @@ def _finish(tracer: Tracer) -> Kernel:
 
 def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
     """What a step does with one body: u of each stage but the first, and the end; extra: the body's slopes."""
-    kernels = {}
+    kernels, chart = {}, tracer.chart
     for s, row in enumerate(tracer.tableau.A):
         if any(row):
             graph, _ = tracer.graph()
-            u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(graph, s))
+            u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), row, _slopes(chart, graph, s))
             kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
-    slopes = _slopes(graph, len(tracer.tableau.b))
-    new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), tracer.tableau, x, slopes)
+    slopes = _slopes(chart, graph, len(tracer.tableau.b))
+    new, rotation, square = munthe_kaas.advanced(chart, graph.input("clock", 1), tracer.tableau, x, slopes)
     return kernels | {"advance": tracer.kernel("advance", (*new, tracer.strict(rotation), square))}
 
 
-def _slopes(graph: Graph, stages: int) -> list[Any]:
-    return [graph.inputs("extra", ALGEBRA, ALGEBRA * s) for s in range(stages)]
+def _slopes(chart: Chart, graph: Graph, stages: int) -> list[Any]:
+    return [graph.inputs("extra", chart.size, chart.size * s) for s in range(stages)]
 
 
 def _vector_field(
@@ -154,6 +156,6 @@ def _held_after(
     return rows
 
 
-def _slope_row(body: int, stages: int) -> int:
-    """The first row of a body's slopes: 12 rows per stage, all stages of a body side by side."""
-    return ALGEBRA * stages * body
+def _slope_row(tracer: Tracer, body: int) -> int:
+    """The first row of a body's slopes: all stages of a body side by side."""
+    return tracer.chart.size * len(tracer.tableau.b) * body

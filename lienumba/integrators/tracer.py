@@ -9,9 +9,9 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.carried import Carried
+from lienumba.integrators.charts import LARGEST_STAGE, R3xSO3
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
-from lienumba.integrators.munthe_kaas import LARGEST_STAGE
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt
 from lienumba.mechanics.mapping import map_numbers
@@ -27,6 +27,13 @@ class Method:
     position: str  # "local" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
+
+
+def _terms(method: Method) -> int | None:
+    """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
+    if method.dexpinv is None:
+        return max(TABLEAUS[method.tableau].order - 2, 0)
+    return None if method.dexpinv == "closed" else int(method.dexpinv)
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,7 @@ class Tracer:
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
+        self.chart = R3xSO3(_terms(method))
         self.k = len(model.bodies)
         graph, symbolic = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
@@ -75,14 +83,6 @@ class Tracer:
             fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
-
-    @property
-    def terms(self) -> int | None:
-        """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
-        given = self.method.dexpinv
-        if given is None:
-            return max(self.tableau.order - 2, 0)
-        return None if given == "closed" else int(given)
 
     def strict(self, rotation: Any) -> Any:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
