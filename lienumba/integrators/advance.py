@@ -28,11 +28,6 @@ ORDER = (
     STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, DENSE, EVENTS,
 ) = range(len(ORDER))  # fmt: skip
 
-# Rows of the clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells
-# in which piece of a table a stage lies; where the continuous extension is read, as a fraction of the part; what the
-# controller remembers; the numbers of the tolerance.
-TIME, LENGTH, NODE, MIDDLE, FRACTION, MEMORY, TOLERANCE = range(7)
-
 jit.register()  # `verdict` is a kernel
 
 
@@ -152,8 +147,8 @@ def project_velocities(
 def stage(kernels: Any, sizes: Any, nodes: Any, s: int, x: int, p: int, at: Any, t: Any, h: Any) -> Any:
     """The slopes of stage s of a step; returns the largest squared rotation of its argument."""
     size, combine = sizes.slope, kernels[len(ORDER) + s]
-    store(at.clock, TIME, t + nodes[s] * h)
-    store(at.clock, NODE, splat(nodes[s]))
+    store(at.clock, codes.TIME, t + nodes[s] * h)
+    store(at.clock, codes.NODE, splat(nodes[s]))
     rotation = splat(0.0)
     for i in range(sizes.elements if combine != 0 else 0):
         call(combine, 0, p, at.clock, at.slopes + ROW * slope_row(sizes, i, 0), at.u + ROW * size * i, at.work)
@@ -171,7 +166,7 @@ def staged_step(kernels: Any, sizes: Any, nodes: Any, since: int, x: int, p: int
     rows begin there.
     """
     k, held, size = sizes.elements, sizes.held, sizes.slope
-    t, h = load(at.clock, TIME), load(at.clock, LENGTH)
+    t, h = load(at.clock, codes.TIME), load(at.clock, codes.LENGTH)
     said = at.slopes + ROW * slope_row(sizes, k, 0)
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
     for s in range(sizes.stages):
@@ -186,7 +181,7 @@ def staged_step(kernels: Any, sizes: Any, nodes: Any, since: int, x: int, p: int
         square = square + load(at.new, ELEMENT * (i + 1) + 1)
     rows = ELEMENT * k
     copy(at.new + ROW * rows, x + ROW * rows, held)
-    store(at.clock, TIME, t + h)
+    store(at.clock, codes.TIME, t + h)
     if held > 0:
         call(kernels[FINISH], at.new, p, at.clock, at.slopes, at.u, at.work)
         copy(at.new + ROW * rows, at.u, held)

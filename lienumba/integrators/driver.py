@@ -13,11 +13,8 @@ from lienumba.compiler import cache
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
-from lienumba.integrators.advance import (
-    LENGTH, MIDDLE, OBSERVE, POSITION, SAMPLE, STEP, TIME, VELOCITY, commit, exchange, project,
-    project_velocities, record, staged_step,
-)  # fmt: skip
+from lienumba.integrators import advance, codes
+from lienumba.integrators.advance import commit
 from lienumba.integrators.exchange import WEAKENED
 from lienumba.integrators.scratch import OPTIONS, Sizes, addresses, layout, table_rows
 
@@ -41,23 +38,22 @@ def _next_landing(times: Any, landings: Any, passed: Any, end: float) -> bool:
 def _set_clock(clock: int, t: Any, to: Any, begin: float, end: float, h: float) -> None:
     """The clock of a part of a step. A step that is not cut is h long, whatever its ends round to."""
     length = choose((to == end) & (t == begin), splat(h), to - t)
-    store(clock, TIME, t)
-    store(clock, LENGTH, length)
-    store(clock, MIDDLE, t + 0.5 * length)
+    store(clock, codes.TIME, t)
+    store(clock, codes.LENGTH, length)
+    store(clock, codes.MIDDLE, t + 0.5 * length)
 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes), types.int64,
-        types.int64, types.float64, types.float64,
-        types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1],
-        types.float64[:, :, :, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1],
-        types.int64[::1], types.int64[::1],
+        types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes),
+        types.int64, types.float64, types.int64[::1], types.int64, types.float64,
+        types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
+        types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, sizes: Any, steps: int, limit: int, h: float, tolerance: float, output_steps: Any,
+    kernels: Any, nodes: Any, sizes: Any, steps: int, h: float, output_steps: Any, limit: int, tolerance: float,
     states: Any, parameters: Any, landings: Any, records: Any, statuses: Any, end_steps: Any, buffer: Any,
     progress: Any, stop: Any,
 ) -> None:  # fmt: skip
@@ -85,11 +81,11 @@ def drive(
         store(lanes, COUNTS, splat(0.0))
         store(lanes, COUNTS + 1, splat(0.0))
         store(ends, 0, splat(0.0))
-        store(clock, TIME, splat(0.0))
+        store(clock, codes.TIME, splat(0.0))
         store(lanes, SINCE, splat(0.0))
         passed[:] = 0
-        if kernels[SAMPLE] != 0:
-            call(kernels[SAMPLE], x, p, clock, 0, new, at.work)
+        if kernels[advance.SAMPLE] != 0:
+            call(kernels[advance.SAMPLE], x, p, clock, 0, new, at.work)
             commit(load(status, 0) == 0.0, x, new, rows)
         done = 0
         for n in range(steps + 1):
@@ -102,41 +98,43 @@ def drive(
                 if not cuts:
                     store(lanes, UNTIL, splat(n * h))
                 _set_clock(clock, load(lanes, SINCE), load(lanes, UNTIL), (n - 1) * h, n * h, h)
-                if kernels[STEP] != 0:
-                    call(kernels[STEP], x, p, clock, 0, new, at.work)
+                if kernels[advance.STEP] != 0:
+                    call(kernels[advance.STEP], x, p, clock, 0, new, at.work)
                 else:
-                    staged_step(kernels, sizes, nodes, 0, x, p, at)
-                store(clock, TIME, load(lanes, UNTIL))
+                    advance.staged_step(kernels, sizes, nodes, 0, x, p, at)
+                store(clock, codes.TIME, load(lanes, UNTIL))
                 code = load(new, rows + held)
                 margin = load(new, rows + held + 1)
                 store(status, 0, choose(going, code, load(status, 0)))
-                if kernels[POSITION] != 0:
+                if kernels[advance.POSITION] != 0:
                     pending = going & (load(status, 0) == 0.0)
-                    used = project(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
+                    used = advance.project(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
                     store(lanes, COUNTS, choose(used > load(lanes, COUNTS), used, load(lanes, COUNTS)))
-                if kernels[VELOCITY] != 0:
+                if kernels[advance.VELOCITY] != 0:
                     pending = going & (load(status, 0) == 0.0)
-                    used = project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
+                    used = advance.project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
                     store(lanes, COUNTS + 1, choose(used > load(lanes, COUNTS + 1), used, load(lanes, COUNTS + 1)))
                 good = going & (load(status, 0) == 0.0)
                 commit(good, x, new, rows + held)
                 if sizes.q > 0:
                     weak = good & (margin < WEAKENED * load(x, masks + sizes.q))
                     if any_lane(weak):
-                        others = exchange(kernels, sizes, x, p, at, weak, table, x)
+                        others = advance.exchange(kernels, sizes, x, p, at, weak, table, x)
                         if sizes.fixed != 0:
                             store(status, 0, choose(others, codes.EXCHANGED, load(status, 0)))
-                if landed and kernels[SAMPLE] != 0:
-                    call(kernels[SAMPLE], x, p, clock, 0, new, at.work)
+                if landed and kernels[advance.SAMPLE] != 0:
+                    call(kernels[advance.SAMPLE], x, p, clock, 0, new, at.work)
                     commit(good, x, new, rows)
                 store(lanes, SINCE, choose(good, load(lanes, UNTIL), load(lanes, SINCE)))
                 going = good & (load(lanes, SINCE) < n * h)
-            store(clock, TIME, splat(n * h))
+            store(clock, codes.TIME, splat(n * h))
             alive = load(status, 0) == 0.0
             store(ends, 0, choose(alive, splat(float(n)), load(ends, 0)))
             if done < output_steps.size and output_steps[done] == n:
                 to = records[block, done].ctypes.data
-                record(to, kernels[OBSERVE], x, p, at, rows + held, sizes.seen, alive, lanes + ROW * COUNTS)
+                advance.record(
+                    to, kernels[advance.OBSERVE], x, p, at, rows + held, sizes.seen, alive, lanes + ROW * COUNTS
+                )
                 store(lanes, COUNTS, splat(0.0))
                 store(lanes, COUNTS + 1, splat(0.0))
                 done += 1

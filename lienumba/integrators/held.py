@@ -1,7 +1,7 @@
 """What a run carries from step to step beside its bodies: rows behind the 18 k rows of the state.
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
-accelerations: of the last stage, 6 per body, and their change in a step, in closed loops; masks: which of the rows of C
+accelerations: of the last stage, 6 per body, and their rates, in closed loops; masks: which of the rows of C
 that may be exchanged are in use, and behind them the largest margin that this choice has had.
 """
 
@@ -39,7 +39,7 @@ class Held:
     def start(
         self, angles: Mapping[int, Any], choice: Choice, runs: int, accelerations: Sequence[Any] = ()
     ) -> np.ndarray:
-        """(runs, rows) at the start; angles: by joint; accelerations and changes: 0 if omitted."""
+        """(runs, rows) at the start; angles: by joint; accelerations and rates: 0 if omitted."""
         rows = np.zeros((runs, self.rows))
         for place, joint in enumerate(self.angles):
             rows[:, place] = angles[joint]
@@ -59,16 +59,16 @@ class Held:
             mask[row] = used
         return mask
 
-    def expected(self, held: tuple[Any, ...], steps: Any = 0.0) -> list[Any] | None:
-        """The accelerations after so many steps, if they change as they did; None if they are not held."""
+    def expected(self, held: tuple[Any, ...], later: Any = 0.0) -> list[Any] | None:
+        """The accelerations so much later (s), if they change as they did; None if they are not held."""
         first, number = len(self.angles) + self.work, self.accelerations // 2
         last, change = held[first : first + number], held[first + number : self.first_mask]
-        return [a + steps * da for a, da in zip(last, change, strict=True)] or None
+        return [a + later * da for a, da in zip(last, change, strict=True)] or None
 
-    def after(self, held: tuple[Any, ...], accelerations: list[Any]) -> list[Any]:
-        """What is held of new accelerations: themselves, and by how much they changed in a step."""
-        last = self.expected(held) or []
-        return accelerations + [new - old for new, old in zip(accelerations, last, strict=True)]
+    def after(self, held: tuple[Any, ...], accelerations: list[Any], h: Any) -> list[Any]:
+        """What is held of accelerations after a step of h: themselves, and their rates."""
+        last, rate = self.expected(held) or [], 1.0 / h
+        return accelerations + [(new - old) * rate for new, old in zip(accelerations, last, strict=True)]
 
     def counted(self, model: Model, now: Instant) -> list[Any]:
         """The angles, each counted near where `now` has it."""

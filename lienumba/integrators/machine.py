@@ -28,7 +28,7 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses in the drivers' order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of all stages; `driver`: the module that drives them."""
+    `nodes`: c of all stages; `free`: see `Program`; `drive`: the driver."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
@@ -36,7 +36,8 @@ class Machine:
     sizes: Any
     carried: Carried
     held: Held
-    driver: Any
+    free: bool
+    drive: Any
     buffer_rows: int
 
     def buffer(self) -> np.ndarray:
@@ -47,7 +48,7 @@ def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
     with ThreadPoolExecutor(2) as threads:
         compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
-        driver = import_module(f"lienumba.integrators.{program.driver}")  # compiled or loaded meanwhile
+        driver = import_module(f"lienumba.integrators.{'adaptive' if program.free else 'driver'}")  # meanwhile
         objects = {name: future.result() for name, future in compiling.items()}
     from lienumba.integrators.advance import ORDER
     from lienumba.integrators.scratch import Sizes, layout
@@ -67,7 +68,10 @@ def compile_program(program: Program) -> Machine:
         events=program.events,
     )  # fmt: skip
     rows = layout.py_func(sizes).work + max(k.work_rows for k in program.kernels.values())
-    return Machine(kernels, tuple(prepares), np.array(program.nodes), sizes, program.carried, held, driver, rows)
+    nodes = np.array(program.nodes)
+    return Machine(
+        kernels, tuple(prepares), nodes, sizes, program.carried, held, program.free, driver.drive, rows
+    )  # fmt: skip
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:

@@ -3,56 +3,39 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from lienumba.groups import so3, state
 from lienumba.integrators import codes
+from lienumba.integrators.charts import LARGEST_STAGE, Chart
 from lienumba.integrators.tableaus import Tableau
-from lienumba.operations import at_most, kernel, maximum, where
-
-LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
+from lienumba.operations import kernel, maximum, where
 
 Bodies = Any  # a sequence: an element of S per body
-Algebra = Any  # a sequence: an element of its algebra per body
+Coordinates = Any  # a sequence: the coordinates of each body about where it was
 
 
-def moved(x: Bodies, u: Algebra) -> Bodies:
-    """x exp(u), body by body."""
-    return tuple(state.product(body, state.exp(z)) for body, z in zip(x, u, strict=True))
-
-
-def slope(x: Bodies, u: Algebra, F: Callable[[Bodies], Algebra], terms: int | None) -> Algebra:
-    """f* = dexpinv_{-u}(F(x exp(u))), its series cut behind ad^terms, or in closed form for None."""
-    promised(u)
-    minus = [tuple(-c for c in z) for z in u]
-    pairs = zip(minus, F(moved(x, u)), strict=True)
-    if terms is None:
-        return tuple(state.dexpinv(z, y) for z, y in pairs)
-    return tuple(state.dexpinv_truncated(z, y, terms) for z, y in pairs)
-
-
-def promised(u: Algebra) -> Any:
-    """The largest squared rotation of u, which the driver keeps below LARGEST_STAGE."""
-    worst: Any = 0.0
+def slope(chart: Chart, x: Bodies, u: Coordinates, F: Callable[[Bodies], Any]) -> Coordinates:
+    """u' of eq. (19) at u about x: how the coordinates of all bodies move where they move by F."""
     for z in u:
-        worst = maximum(at_most(so3.dot(z[3:6], z[3:6]), LARGEST_STAGE), worst)
-    return worst
+        chart.rotation(z)  # the promise comes before the use
+    at = tuple(chart.moved(body, z) for body, z in zip(x, u, strict=True))
+    return tuple(chart.slope(*each) for each in zip(x, u, at, F(at), strict=True))
 
 
-def combination(h: Any, weights: tuple[Any, ...], slopes: Sequence[Any]) -> tuple[Any, Any]:
+def combination(chart: Chart, h: Any, weights: tuple[Any, ...], slopes: Sequence[Any]) -> tuple[Any, Any]:
     """u = h sum_j w_j f_j of one body from its slopes, and its squared rotation (rad^2)."""
     (first, f), *rest = [(h * float(w), f) for w, f in zip(weights, slopes, strict=True) if w != 0]
     u = tuple(first * c for c in f)
     for w, f in rest:
         u = tuple(total + w * c for total, c in zip(u, f, strict=True))
-    return u, promised((u,))
+    return u, chart.rotation(u)
 
 
-def advanced(h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[Any, Any, Any]:
+def advanced(chart: Chart, h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[Any, Any, Any]:
     """One body at the end of a step: its new state, the squared rotation, and the sum of squares of the move."""
-    w, rotation = combination(h, tableau.b, slopes)
+    w, rotation = combination(chart, h, tableau.b, slopes)
     square: Any = 0.0
     for c in w:
         square = square + c * c
-    return moved((x,), (w,))[0], rotation, square
+    return chart.moved(x, w), rotation, square
 
 
 @kernel
@@ -66,29 +49,41 @@ def verdict(rotation: Any, square: Any, first: Any, every: Any) -> Any:
 
 
 def step(
-    tableau: Tableau, x: Bodies, t: Any, h: Any, stage: Callable[[Bodies, Algebra | None, Any], Algebra]
-) -> tuple[Bodies, Any, Any]:
+    chart: Chart,
+    tableau: Tableau,
+    x: Bodies,
+    t: Any,
+    h: Any,
+    stage: Callable[[Bodies, Coordinates, Any], Coordinates],
+    first: Coordinates = (),
+) -> tuple[Bodies, Any, Any, list[list[Any]]]:
     """One step of size h from x at time t.
 
-    `stage(x, u, t)` is the slope at x exp(u); u is None in the first stage, where it is exactly zero. Returns the
-    new state, the largest squared rotation of a stage (rad^2), and the sum of squares of the move, which tells
-    whether all of it is finite.
+    `stage(x, u, t)` is the slope at u about x, which is exactly zero in the first stage; first: that of each body where
+    it is known. Returns the new state, the largest squared rotation of a stage (rad^2), the sum of squares of the move,
+    which tells whether all of it is finite, and the slopes of all stages, body by body.
     """
-    slopes: list[list[Any]] = [[] for _ in x]  # by body
+    slopes: list[list[Any]] = [[f] for f in first] or [[] for _ in x]
     rotation: Any = 0.0
     square: Any = 0.0
-    for row, c in zip(tableau.A, tableau.c, strict=True):
+    begun = len(slopes[0])
+    for row, c in zip(tableau.A[begun:], tableau.c[begun:], strict=True):
         u = []
-        for f in slopes if any(row) else ():
-            z, turned = combination(h, row, f)
+        for f in slopes:
+            z, turned = combination(chart, h, row, f) if any(row) else (origin(chart), 0.0)
             rotation = maximum(turned, rotation)
             u.append(z)
-        for f, new in zip(slopes, stage(x, tuple(u) or None, t + float(c) * h), strict=True):
+        for f, new in zip(slopes, stage(x, tuple(u), t + float(c) * h), strict=True):
             f.append(new)
     end = []
     for body, f in zip(x, slopes, strict=True):
-        state_, turned, length = advanced(h, tableau, body, f)
+        state_, turned, length = advanced(chart, h, tableau, body, f)
         rotation = maximum(turned, rotation)
         square = square + length
         end.append(state_)
-    return tuple(end), rotation, square
+    return tuple(end), rotation, square, slopes
+
+
+def origin(chart: Chart) -> tuple[float, ...]:
+    """The coordinates of x itself."""
+    return (0.0,) * chart.size

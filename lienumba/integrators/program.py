@@ -8,6 +8,7 @@
     position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
+    close, dense       see `lienumba.integrators.extension_kernels`
     exchange   state -> S of the rows that may be exchanged (see `lienumba.integrators.exchange`)
 
     sample     state -> state                       the laws of the user's own that are sampled now
@@ -19,11 +20,12 @@ own, so that what is observed can never change how a step is computed.
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
-from lienumba.integrators import state_kernels, step_kernels
+from lienumba.integrators import extension_kernels, state_kernels, step_kernels
 from lienumba.integrators.carried import Carried
 from lienumba.integrators.exchange import UNIQUE, Choice
 from lienumba.integrators.held import Held
@@ -36,10 +38,16 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats, arrays,
-    or what tables hold); `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
+    """`elements`: of S, those of the bodies first; `slope`: the coordinates of each in a step; `stages`, `slots`: see
+    `Tracer`; `events`: conditions; `parameters`: the model's numbers behind the slots (floats, arrays, or what tables
+    hold); `nodes`: c of all stages; `observed`: name -> (first row, rows); `free`: whether every lane has its own time.
+    """
 
     elements: int
+    slope: int
+    stages: int
+    slots: int
+    events: int
     held: Held
     carried: Carried
     parameters: list[Any]
@@ -47,6 +55,7 @@ class Program:
     kernels: dict[str, Kernel]
     nodes: list[float]
     observed: dict[str, tuple[int, int]]
+    free: bool
 
 
 @uncollected()
@@ -68,5 +77,10 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
     if any(force.code is not None and force.code.every is not None for force in model.forces):
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
-    nodes = [float(c) for c in tracer.tableau.c]
-    return Program(tracer.elements, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed)
+    if method.free:
+        kernels |= {"close": extension_kernels.close(tracer), "dense": extension_kernels.dense(tracer)}
+    nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
+    return Program(
+        tracer.elements, tracer.chart.size, tracer.stages, tracer.slots, 0, tracer.held, tracer.carried, tracer.values,
+        tracer.rows, kernels, nodes, observed, method.free,
+    )  # fmt: skip

@@ -9,8 +9,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-CLOCK = 12  # rows: see `lienumba.integrators.advance`
-LANES = 16  # rows of what a driver knows of each lane
+LANES = 17  # rows of what a driver knows of each lane: see `driver` and `free_lanes`
 
 
 class Sizes(NamedTuple):
@@ -38,8 +37,8 @@ class Scratch(NamedTuple):
     """The first row of each region; as addresses in a driver.
 
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes: see
-    `slope_row`; control: what is said of the error of a step; now, following: iterates of a projection; clock; lanes; u:
-    the argument of a stage; table: see `exchange.choose_rows`; conditions: of events; work: of the kernels.
+    `slope_row`; control: what is said of the error of a step; now, following: iterates of a projection; u: the argument
+    of a stage; conditions: of events; table: see `exchange.choose_rows`; work: of the kernels.
     """
 
     state: int
@@ -71,8 +70,8 @@ def state_rows(k: int, held: int) -> int:
 
 @njit(**OPTIONS)
 def slope_row(sizes: Sizes, element: int, slot: int) -> int:
-    """The first row of a slope: all of an element side by side, and behind those of all elements, at the same distances,
-    what each stage reports."""
+    """The first row of a slope: all of an element side by side; behind those of all elements, at the same distances,
+    lies what each stage reports."""
     return sizes.slope * (sizes.slots * element + slot)
 
 
@@ -87,7 +86,7 @@ def layout(sizes: Sizes) -> Scratch:
     now = control + codes.CONTROL
     following = now + state
     clock = following + state
-    lanes = clock + CLOCK
+    lanes = clock + codes.CLOCK
     u = lanes + LANES
     conditions = u + sizes.slope * k + sizes.held + 1
     table = conditions + 2 * sizes.events

@@ -5,11 +5,12 @@ from typing import Any
 from lienumba.compiler.emit import Kernel
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import carried as carried_
-from lienumba.integrators import codes, munthe_kaas
+from lienumba.integrators import codes
+from lienumba.integrators.charts import LARGEST_STAGE, promised
 from lienumba.integrators.tracer import Tracer, finite, flat
 from lienumba.mechanics import constraints, dynamics, kkt, projection, quantities
 from lienumba.mechanics.motion import Instant
-from lienumba.operations import minimum, where
+from lienumba.operations import maximum, minimum, where
 
 
 def position(tracer: Tracer) -> Kernel:
@@ -20,11 +21,13 @@ def position(tracer: Tracer) -> Kernel:
     x = graph.inputs("extra", 6 * tracer.k, ELEMENT * tracer.elements)
     at = tracer.instant(now, held, hat.t)
     solution = projection.position_correction(model, tracer.structure, at, list(x), mask)
-    rotation = munthe_kaas.promised([(0.0, 0.0, 0.0, *solution.x[6 * i + 3 : 6 * i + 6]) for i in range(tracer.k)])
+    rotation: Any = 0.0
+    for i in range(tracer.k):
+        rotation = maximum(promised(solution.x[6 * i + 3 : 6 * i + 6]), rotation)
     new = projection.placed(hat.bodies, solution.x)
     counts = projection.counted(solution, mask, "position")
     violation = projection.position_violation(model, tracer.instant(new, held, hat.t), counts)
-    code = where(rotation < munthe_kaas.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
+    code = where(rotation < LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
     if tracer.structure.looped:
         lost = projection.lost(model, tracer.instant(new, held, hat.t), counts)
         code = where(lost < projection.LOST, code, codes.SINGULAR)
@@ -69,7 +72,7 @@ def sample(tracer: Tracer) -> Kernel:
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
-    expected = tracer.expected(tracer.held_rows(graph), 0.0)
+    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
     solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
     mu = solution.mu
     if tracer.whole.masked:

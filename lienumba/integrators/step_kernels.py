@@ -1,14 +1,15 @@
 """The kernels of a step: as one, or stage by stage for large mechanisms."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ALGEBRA, ELEMENT
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, munthe_kaas
 from lienumba.integrators.carried import rates
+from lienumba.integrators.charts import Chart
 from lienumba.integrators.tracer import Tracer, flat
 from lienumba.mechanics import dynamics
 from lienumba.mechanics.model import Model
@@ -27,25 +28,50 @@ class _Reports:
     margin: list[Any] = field(default_factory=list)
     accelerations: list[Any] = field(default_factory=list)  # of the last stage
 
+    def read(self, rows: Sequence[Any], tracer: Tracer) -> None:
+        """Those of a stage that is known: whether its KKT was sound, the power, the margin."""
+        self.sound.append(rows[0])
+        self.power += [rows[1]] if tracer.held.work else []
+        self.margin.append(rows[2])
+
 
 def step(tracer: Tracer) -> dict[str, Kernel]:
-    """The step as one kernel, or as many if a stage is too long to be repeated in it."""
-    before = tracer.rows
+    """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes are free, the first
+    stage apart, and what the stages of the continuous extension need."""
+    before, stages = tracer.rows, tracer.tableau.stages
     stage = _stage(tracer, "stage")
-    if stage.counts()["operations"] * len(tracer.tableau.b) > INLINE:
-        kernels = {"stage": stage, "first": _stage(tracer, "first")} | _body_kernels(tracer)
-        return kernels | ({"finish": _finish(tracer)} if tracer.held.rows else {})
-    tracer.rows = before
+    if stage.counts()["operations"] * tracer.stages > INLINE:
+        used = [s for s, row in enumerate(stages) if any(row) and s != tracer.stages]
+        kernels = {"stage": stage, "first": _stage(tracer, "first"), "advance": _advance(tracer)}
+        kernels |= {"finish": _finish(tracer)} if tracer.held.rows else {}
+        return kernels | _combinations(tracer, used if tracer.method.free else used[: tracer.stages - 1])
+    if not tracer.method.free:
+        tracer.rows = before
+        return {"step": _inline(tracer)}
+    kernels = {"stage": stage} if tracer.tableau.more else {}
+    kernels |= _combinations(tracer, range(tracer.stages + 1, len(stages)))
+    return kernels | {"first": _stage(tracer, "first"), "step": _inline(tracer)}
+
+
+def _inline(tracer: Tracer) -> Kernel:
+    """A whole step. Where lanes are free: extra: the slopes, of which the first is known; the others and the power of
+    their stages go there, too."""
     graph, model = tracer.graph()
     held, reports = tracer.held_rows(graph), _Reports()
     t, h = graph.inputs("clock", 2)
-    F = _vector_field(tracer, model, held, reports, graph.input("clock", 3))
-    new, rotation, square = munthe_kaas.step(
+    first = ()
+    if tracer.method.free:
+        first = tuple(graph.inputs("extra", tracer.chart.size, tracer.slope_row(i)) for i in range(tracer.elements))
+        reports.read(graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements)), tracer)
+    F = _vector_field(tracer, model, held, reports, h, graph.input("clock", 3))
+    new, rotation, square, slopes = munthe_kaas.step(
+        tracer.chart,
         tracer.tableau,
         tracer.state(graph, "state"),
         t,
         h,
-        lambda x, u, t: F(x, t) if u is None else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms),
+        lambda x, u, t: munthe_kaas.slope(tracer.chart, x, u, lambda y: F(y, t)),
+        first,
     )
     every = reports.sound[0]
     for sound in reports.sound[1:]:
@@ -53,27 +79,38 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     code = munthe_kaas.verdict(tracer.strict(rotation), square, reports.sound[0], every)
     after = _held_after(tracer, model, held, tracer.instant(new, held, t + h), h, reports)
     margin = reports.margin[:1] if tracer.held.masks else []
-    return {"step": tracer.kernel("step", (*flat(new), *after, code, *margin))}
+    outputs = [*flat(new), *after, code, *margin]
+    if not tracer.method.free:
+        return tracer.kernel("step", outputs)
+    rows, behind = list(range(len(outputs))), tracer.state_rows
+    for s in range(1, tracer.stages):
+        for i, f in enumerate(slopes):
+            outputs += f[s]
+            rows += [behind + tracer.slope_row(i, s) + c for c in range(tracer.chart.size)]
+        outputs += reports.power[s : s + 1]
+        rows += [behind + tracer.slope_row(tracer.elements, s) + 1] if reports.power else []
+    return tracer.kernel("step", outputs, tuple(rows))
 
 
 def _stage(tracer: Tracer, name: str) -> Kernel:
-    """The slopes of all bodies at x exp(u), or with the name "first" at x; extra: u.
+    """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
 
-    Its outputs go to the rows of one stage among those of all (see `_slope_row`); behind them stands what it
+    Its outputs go to the rows of one stage among those of all (see `scratch.slope_row`); behind them stands what it
     reports: whether the KKT was sound, the power, the margin.
     """
     graph, model = tracer.graph()
     reports = _Reports()
     t = graph.input("clock", 0)
     node = 0.0 if name == "first" else graph.input("clock", 2)
-    F = _vector_field(tracer, model, tracer.held_rows(graph), reports, graph.input("clock", 3), node)
-    x = tracer.state(graph, "state")
-    u = tuple(graph.inputs("extra", ALGEBRA, ALGEBRA * i) for i in range(tracer.elements))
-    f = F(x, t) if name == "first" else munthe_kaas.slope(x, u, lambda y: F(y, t), tracer.terms)
+    h, within = graph.input("clock", 1), graph.input("clock", 3)
+    F = _vector_field(tracer, model, tracer.held_rows(graph), reports, h, within, node)
+    chart, every = tracer.chart, range(tracer.elements)
+    zero = munthe_kaas.origin(chart)
+    u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
+    f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
-    stages = len(tracer.tableau.b)
-    rows = [_slope_row(i, stages) + c for i in range(tracer.elements) for c in range(ALGEBRA)]
-    rows += [_slope_row(tracer.elements, stages) + c for c in range(len(said))]
+    rows = [tracer.slope_row(i) + c for i in every for c in range(chart.size)]
+    rows += [tracer.slope_row(tracer.elements) + c for c in range(len(said))]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
 
 
@@ -81,10 +118,8 @@ def _finish(tracer: Tracer) -> Kernel:
     """What is held after a step; state: the new bodies, and what was held; extra: what the stages gave."""
     graph, model = tracer.graph()
     t, h = graph.inputs("clock", 2)
-    stages = len(tracer.tableau.b)
-    behind = _slope_row(tracer.elements, stages)
-    said = [graph.inputs("extra", codes.REPORTS, behind + ALGEBRA * s) for s in range(stages)]
-    last = [_slope_row(i, stages) + ALGEBRA * (stages - 1) + 6 for i in range(tracer.k)]
+    said = [graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements, s)) for s in range(tracer.stages)]
+    last = [tracer.slope_row(i, tracer.stages) - 6 for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],
         margin=[x[2] for x in said],
@@ -95,36 +130,41 @@ def _finish(tracer: Tracer) -> Kernel:
     return tracer.kernel("finish", _held_after(tracer, model, held, now, h, reports))
 
 
-def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
-    """What a step does with one body: u of each stage but the first, and the end; extra: the body's slopes."""
-    kernels = {}
-    for s, row in enumerate(tracer.tableau.A):
-        if any(row):
-            graph, _ = tracer.graph()
-            u, rotation = munthe_kaas.combination(graph.input("clock", 1), row, _slopes(graph, s))
-            kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
+def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
+    """u of one body in each of these stages; extra: the body's slopes."""
+    kernels, chart = {}, tracer.chart
+    for s in stages:
+        graph, _ = tracer.graph()
+        row, slopes = tracer.tableau.stages[s], _slopes(chart, graph, s)
+        u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), row, slopes[: len(row)])
+        kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
+    return kernels
+
+
+def _advance(tracer: Tracer) -> Kernel:
+    """One body at the end of a step; extra: the body's slopes."""
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
-    slopes = _slopes(graph, len(tracer.tableau.b))
-    new, rotation, square = munthe_kaas.advanced(graph.input("clock", 1), tracer.tableau, x, slopes)
-    return kernels | {"advance": tracer.kernel("advance", (*new, tracer.strict(rotation), square))}
+    slopes = _slopes(tracer.chart, graph, tracer.stages)
+    new, rotation, square = munthe_kaas.advanced(tracer.chart, graph.input("clock", 1), tracer.tableau, x, slopes)
+    return tracer.kernel("advance", (*new, tracer.strict(rotation), square))
 
 
-def _slopes(graph: Graph, stages: int) -> list[Any]:
-    return [graph.inputs("extra", ALGEBRA, ALGEBRA * s) for s in range(stages)]
+def _slopes(chart: Chart, graph: Graph, stages: int) -> list[Any]:
+    return [graph.inputs("extra", chart.size, chart.size * s) for s in range(stages)]
 
 
 def _vector_field(
-    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, within: Any, node: Any = None
+    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, h: Any, within: Any, node: Any = None
 ) -> Callable[[Any, Any], Any]:
-    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. within: the time
-    in the middle of the step; node: c of the stage; by default that of the stages as they come."""
+    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. h: of the step;
+    within: the time in its middle; node: c of the stage; by default that of the stages as they come."""
     mask = tracer.held.mask(held, tracer.structure.rows)
 
     def F(state: Any, t: Any) -> Any:
         now = tracer.instant(state, held, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
-        expected = tracer.expected(held, c)
+        expected = tracer.expected(held, c, h)
         solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
         reports.sound.append(solution.sound)
         reports.margin.append(solution.margin)
@@ -148,12 +188,7 @@ def _held_after(
             work = work + (h * float(b)) * power if b else work
         rows.append(work)
     if tracer.held.accelerations:
-        rows += tracer.held.after(held, reports.accelerations)
+        rows += tracer.held.after(held, reports.accelerations, h)
     if tracer.held.masks:
         rows += [*held[tracer.held.first_mask : -1], maximum(reports.margin[0], held[-1])]
     return rows
-
-
-def _slope_row(body: int, stages: int) -> int:
-    """The first row of a body's slopes: 12 rows per stage, all stages of a body side by side."""
-    return ALGEBRA * stages * body

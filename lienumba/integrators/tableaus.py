@@ -1,8 +1,9 @@
 """Explicit Runge-Kutta methods as data."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from lienumba.integrators import coefficients as published
 
@@ -14,8 +15,7 @@ class Tableau:
     """A (strictly lower rows), b, c of an explicit method, and its order.
 
     `errors`: for embedded pairs, the weights of one or two estimates of the error in the stages and, last, in F at the
-    end of the step; `D`: see `weights`; `more`: rows of the stages behind that one, which only the continuous extension
-    needs.
+    end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs.
     """
 
     name: str
@@ -35,18 +35,18 @@ class Tableau:
         """The rows of all stages: those of a step, F at its end, and those of the continuous extension."""
         return (*self.A, self.b, *self.more)
 
-    def extension(self, s: Fraction) -> Row:
+    def extension(self, s: Any, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
         """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
-        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic."""
+        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic. number: what coefficients become."""
         stages = range(len(self.stages))
         b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
         first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
         layers = [b, [f - w for f, w in zip(first, b, strict=True)]]
         layers += [[2 * w - f - g for w, f, g in zip(b, first, last, strict=True)]]
         layers += [(*row, *[Fraction(0)] * (len(stages) - len(row))) for row in self.D]
-        total = [Fraction(0) for _ in stages]
+        total = [number(Fraction(0)) for _ in stages]
         for n, layer in reversed(list(enumerate(layers))):
-            total = [(s if n % 2 == 0 else 1 - s) * (w + x) for w, x in zip(layer, total, strict=True)]
+            total = [(s if n % 2 == 0 else 1 - s) * (number(w) + x) for w, x in zip(layer, total, strict=True)]
         return tuple(total)
 
 

@@ -9,9 +9,9 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.carried import Carried
+from lienumba.integrators.charts import LARGEST_STAGE, R3xSO3
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
-from lienumba.integrators.munthe_kaas import LARGEST_STAGE
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt
 from lienumba.mechanics.mapping import map_numbers
@@ -27,6 +27,14 @@ class Method:
     position: str  # "local" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
+    free: bool = False  # whether every lane has its own time: steps chosen by a tolerance, or events
+
+
+def _terms(method: Method) -> int | None:
+    """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
+    if method.dexpinv is None:
+        return max(TABLEAUS[method.tableau].order - 2, 0)
+    return None if method.dexpinv == "closed" else int(method.dexpinv)
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,9 @@ def split(model: Model) -> tuple[Model, list[Any]]:
 
 class Tracer:
     """`structure`: of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`;
-    `values`: of the parameters; k: the number of bodies, of the elements of S with what is `carried` behind them."""
+    `values`: of the parameters; k: the number of bodies, of the elements of S with what is `carried` behind them;
+    `stages` of a step; `slots`: slopes kept of each element: of the stages, where lanes are free also of F at the end
+    and of the extension's stages; there the last one is F at the end as the next step has it."""
 
     def __init__(self, model: Model, method: Method, choice: Choice, fixed: bool) -> None:
         self.template, self.values = split(model)
@@ -61,6 +71,9 @@ class Tracer:
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
+        self.chart = R3xSO3(_terms(method))
+        self.stages = len(self.tableau.b)
+        self.slots = len(self.tableau.stages) + 1 if method.free else self.stages
         self.k = len(model.bodies)
         graph, symbolic = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
@@ -76,22 +89,14 @@ class Tracer:
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
 
-    @property
-    def terms(self) -> int | None:
-        """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
-        given = self.method.dexpinv
-        if given is None:
-            return max(self.tableau.order - 2, 0)
-        return None if given == "closed" else int(given)
-
     def strict(self, rotation: Any) -> Any:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
         limit is a quarter of a turn: two bodies then turn by less than half a turn relative to each other."""
         return rotation * (LARGEST_STAGE / (0.5 * pi) ** 2) if self.held.angles else rotation
 
-    def expected(self, held: tuple[Any, ...], node: Any) -> list[Any] | None:
+    def expected(self, held: tuple[Any, ...], node: Any, h: Any) -> list[Any] | None:
         """The accelerations to be expected in a stage at t + node h; None if they are not held."""
-        return self.held.expected(held, node + (1.0 - float(self.tableau.c[-1])))
+        return self.held.expected(held, (node + (1.0 - float(self.tableau.c[-1]))) * h)
 
     def _any_power(self) -> Any:
         """The power at any state: zero by its structure if nothing ever works on the system."""
@@ -106,6 +111,15 @@ class Tracer:
             return graph.input("parameters", x.row) if isinstance(x, Slot) else x
 
         return graph, map_numbers(self.template, number, number)
+
+    @property
+    def state_rows(self) -> int:
+        """See `scratch.state_rows`: where the slopes begin behind a state."""
+        return (ELEMENT + 6) * self.elements + self.held.rows + 4
+
+    def slope_row(self, element: int, slot: int = 0) -> int:
+        """See `scratch.slope_row`."""
+        return self.chart.size * (self.slots * element + slot)
 
     def kernel(self, name: str, outputs: Any, rows: tuple[int, ...] | None = None) -> Kernel:
         kernel = Kernel(name, tuple(outputs), self.rows, rows)

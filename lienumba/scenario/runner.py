@@ -4,12 +4,12 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.landing import landings
 from lienumba.scenario.arguments import check_labels
+from lienumba.scenario.batches import batch_of, program_of
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-    from lienumba.batch.execute import Batch
-    from lienumba.integrators.exchange import Choice
-    from lienumba.integrators.held import Held
     from lienumba.integrators.program import Program
     from lienumba.mechanics.quantities import Part
 
@@ -80,8 +77,8 @@ def run(
         done_before, failed_before = (0 if fixed else len(labels)), collected.failed
         total = done_before + len(remaining)
         tell(Progress("compile", done_before, total, failed_before))
-        program = _program(resolved, prepared, fixed)
-        batch = _batch(resolved, prepared, program, compile_program(program)).part(remaining)
+        program = program_of(resolved, prepared, fixed)
+        batch = batch_of(resolved, prepared, program, compile_program(program)).part(remaining)
         collected.expect(program)
 
         def report(
@@ -105,7 +102,7 @@ def run(
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Operations of each kernel per evaluation and run: what the hardware must do."""
     prepared = prepare(scenario, [0])
-    return {name: kernel.counts() for name, kernel in _program(scenario, prepared, fixed=True).kernels.items()}
+    return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}
 
 
 def usable_cores() -> int:
@@ -116,64 +113,6 @@ def usable_cores() -> int:
 def _command() -> str:
     name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
     return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
-
-
-def _choice(prepared: Prepared) -> "Choice":
-    from lienumba.integrators.exchange import first_choice
-
-    nominal = prepared.nominal
-    choice = first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
-    return replace(choice, singular=nominal.singular)
-
-
-def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
-    from lienumba.integrators.program import Method, build
-
-    data: Any = resolved.data
-    projection = data.projection
-    method = Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
-    return build(prepared.model, method, _choice(prepared), fixed)
-
-
-def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
-    import numpy as np
-
-    from lienumba.batch.execute import Batch
-
-    data: Any = resolved.data
-    carried = program.carried.start(prepared.model.forces, len(prepared.states))
-    return Batch(
-        machine=machine,
-        parameters=program.parameters,
-        states=np.concatenate([prepared.states, carried, _held(prepared, program.held, data.integrator.step)], axis=1),
-        codes=prepared.codes,
-        h=data.integrator.step,
-        steps=resolved.steps,
-        outputs=np.unique([0, *resolved.output_steps]).astype(np.int64),  # the start too: energies count from it
-        tolerance=data.projection.tolerance,
-        iterations=data.projection.max_iterations,
-        landings=tuple(landings(prepared.model, data.integrator.end_time)),
-    )
-
-
-def _held(prepared: Prepared, held: "Held", h: float) -> "np.ndarray":
-    """What every run holds beside its state at the start (runs, rows); h: step (s)."""
-    import numpy as np
-
-    from lienumba.mechanics.kkt import Structure
-    from lienumba.mechanics.motion import Instant
-    from lienumba.mechanics.singular import limiting_accelerations
-
-    choice, runs = _choice(prepared), len(prepared.states)
-    if not prepared.nominal.singular:
-        return held.start(prepared.angles, choice, runs)
-    structure = Structure.of(prepared.model, (), choice.dropped)
-    mask = [0.0 if row in choice.dropped else 1.0 for row in range(structure.rows)]
-    bodies = tuple(tuple(body.T) for body in prepared.states.reshape(runs, -1, 18).transpose(1, 0, 2))
-    now = Instant(bodies, 0.0, prepared.angles)
-    with np.errstate(all="ignore"):
-        last, rates = limiting_accelerations(prepared.model, structure, now, mask)
-    return held.start(prepared.angles, choice, runs, [np.nan_to_num(a) for a in (*last, *(h * a for a in rates))])
 
 
 class _Collector:
@@ -187,7 +126,8 @@ class _Collector:
         self.series: dict[str, np.ndarray] = {}
         self.summaries: dict[str, np.ndarray] = {}
         self.codes = np.zeros(runs, np.int8)
-        self.steps = np.zeros(runs, np.int64)
+        self.steps, self.rejected = np.zeros((2, runs), np.int64)
+        self.ends = np.zeros(runs)
 
     @property
     def failed(self) -> int:
@@ -219,7 +159,7 @@ class _Collector:
         for name, array in self.summaries.items():
             array[runs] = self.layout.summarise(name, values)
         self.codes[runs] = chunk.codes
-        self.steps[runs] = chunk.steps
+        self.steps[runs], self.rejected[runs], self.ends[runs] = chunk.steps, chunk.rejected, chunk.ends
 
     def _variable(self, part: "Part") -> Any:
         from lienumba.store.layout import SERIES, Variable
@@ -231,18 +171,17 @@ class _Collector:
         return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
     def dataset(self, command: str) -> "xr.Dataset":
-        import numpy as np
 
         from lienumba.scenario.units import units
         from lienumba.store import layout, provenance
 
         data: Any = self.resolved.data
         model, named = self.prepared.model, data.model.model_dump()
-        end_time = self.steps * data.integrator.step
-        end_time[self.steps == self.resolved.steps] = data.integrator.end_time
-        per_run = {"status": self.codes, "end_time": end_time, "steps": self.steps}
+        per_run = {
+            "status": self.codes, "end_time": self.ends, "steps": self.steps, "rejected_steps": self.rejected,
+        }  # fmt: skip
         return layout.dataset(
-            variables=self.series | self.summaries | per_run | {"rejected_steps": np.zeros(len(self.codes), np.int64)},
+            variables=self.series | self.summaries | per_run,
             times=self.resolved.times,
             runs=self.prepared.labels,
             bodies=[body.name for body in model.bodies],

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from lienumba.batch.execute import Batch, execute
+from lienumba.batch.execute import execute
+from lienumba.batch.integrate import Batch
 from lienumba.compiler import native
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.lanes import call
@@ -83,7 +84,7 @@ def step_flops(program: Program) -> int:
 
 def batch(program: Program, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
     codes = np.zeros(len(states), np.int8)
-    return Batch(machine, program.parameters, states, codes, h, steps, outputs, TOLERANCE, ITERATIONS)
+    return Batch(machine, program.parameters, states, codes, h * steps, h, h * outputs, TOLERANCE, ITERATIONS)
 
 
 def top_batch(sample: Tops, projection: str, h: float = STEP, steps: int = 20000, outputs: int = OUTPUTS) -> Batch:

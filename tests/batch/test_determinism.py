@@ -37,14 +37,14 @@ def test_runs_differ_from_each_other() -> None:
 def test_some_runs_of_the_linkage_exchange_rows_and_others_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that all tests here see runs that go again, beside others than before."""
     found = []
-    original = execute._integrate
+    original = execute.integrate
 
     def watched(batch: Any, runs: slice, *rest: Any) -> Any:
         chunk = original(batch, runs, *rest)
         found.append(chunk.codes == EXCHANGED)
         return chunk
 
-    monkeypatch.setattr(execute, "_integrate", watched)
+    monkeypatch.setattr(execute, "integrate", watched)
     run(linkage(runs=50))
     exchanged = np.concatenate(found)
     assert 10 < exchanged.sum() < 40
@@ -56,13 +56,13 @@ def test_some_runs_of_the_linkage_exchange_rows_and_others_do_not(monkeypatch: p
 def test_other_chunk_sizes(sweep: Any, workers: int, monkeypatch: pytest.MonkeyPatch) -> None:
     data = sweep(runs=50)
     sizes = []
-    original = execute._integrate
+    original = execute.integrate
 
     def watched(batch: Any, runs: slice, *rest: Any) -> Any:
         sizes.append(runs.stop - runs.start)
         return original(batch, runs, *rest)
 
-    monkeypatch.setattr(execute, "_integrate", watched)
+    monkeypatch.setattr(execute, "integrate", watched)
     monkeypatch.setattr(execute, "CHUNKS_PER_WORKER", 1)
     datasets = []
     for limit in (2**30, 1):  # bytes in a chunk: all of them; one block

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators import munthe_kaas
+from lienumba.integrators.charts import R3xSO3
 from lienumba.integrators.tableaus import TABLEAUS
 from lienumba.mechanics import dynamics, kkt, projection
 from lienumba.mechanics.motion import Instant
@@ -23,17 +24,19 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
     structure = kkt.Structure.of(model)
     x: Bodies = tuple(tuple(body) for body in states.tolist())
     most = (0, 0)
+    tableau = TABLEAUS[settings.integrator.method]
+    chart = R3xSO3(max(tableau.order - 2, 0))
 
     def stage(x: Bodies, u: Any, t: float) -> Any:
         def F(bodies: Bodies) -> Any:
             a = dynamics.accelerations(model, structure, Instant(bodies)).x
             return tuple((*body[12:18], *a[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))
 
-        return F(x) if u is None else munthe_kaas.slope(x, u, F, max(TABLEAUS[settings.integrator.method].order - 2, 0))
+        return munthe_kaas.slope(chart, x, u, F)
 
     for n in range(resolved.steps):
         h = settings.integrator.step
-        x, _, _ = munthe_kaas.step(TABLEAUS[settings.integrator.method], x, n * h, h, stage)
+        x, *_ = munthe_kaas.step(chart, tableau, x, n * h, h, stage)
         used = (0, 0)
         if settings.projection.position != "none":
             x, positions = project_positions(model, structure, x, settings.projection.tolerance)

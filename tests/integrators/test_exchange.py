@@ -9,7 +9,8 @@ from mechanics import linkages
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.batch.execute import Batch, execute
+from lienumba.batch.execute import execute
+from lienumba.batch.integrate import Batch
 from lienumba.batch.records import Layout
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
@@ -49,9 +50,8 @@ def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: in
     held = program.held
     states = np.concatenate([np.ravel(now.bodies)[None], held.start(now.angles, choice, 1)], axis=1)
     outputs = np.arange(0, steps + 1, 10)
-    batch = Batch(
-        compile_program(program), program.parameters, states, np.zeros(1, np.int8), step, steps, outputs, 1e-11, 10
-    )
+    machine, codes = compile_program(program), np.zeros(1, np.int8)
+    batch = Batch(machine, program.parameters, states, codes, step * steps, step, step * outputs, 1e-11, 10)
     (chunk,) = execute(batch, 1, lambda *_: None)
     first = ELEMENT * program.elements + held.first_mask
     values = Layout.of(model, program).unpack(chunk.records)

@@ -9,7 +9,8 @@ import pytest
 from mechanics import mechanisms
 from mechanics.linkages import bennett, door, planar_four_bar, triple, unit_body
 
-from lienumba.batch.execute import Batch, execute
+from lienumba.batch.execute import execute
+from lienumba.batch.integrate import Batch
 from lienumba.compiler import cache
 from lienumba.compiler.emit import Kernel
 from lienumba.groups import so3
@@ -174,8 +175,8 @@ def timed(now, choice, program, machine, runs=64, steps=200):
     bodies = np.tile(np.ravel(now.bodies), (runs, 1))
     held = program.held.start(now.angles, choice, runs)
     states, codes = np.concatenate([bodies, held], axis=1), np.zeros(runs, np.int8)
-    ends = np.array([0, steps])
-    batch = Batch(machine, program.parameters, states, codes, 1e-3, steps, ends, 1e-11, 10)
+    ends = np.array([0, 1e-3 * steps])
+    batch = Batch(machine, program.parameters, states, codes, 1e-3 * steps, 1e-3, ends, 1e-11, 10)
 
     def run():
         start = perf_counter()

@@ -1,0 +1,163 @@
+"""The runs of one chunk, from arrays by run to a driver's rows of lanes, and back."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lienumba.compiler.rows import W
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.control import Tolerance
+from lienumba.integrators.machine import Machine, aligned, prepare
+from lienumba.mechanics.landing import Landing
+from lienumba.mechanics.tables import Numbers
+
+SAME = 1e-9  # times nearer to each other than this fraction of a step are one
+SKIPPED = -1.0  # the code of lanes behind the last run
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Of steps that a tolerance chooses: the first (s), one number or (runs,), the longest and the shortest."""
+
+    tolerance: Tolerance
+    first: Any
+    longest: float
+    shortest: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Everything the runs need.
+
+    parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at
+    the start; codes (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None
+    with a pace; outputs: the times to be stored (s), from 0 to the end; landings: where steps must land.
+    """
+
+    machine: Machine
+    parameters: list[Any]
+    states: np.ndarray
+    codes: np.ndarray
+    end: float
+    h: float | None
+    outputs: np.ndarray
+    tolerance: float
+    iterations: int
+    landings: tuple[Landing, ...] = ()
+    pace: Pace | None = None
+
+    @property
+    def runs(self) -> int:
+        return len(self.states)
+
+    @property
+    def record_rows(self) -> int:
+        """A state, what is seen of it, and the iterations of the two projections."""
+        sizes = self.machine.sizes
+        return ELEMENT * sizes.elements + sizes.held + sizes.seen + 2
+
+    def part(self, runs: np.ndarray) -> "Batch":
+        """The batch of these runs (indices) alone."""
+        pace = None if self.pace is None else replace(self.pace, first=_of(self.pace.first, runs))
+        return replace(
+            self,
+            parameters=[_of(p, runs) for p in self.parameters],
+            landings=tuple(landing.part(runs) for landing in self.landings),
+            states=self.states[runs],
+            codes=self.codes[runs],
+            pace=pace,
+        )
+
+
+def _of(number: Any, runs: np.ndarray) -> Any:
+    return number[runs] if np.ndim(number) else number
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Finished runs: records (runs, outputs, rows), and (runs,): codes, simulated time (s), steps, rejected steps."""
+
+    runs: slice
+    records: np.ndarray
+    codes: np.ndarray
+    ends: np.ndarray
+    steps: np.ndarray
+    rejected: np.ndarray
+
+
+def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
+    """Integrate these runs; see `driver.drive` for progress and stop."""
+    machine, count = batch.machine, runs.stop - runs.start
+    blocks = -(-count // W)
+    numbers = [np.broadcast_to(_number(p), (batch.runs,))[runs] for p in batch.parameters]
+    table = np.stack(numbers or [np.zeros(count)], axis=1)
+    parameters = aligned(blocks, machine.sizes.parameters, W)
+    parameters[:, : table.shape[1]] = _lanes(table, blocks)
+    prepare(machine, parameters)
+    states, landings = _lanes(batch.states[runs], blocks), _landings(batch, runs, blocks)
+    records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
+    codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
+    one = (machine.kernels, machine.nodes, machine.sizes)
+    limits = (batch.iterations, batch.tolerance)
+    ends, steps, rejected = np.zeros((3, blocks, W))
+    if machine.free:
+        from lienumba.integrators.free_lanes import Runs
+
+        codes.reshape(-1)[count:] = SKIPPED
+        first = 0.0 if batch.pace is None else batch.pace.first
+        firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), blocks)[:, 0].copy()
+        stored = np.zeros((blocks, W))
+        every = Runs(states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored)
+        machine.drive(*one, every, batch.outputs, _pace(batch), *limits, machine.buffer(), progress, stop)
+    else:
+        assert batch.h is not None
+        outputs = np.rint(batch.outputs / batch.h).astype(np.int64)
+        number = round(batch.end / batch.h)
+        machine.drive(
+            *one, number, batch.h, outputs, *limits, states, parameters, landings, records, codes, steps,
+            machine.buffer(), progress, stop,
+        )  # fmt: skip
+        ends = np.where(steps == number, batch.end, steps * batch.h)
+    by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), -1)[:count]
+    per_run = (x.reshape(-1)[:count] for x in (codes.astype(np.int8), ends, *np.array([steps, rejected], np.int64)))
+    return Chunk(runs, by_run, *per_run)
+
+
+def _pace(batch: Batch) -> np.ndarray:
+    """See `adaptive.drive`."""
+    if batch.pace is None:
+        return np.array([batch.end, batch.h or 0.0, 0.0, 0.0])
+    pace = batch.pace
+    return np.array([batch.end, 0.0, pace.longest, pace.shortest, *pace.tolerance.numbers])
+
+
+def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:
+    """(runs, rows) as (blocks, rows, W); the lanes behind the last run repeat it."""
+    padded = values[np.minimum(np.arange(blocks * W), len(values) - 1)]
+    out = aligned(blocks, values.shape[1], W)
+    out[:] = padded.reshape(blocks, W, -1).transpose(0, 2, 1)
+    return out
+
+
+def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
+    """The times on which steps must land (blocks, n, W), those of a run ascending, with an infinite one behind them.
+
+    Those outside the run are left out; those at the end of a step of fixed length are that end to the bit.
+    """
+    count = runs.stop - runs.start
+    every = [landing.part(runs).times(count) for landing in batch.landings]
+    times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
+    times = np.where((times > 0.0) & (times <= batch.end), times, np.inf)
+    if batch.h is not None:
+        finite = np.where(np.isfinite(times), times, 0.0)
+        ends = np.round(finite / batch.h) * batch.h
+        times = np.where(np.isfinite(times) & (np.abs(finite - ends) <= SAME * batch.h), ends, times)
+    times.sort(axis=1)
+    used = int(np.isfinite(times).sum(axis=1).max()) + 1
+    return _lanes(times[:, :used], blocks)
+
+
+def _number(parameter: Any) -> np.ndarray:
+    """A parameter as the kernels read it: tables by their address."""
+    return np.asarray(parameter.address if isinstance(parameter, Numbers) else parameter, float)

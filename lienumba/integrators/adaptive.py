@@ -1,0 +1,223 @@
+"""The driver of free lanes: each has its own time, chooses its steps, and takes the next run when one is over.
+
+A step stays open until it is accepted: the state at its start is there, with the slopes of all stages, so that what
+lies between its ends is read off the continuous extension, and no output ever moves a step. What is stored is projected
+and observed afterwards, block by block. With steps of one length it is for events.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.core import types
+
+from lienumba.compiler import cache
+from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.rows import ROW, W
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import advance, codes
+from lienumba.integrators.advance import commit
+from lienumba.integrators.exchange import WEAKENED
+from lienumba.integrators.free_lanes import (
+    ACCEPTED,
+    BUSY,
+    COUNTS,
+    FRESH,
+    GRID,
+    LANDING,
+    PICKED,
+    STALE,
+    STATUS,
+    TRIAL,
+    UNTIL,
+    Queue,
+    Runs,
+    T,
+    accept,
+    fill,
+    finish,
+    keep,
+    land,
+    propose,
+    reject,
+)  # fmt: skip
+from lienumba.integrators.scratch import OPTIONS, Sizes, addresses, layout, slope_row, table_rows
+from lienumba.integrators.stored import keep_due, observe
+
+FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
+RUNS = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5, Runs)
+END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
+
+
+@njit(**OPTIONS)
+def _next_runs(
+    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any
+) -> bool:
+    """Give every lane without a run the next one, and store its start; whether any lane has a run."""
+    fresh, busy = False, False
+    for lane in range(W):
+        if rows[first.lanes + BUSY, lane] == 0.0:
+            fresh = fill(lane, rows, first, runs, queue) or fresh
+        busy = busy or rows[first.lanes + BUSY, lane] != 0.0
+    if not fresh:
+        return busy
+    if kernels[advance.SAMPLE] != 0:
+        store(at.clock, codes.TIME, splat(0.0))
+        call(kernels[advance.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
+        commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, ELEMENT * sizes.elements)
+    for lane in range(W):
+        if rows[first.lanes + FRESH, lane] != 0.0:
+            keep(lane, rows, first, sizes, runs, queue, outputs, first.state, True)
+            rows[first.lanes + FRESH, lane] = 0.0
+    return busy
+
+
+@njit(**OPTIONS)
+def _take(mask: Any, sizes: Any, slopes: int) -> None:
+    """F at the end of a step is the first slope of the next one."""
+    for element in range(sizes.elements):
+        source, target = slope_row(sizes, element, sizes.slots - 1), slope_row(sizes, element, 0)
+        commit(mask, slopes + ROW * target, slopes + ROW * source, sizes.slope)
+    source, target = slope_row(sizes, sizes.elements, sizes.slots - 1), slope_row(sizes, sizes.elements, 0)
+    commit(mask, slopes + ROW * target, slopes + ROW * source, codes.REPORTS)
+
+
+@njit(**OPTIONS)
+def _try(kernels: Any, sizes: Any, nodes: Any, at: Any, table: Any, limit: int, tolerance: float) -> None:
+    """One step of every lane, with its projections and F at its end; codes go to TRIAL."""
+    x, p, new, lanes = at.state, at.parameters, at.new, at.lanes
+    last = at.slopes + ROW * slope_row(sizes, 0, sizes.slots - 1)
+    stale = load(lanes, STALE) != 0.0
+    if any_lane(stale):
+        call(kernels[advance.FIRST], x, p, at.clock, 0, last, at.work)
+        _take(stale, sizes, at.slopes)
+        store(lanes, STALE, splat(0.0))
+    if kernels[advance.STEP] != 0:
+        call(kernels[advance.STEP], x, p, at.clock, at.slopes, new, at.work)
+    else:
+        advance.staged_step(kernels, sizes, nodes, 1, x, p, at)
+    trial = lanes + ROW * TRIAL
+    store(trial, 0, load(new, ELEMENT * sizes.elements + sizes.held))
+    store(at.clock, codes.TIME, load(lanes, UNTIL))
+    busy = load(lanes, BUSY) != 0.0
+    if kernels[advance.POSITION] != 0:
+        good = busy & (load(trial, 0) == 0.0)
+        used = advance.project(kernels, sizes, p, new, at, trial, good, table, limit, tolerance)
+        store(lanes, COUNTS, choose(used > load(lanes, COUNTS), used, load(lanes, COUNTS)))
+    if kernels[advance.VELOCITY] != 0:
+        good = busy & (load(trial, 0) == 0.0)
+        used = advance.project_velocities(kernels, sizes, p, new, at, trial, good, limit, tolerance)
+        store(lanes, COUNTS + 1, choose(used > load(lanes, COUNTS + 1), used, load(lanes, COUNTS + 1)))
+    call(kernels[advance.FIRST], new, p, at.clock, 0, last, at.work)
+    sound = load(at.slopes, slope_row(sizes, sizes.elements, sizes.slots - 1)) > 0.0
+    store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
+    call(kernels[advance.CLOSE], x, p, at.clock, new, at.slopes, at.work)
+
+
+@njit(**OPTIONS)
+def _move(kernels: Any, sizes: Any, at: Any, good: Any, table: Any, pace: Any) -> None:
+    """The step is done in the lanes `good`."""
+    rows, held, lanes, x = ELEMENT * sizes.elements, sizes.held, at.lanes, at.state
+    until, grid = load(lanes, UNTIL), load(lanes, GRID)
+    store(at.clock, codes.TIME, until)
+    commit(good, x, at.new, rows + held)
+    store(lanes, T, choose(good, until, load(lanes, T)))
+    counted = good
+    if pace[STEP] > 0.0:
+        counted = good & (until == (grid + 1.0) * pace[STEP])
+    store(lanes, GRID, choose(counted, grid + 1.0, grid))
+    store(lanes, ACCEPTED, choose(counted, load(lanes, ACCEPTED) + 1.0, load(lanes, ACCEPTED)))
+    _take(good, sizes, at.slopes)
+    if sizes.q > 0:
+        masks = rows + sizes.first_mask
+        weak = good & (load(at.new, rows + held + 1) < WEAKENED * load(x, masks + sizes.q))
+        if any_lane(weak):
+            others = advance.exchange(kernels, sizes, x, at.parameters, at, weak, table, x)
+            store(lanes, STALE, choose(others, splat(1.0), load(lanes, STALE)))
+            if sizes.fixed != 0:
+                store(lanes, STATUS, choose(others, splat(codes.EXCHANGED), load(lanes, STATUS)))
+
+
+@njit(**OPTIONS)
+def _land(kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, moved: Any) -> None:
+    """What happens on landing: laws are sampled, and F may jump."""
+    own = first.lanes
+    store(at.lanes, PICKED, choose(moved, splat(1.0), splat(0.0)))
+    for lane in range(W):
+        landed = rows[own + PICKED, lane] != 0.0 and land(lane, rows, first, runs, queue)
+        rows[own + PICKED, lane] = 1.0 if landed else 0.0
+        if landed:
+            rows[own + STALE, lane] = 1.0
+            rows[first.clock + codes.MEMORY, lane] = 0.0
+    picked = load(at.lanes, PICKED) != 0.0
+    if kernels[advance.SAMPLE] != 0 and any_lane(picked):
+        call(kernels[advance.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
+        commit(picked, at.state, at.new, ELEMENT * sizes.elements)
+
+
+@cache.numba_cached(
+    types.void(
+        types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes), RUNS,
+        types.float64[::1], types.float64[::1], types.int64, types.float64, types.float64[::1], types.int64[::1],
+        types.int64[::1],
+    ),
+    **OPTIONS,
+)  # fmt: skip
+def drive(
+    kernels: Any, nodes: Any, sizes: Any, runs: Runs, outputs: Any, pace: Any, limit: int, tolerance: float,
+    buffer: Any, progress: Any, stop: Any,
+) -> None:  # fmt: skip
+    """Integrate all runs.
+
+    outputs: the times to be stored, from 0 on; pace: the end of the runs, the step where steps are of one length (else
+    0), the longest and the shortest step, and the numbers of a `control.Tolerance`; limit and tolerance: of the
+    projections; the rest as in `driver.drive`.
+    """
+    at, first = addresses(buffer, sizes), layout(sizes)
+    rows = buffer[: W * first.work].reshape((first.work, W))
+    table = rows[first.table : first.table + table_rows(sizes.q)]
+    empty = np.zeros(W, np.int64)
+    queue = Queue(empty, empty.copy(), empty.copy(), empty.copy(), np.zeros(1, np.int64))
+    lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
+    for lane in range(W):
+        rows[first.lanes + BUSY, lane] = 0.0
+    while True:
+        if stop[0] != 0:
+            return
+        if fresh:
+            if not _next_runs(kernels, sizes, at, first, rows, runs, queue, outputs):
+                break
+            for n in range(pace.size - TOLERANCE):
+                store(at.clock, codes.TOLERANCE + n, splat(pace[TOLERANCE + n]))
+            fresh = False
+        propose(lanes, at.clock, pace[END], pace[STEP])
+        t, length, until = load(lanes, T), load(at.clock, codes.LENGTH), load(lanes, UNTIL)
+        _try(kernels, sizes, nodes, at, table, limit, tolerance)
+        busy, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)
+        good = busy & (trial == 0.0)
+        if pace[STEP] > 0.0:
+            store(lanes, STATUS, choose(busy, trial, load(lanes, STATUS)))
+        else:
+            good = good & (load(at.control, 0) <= 1.0)
+            store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))
+            reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace[SHORTEST])
+            accept(lanes, at.control, length, good, pace[LONGEST])
+            store(at.clock, codes.MEMORY, choose(good, load(at.control, 3), load(at.clock, codes.MEMORY)))
+        keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, False)
+        _move(kernels, sizes, at, good, table, pace)
+        landed = good & (load(lanes, T) == load(lanes, LANDING))
+        if any_lane(landed):
+            store(at.clock, codes.TIME, load(lanes, T))
+            _land(kernels, sizes, at, first, rows, runs, queue, landed)
+        over = busy & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
+        if any_lane(over):
+            store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))
+            for lane in range(W):
+                if rows[first.lanes + PICKED, lane] != 0.0:
+                    finish(lane, rows, first, runs, queue)
+                    rows[first.lanes + BUSY, lane] = 0.0
+                    done += 1
+            progress[0] = outputs.size * (done * runs.statuses.shape[0]) // total
+            fresh = True
+    observe(kernels, sizes, at, first, rows, runs, outputs, limit, tolerance, table)
+    progress[0] = outputs.size * runs.statuses.shape[0]

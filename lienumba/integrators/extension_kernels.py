@@ -1,0 +1,87 @@
+"""The kernels of free lanes beyond a step: what its error is, and the state between its ends.
+
+close      state, new state and slopes behind it -> F at the end about x, the error, the factors of the controller
+dense      state, slopes -> the state at a fraction of the step, on the continuous extension
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import codes, control, munthe_kaas
+from lienumba.integrators.carried import RATES, SLOTS
+from lienumba.integrators.tracer import Tracer, flat
+from lienumba.operations import maximum, where
+
+
+def close(tracer: Tracer) -> Kernel:
+    graph, _ = tracer.graph()
+    h, tableau, chart = graph.input("clock", codes.LENGTH), tracer.tableau, tracer.chart
+    every, behind = range(tracer.elements), tracer.state_rows
+    ends = []
+    slopes = [_slopes(tracer, graph, i, behind)[: tracer.stages] for i in every]
+    for i in every:
+        u, _ = munthe_kaas.combination(chart, h, tableau.b, slopes[i])
+        ends.append(chart.back(u, graph.inputs("extra", chart.size, behind + tracer.slope_row(i, tracer.slots - 1))))
+    rows = [tracer.slope_row(i, tracer.stages) + c for i in every for c in range(chart.size)]
+    if not tableau.errors:
+        return tracer.kernel("close", flat(ends), tuple(rows))
+    estimates = [[_weighted(h, row, [*f, end]) for row in tableau.errors] for f, end in zip(slopes, ends, strict=True)]
+    new = [graph.inputs("extra", ELEMENT, ELEMENT * i) for i in every]
+    square = _error_square(tracer, graph, estimates, tracer.state(graph, "state"), new)
+    said = (square, *control.factors(square, graph.input("clock", codes.MEMORY), tableau.order))
+    first = tracer.slope_row(tracer.elements + 1) + codes.REPORTS
+    return tracer.kernel("close", (*flat(ends), *said), (*rows, *range(first, first + codes.CONTROL)))
+
+
+def dense(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    t, h = graph.inputs("clock", 2)
+    fraction = graph.input("clock", codes.FRACTION)
+    weights = [h * w for w in tracer.tableau.extension(fraction, float)]
+    x, held = tracer.state(graph, "state"), tracer.held_rows(graph)
+    moved = []
+    for i, body in enumerate(x):
+        u = _weighted(1.0, weights, _slopes(tracer, graph, i, 0))
+        tracer.chart.rotation(u)
+        moved.append(tracer.chart.moved(body, u))
+    after = list(held)
+    after[: len(tracer.held.angles)] = tracer.held.counted(model, tracer.instant(moved, held, t + fraction * h))
+    if tracer.held.work:
+        slots = [*range(tracer.stages), tracer.slots - 1, *range(tracer.stages + 1, tracer.slots - 1)]
+        power = [(graph.input("extra", tracer.slope_row(tracer.elements, s) + 1),) for s in slots]
+        place = len(tracer.held.angles)
+        after[place] = after[place] + _weighted(1.0, weights, power)[0]
+    return tracer.kernel("dense", (*flat(moved), *after))
+
+
+def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Any]:
+    """Of all stages; behind: the rows before them."""
+    slots = range(tracer.slots - 1)
+    return [graph.inputs("extra", tracer.chart.size, behind + tracer.slope_row(element, s)) for s in slots]
+
+
+def _weighted(h: Any, weights: Sequence[Any], slopes: Sequence[Any]) -> tuple[Any, ...]:
+    """h sum_j w_j f_j."""
+    total = [0.0] * len(slopes[0])
+    for w, f in zip(weights, slopes, strict=False):
+        if w != 0.0 if isinstance(w, Fraction | float) else True:
+            scaled = h * (float(w) if isinstance(w, Fraction) else w)
+            total = [x + scaled * c for x, c in zip(total, f, strict=True)]
+    return tuple(total)
+
+
+def _error_square(tracer: Tracer, graph: Graph, estimates: list[Any], x: Sequence[Any], y: Sequence[Any]) -> Any:
+    """Of all elements the worst; infinite if one is not finite."""
+    tolerance = graph.inputs("clock", len(control.Tolerance.__dataclass_fields__), codes.TOLERANCE)
+    squares = [control.error_square(z, a, b, tolerance) for z, a, b in zip(estimates[: tracer.k], x, y, strict=False)]
+    for z, a, b in zip(estimates[tracer.k :], x[tracer.k :], y[tracer.k :], strict=True):
+        for rate, slot in zip(RATES, SLOTS, strict=True):
+            squares.append(control.state_error_square([e[rate] for e in z], a[slot], b[slot], tolerance))
+    worst, total = squares[0], squares[0]
+    for square in squares[1:]:
+        worst, total = maximum(square, worst), total + square
+    return where(total < codes.HUGE, worst, codes.HUGE)

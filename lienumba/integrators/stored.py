@@ -1,0 +1,96 @@
+"""What free lanes store: states between the ends of a step, and afterwards their projection and what is observed."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.rows import ROW, W
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators import advance, codes
+from lienumba.integrators.advance import commit
+from lienumba.integrators.free_lanes import COUNTS, DUE, PICKED, STATUS, UNTIL, Queue, Runs, keep
+from lienumba.integrators.scratch import OPTIONS
+
+
+@njit(**OPTIONS)
+def extend(kernels: Any, sizes: Any, nodes: Any, at: Any, t: Any, length: Any) -> None:
+    """The stages that only the continuous extension needs."""
+    for s in range(sizes.stages + 1, sizes.slots - 1):
+        advance.stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
+    store(at.clock, codes.TIME, t)
+
+
+@njit(**OPTIONS)
+def between(kernels: Any, at: Any, fraction: Any) -> None:
+    """The state at a fraction of the open step, to `now`."""
+    store(at.clock, codes.FRACTION, fraction)
+    call(kernels[advance.DENSE], at.state, at.parameters, at.clock, at.slopes, at.now, at.work)
+
+
+@njit(**OPTIONS)
+def keep_due(
+    kernels: Any, sizes: Any, nodes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any,
+    good: Any, t: Any, length: Any, until: Any, extended: bool,
+) -> None:  # fmt: skip
+    """Store what lies within the step in the lanes `good`, up to `until` and with it."""
+    state = ELEMENT * sizes.elements + sizes.held
+    due = load(at.lanes, DUE)
+    pending = good & (due <= until)
+    end = load(at.lanes, UNTIL)
+    while any_lane(pending):
+        if any_lane(pending & (due < end)):
+            if not extended:
+                extend(kernels, sizes, nodes, at, t, length)
+                extended = True
+            between(kernels, at, (due - t) / length)
+        commit(due == end, at.now, at.new, state)
+        store(at.lanes, PICKED, choose(pending, splat(1.0), splat(0.0)))
+        for lane in range(W):
+            if rows[first.lanes + PICKED, lane] != 0.0:
+                done = rows[first.lanes + DUE, lane] == rows[first.lanes + UNTIL, lane]
+                keep(lane, rows, first, sizes, runs, queue, outputs, first.now, done)
+        due = load(at.lanes, DUE)
+        pending = good & (due <= until)
+
+
+@njit(**OPTIONS)
+def observe(
+    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, outputs: Any, limit: int, tolerance: float,
+    table: Any,
+) -> None:  # fmt: skip
+    """Project what was stored between the ends of steps, and observe everything, block by block."""
+    state = ELEMENT * sizes.elements + sizes.held
+    x, lanes = at.new, at.lanes
+    for block in range(runs.statuses.shape[0]):
+        p = runs.parameters[block].ctypes.data
+        for n in range(outputs.size):
+            to = runs.records[block, n].ctypes.data
+            for lane in range(W):
+                rows[first.lanes + PICKED, lane] = 1.0 if n < runs.stored[block, lane] else 0.0
+            picked = load(lanes, PICKED) != 0.0
+            if not any_lane(picked):
+                for row in range(state + sizes.seen + 2):
+                    store(to, row, splat(np.nan))
+                continue
+            advance.copy(x, to, state)
+            advance.copy(lanes + ROW * COUNTS, to + ROW * (state + sizes.seen), 2)
+            store(at.clock, codes.TIME, splat(outputs[n]))
+            store(at.clock, codes.LENGTH, splat(0.0))
+            store(lanes, STATUS, splat(0.0))
+            status = lanes + ROW * STATUS
+            loose = picked & (load(to, state) == 0.0)
+            if kernels[advance.POSITION] != 0 and any_lane(loose):
+                advance.project(kernels, sizes, p, x, at, status, loose, table, limit, tolerance)
+            if kernels[advance.VELOCITY] != 0 and any_lane(loose):
+                alive = loose & (load(status, 0) == 0.0)
+                advance.project_velocities(kernels, sizes, p, x, at, status, alive, limit, tolerance)
+            picked = picked & (load(status, 0) == 0.0)
+            if any_lane(load(status, 0) != 0.0):
+                for lane in range(W):
+                    code = rows[first.lanes + STATUS, lane]
+                    if code != 0.0:
+                        runs.statuses[block, lane], runs.stored[block, lane] = code, n
+                        runs.ends[block, lane] = outputs[n - 1] if n > 0 else 0.0
+            advance.record(to, kernels[advance.OBSERVE], x, p, at, state, sizes.seen, picked, lanes + ROW * COUNTS)
