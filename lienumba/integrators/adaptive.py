@@ -111,7 +111,8 @@ def _try(kernels: Any, sizes: Any, nodes: Any, at: Any, table: Any, limit: int, 
     call(kernels[advance.FIRST], new, p, at.clock, 0, last, at.work)
     sound = load(at.slopes, slope_row(sizes, sizes.elements, sizes.slots - 1)) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
-    call(kernels[advance.CLOSE], x, p, at.clock, new, at.slopes, at.work)
+    if kernels[advance.CLOSE] != 0:
+        call(kernels[advance.CLOSE], x, p, at.clock, new, at.control, at.work)
 
 
 @njit(**OPTIONS)

@@ -22,10 +22,10 @@ from lienumba.operations import maximum
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
 ORDER = (
     "step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample", "close",
-    "dense", "events",
+    "end", "dense", "events",
 )  # fmt: skip
 (
-    STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, DENSE, EVENTS,
+    STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, END, DENSE, EVENTS,
 ) = range(len(ORDER))  # fmt: skip
 
 jit.register()  # `verdict` is a kernel

@@ -19,22 +19,32 @@ from lienumba.operations import maximum, where
 
 def close(tracer: Tracer) -> Kernel:
     graph, _ = tracer.graph()
-    h, tableau, chart = graph.input("clock", codes.LENGTH), tracer.tableau, tracer.chart
-    every, behind = range(tracer.elements), tracer.state_rows
-    ends = []
-    slopes = [_slopes(tracer, graph, i, behind)[: tracer.stages] for i in every]
-    for i in every:
-        u, _ = munthe_kaas.combination(chart, h, tableau.b, slopes[i])
-        ends.append(chart.back(u, graph.inputs("extra", chart.size, behind + tracer.slope_row(i, tracer.slots - 1))))
-    rows = [tracer.slope_row(i, tracer.stages) + c for i in every for c in range(chart.size)]
-    if not tableau.errors:
-        return tracer.kernel("close", flat(ends), tuple(rows))
-    estimates = [[_weighted(h, row, [*f, end]) for row in tableau.errors] for f, end in zip(slopes, ends, strict=True)]
-    new = [graph.inputs("extra", ELEMENT, ELEMENT * i) for i in every]
+    h, tableau, behind = graph.input("clock", codes.LENGTH), tracer.tableau, tracer.state_rows
+    estimates = []
+    for i in range(tracer.elements):
+        slopes = _slopes(tracer, graph, i, behind)[: tracer.stages]
+        if any(len(row) > tracer.stages for row in tableau.errors):
+            slopes.append(_end(tracer, graph, i, behind))
+        estimates.append([_weighted(h, row, slopes) for row in tableau.errors])
+    new = [graph.inputs("extra", ELEMENT, ELEMENT * i) for i in range(tracer.elements)]
     square = _error_square(tracer, graph, estimates, tracer.state(graph, "state"), new)
     said = (square, *control.factors(square, graph.input("clock", codes.MEMORY), tableau.order))
-    first = tracer.slope_row(tracer.elements + 1) + codes.REPORTS
-    return tracer.kernel("close", (*flat(ends), *said), (*rows, *range(first, first + codes.CONTROL)))
+    return tracer.kernel("close", said)
+
+
+def end(tracer: Tracer) -> Kernel:
+    graph, _ = tracer.graph()
+    every = range(tracer.elements)
+    rows = [tracer.slope_row(i, tracer.stages) + c for i in every for c in range(tracer.chart.size)]
+    return tracer.kernel("end", flat(_end(tracer, graph, i, 0) for i in every), tuple(rows))
+
+
+def _end(tracer: Tracer, graph: Graph, element: int, behind: int) -> Any:
+    """The slope at the end of the step, about its start."""
+    h, slopes = graph.input("clock", codes.LENGTH), _slopes(tracer, graph, element, behind)
+    u, _ = munthe_kaas.combination(tracer.chart, h, tracer.tableau.b, slopes[: tracer.stages])
+    last = behind + tracer.slope_row(element, tracer.slots - 1)
+    return tracer.chart.back(u, graph.inputs("extra", tracer.chart.size, last))
 
 
 def dense(tracer: Tracer) -> Kernel:

@@ -8,7 +8,7 @@
     position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
-    close, dense       see `lienumba.integrators.extension_kernels`
+    close, end, dense  see `lienumba.integrators.extension_kernels`
     exchange   state -> S of the rows that may be exchanged (see `lienumba.integrators.exchange`)
 
     sample     state -> state                       the laws of the user's own that are sampled now
@@ -78,7 +78,8 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     if method.free:
-        kernels |= {"close": extension_kernels.close(tracer), "dense": extension_kernels.dense(tracer)}
+        kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
+        kernels |= {"close": extension_kernels.close(tracer)} if tracer.tableau.errors else {}
     nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
         tracer.elements, tracer.chart.size, tracer.stages, tracer.slots, 0, tracer.held, tracer.carried, tracer.values,

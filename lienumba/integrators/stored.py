@@ -16,7 +16,8 @@ from lienumba.integrators.scratch import OPTIONS
 
 @njit(**OPTIONS)
 def extend(kernels: Any, sizes: Any, nodes: Any, at: Any, t: Any, length: Any) -> None:
-    """The stages that only the continuous extension needs."""
+    """The slope of the end, and those of the stages that only the continuous extension needs."""
+    call(kernels[advance.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
     for s in range(sizes.stages + 1, sizes.slots - 1):
         advance.stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
     store(at.clock, codes.TIME, t)

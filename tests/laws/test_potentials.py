@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lienumba.compiler import native
+from lienumba.scenario.batches import program_of
 from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import _program
 
 from .rigs import close, order, own, pair, pendulum, run
 
@@ -84,6 +84,6 @@ def test_another_number_compiles_nothing(monkeypatch):
 
     def text(data: dict[str, Any]) -> list[str]:
         scenario = resolve(data)
-        return [k.text() for k in _program(scenario, prepare(scenario, [0]), True).kernels.values()]
+        return [k.text() for k in program_of(scenario, prepare(scenario, [0]), True).kernels.values()]
 
     assert text(data) == text(pendulum(*swept("forces.own.parameters.kp", 7)["model"]["forces"]))

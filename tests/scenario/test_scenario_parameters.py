@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.scenario.batches import program_of
 from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import _program
 
 SERVO: dict[str, Any] = {
     "parameters": {
@@ -100,7 +100,7 @@ def test_every_run_of_a_sweep_is_the_same_with_its_numbers_written_out():
 def test_another_number_or_a_sweep_compiles_nothing():
     def text(data: dict[str, Any]) -> list[str]:
         scenario = resolve(data)
-        return [k.text() for k in _program(scenario, prepare(scenario, [0]), True).kernels.values()]
+        return [k.text() for k in program_of(scenario, prepare(scenario, [0]), True).kernels.values()]
 
     plain = text(servo())
     assert text(servo(kp=7.5, m=3)) == plain
