@@ -89,13 +89,14 @@ def run(
         if not quiet:
             console.print_warnings(resolved.warnings)
 
+        from lienumba.batch.statuses import GOOD
         from lienumba.scenario import runner
 
         with console.progress(quiet) as report:
             dataset = runner.run(
                 resolved, output=target, workers=workers, runs=labels, overwrite=overwrite, progress=report
             )
-        failed = int((dataset["status"] != 0).sum())
+        failed = int((~dataset["status"].isin(GOOD)).sum())
         if not quiet:
             from lienumba.analysis.summary import summarise
 

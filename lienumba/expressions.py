@@ -77,13 +77,15 @@ class ExpressionError(ValueError):
 class Formula:
     """A number as a function of time, and of whatever other names are allowed: formula(t), formula(t, kp=40.0).
 
-    allowed: may have dots (pointing.x); tables: names of functions of one number that are handed over as well.
+    allowed: may have dots (pointing.x); tables: names of functions of one number that are handed over as well;
+    condition: whether it is one: 1 where it holds, else 0.
     constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
     """
 
     text: str
     allowed: frozenset[str] = frozenset({"t"})
     tables: frozenset[str] = frozenset()
+    condition: bool = False
     constant: float | None = field(init=False, compare=False, default=None)
     used: frozenset[str] = field(init=False, compare=False, default=frozenset())
     _tree: ast.expr = field(init=False, compare=False, repr=False, default=ast.Constant(0.0))
@@ -97,8 +99,12 @@ class Formula:
             raise ExpressionError('is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
         used: set[str] = set()
         _check(tree, _Names(self.allowed, self.tables, used), 0)
-        if _is_condition(tree):
+        if _is_condition(tree) and not self.condition:
             raise ExpressionError("is a condition, not a number; write where(condition, number, other number)")
+        if self.condition and not _is_condition(tree):
+            raise ExpressionError('is a number, not a condition; compare it, such as in "t > 0.5"')
+        if self.condition and not used:
+            raise ExpressionError("never changes; name a quantity in it, or the time t")
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "used", frozenset(used))
         if not used:
@@ -108,7 +114,7 @@ class Formula:
             object.__setattr__(self, "constant", float(value))
 
     def __call__(self, t: Any, **names: Any) -> Any:
-        return _value(self._tree, {"t": t, **names})
+        return (_truth if self.condition else _value)(self._tree, {"t": t, **names})
 
     def bound(self, values: Mapping[str, float]) -> str:
         """The text of the same formula with numbers for these names."""

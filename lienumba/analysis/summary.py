@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.store.layout import VARIABLES
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -42,7 +42,8 @@ class Quantiles:
 
 @dataclass(frozen=True)
 class Summary:
-    """`good` runs are those that succeeded; maxima are over these, None where the dataset has none.
+    """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
+    dataset has none; `final` quantiles over those that reached the end.
 
     not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest
     energy residual over its largest kinetic energy.
@@ -63,14 +64,18 @@ class Summary:
 
 def summarise(ds: xr.Dataset) -> Summary:
     """Summarise a dataset that `lienumba run` made, or a selection of its runs."""
-    good = ds.isel(run=(ds["status"].values == 0).nonzero()[0])
+    import numpy as np
+
+    status = ds["status"].values
+    good = ds.isel(run=np.isin(status, GOOD).nonzero()[0])
+    finished = ds.isel(run=(status == SUCCESS).nonzero()[0])
     return Summary(
         title=str(ds.attrs.get("title", "")),
         runs=ds.sizes["run"],
         good=good.sizes["run"],
         final_time=float(ds["time"].values[-1]),
         outcomes=_outcomes(ds),
-        final=tuple(row for name in _shown(ds) if good.sizes["run"] for row in _final(good[name])),
+        final=tuple(row for name in _shown(ds) if finished.sizes["run"] for row in _final(finished[name])),
         max_position_violation=_maximum(good, "max_position_violation"),
         max_velocity_violation=_maximum(good, "max_velocity_violation"),
         max_energy_drift=_maximum(good, "max_energy_drift"),
@@ -122,9 +127,11 @@ def _maximum(good: xr.Dataset, name: str) -> float | None:
 
 
 def _relative_drift(good: xr.Dataset) -> float | None:
+    import numpy as np
+
     if "energy_residual" not in good or "kinetic_energy" not in good or not good.sizes["run"]:
         return None
-    residual: np.ndarray = abs(good["energy_residual"].values).max(axis=1)
-    kinetic: np.ndarray = good["kinetic_energy"].values.max(axis=1)
+    residual, kinetic = (good[name].values for name in ("energy_residual", "kinetic_energy"))
+    residual, kinetic = np.nanmax(abs(residual), axis=1), np.nanmax(kinetic, axis=1)  # NaN behind an event
     drifts = [r / k if k > 0.0 else math.nan if r > 0.0 else 0.0 for r, k in zip(residual, kinetic, strict=True)]
     return float(max(drifts))

@@ -10,13 +10,14 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 import numpy as np
 
 from lienumba.batch.integrate import Batch, Chunk, integrate
+from lienumba.batch.statuses import GOOD
 from lienumba.compiler.rows import W
-from lienumba.integrators.codes import EXCHANGED, STOPPED
+from lienumba.integrators.codes import EXCHANGED
 
 CHUNK_BYTES = 32 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
 POLL = 0.1  # s between two looks at the progress
-FINE = (0, EXCHANGED, STOPPED)  # codes of no failure
+FINE = (*GOOD, EXCHANGED)  # codes of no failure
 
 
 def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) -> Iterator[Chunk]:

@@ -32,7 +32,8 @@ class Batch:
 
     parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at
     the start; codes (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None
-    with a pace; outputs: the times to be stored (s), from 0 to the end; landings: where steps must land.
+    with a pace; outputs: the times to be stored (s), from 0 to the end; landings: where steps must land;
+    stops: of each event, whether it ends a run.
     """
 
     machine: Machine
@@ -46,6 +47,7 @@ class Batch:
     iterations: int
     landings: tuple[Landing, ...] = ()
     pace: Pace | None = None
+    stops: tuple[bool, ...] = ()
 
     @property
     def runs(self) -> int:
@@ -76,7 +78,8 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows), and (runs,): codes, simulated time (s), steps, rejected steps."""
+    """Finished runs: records (runs, outputs, rows); (runs,): codes, simulated time (s), steps, rejected steps; and
+    (runs, events): the time of the first, NaN if there is none, and how many."""
 
     runs: slice
     records: np.ndarray
@@ -84,6 +87,8 @@ class Chunk:
     ends: np.ndarray
     steps: np.ndarray
     rejected: np.ndarray
+    event_times: np.ndarray
+    event_counts: np.ndarray
 
 
 def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
@@ -98,36 +103,57 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     states, landings = _lanes(batch.states[runs], blocks), _landings(batch, runs, blocks)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
-    one = (machine.kernels, machine.nodes, machine.sizes)
-    limits = (batch.iterations, batch.tolerance)
-    ends, steps, rejected = np.zeros((3, blocks, W))
-    if machine.free:
-        from lienumba.integrators.free_lanes import Runs
-
-        codes.reshape(-1)[count:] = SKIPPED
-        first = 0.0 if batch.pace is None else batch.pace.first
-        firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), blocks)[:, 0].copy()
-        stored = np.zeros((blocks, W))
-        every = Runs(states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored)
-        machine.drive(*one, every, batch.outputs, _pace(batch), *limits, machine.buffer(), progress, stop)
-    else:
-        assert batch.h is not None
-        outputs = np.rint(batch.outputs / batch.h).astype(np.int64)
-        number = round(batch.end / batch.h)
-        machine.drive(
-            *one, number, batch.h, outputs, *limits, states, parameters, landings, records, codes, steps,
-            machine.buffer(), progress, stop,
-        )  # fmt: skip
-        ends = np.where(steps == number, batch.end, steps * batch.h)
+    drive = _free if machine.free else _together
+    counted = drive(batch, runs, states, parameters, landings, records, codes, progress, stop)
+    ends, steps, rejected, *happened = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), -1)[:count]
-    per_run = (x.reshape(-1)[:count] for x in (codes.astype(np.int8), ends, *np.array([steps, rejected], np.int64)))
-    return Chunk(runs, by_run, *per_run)
+    codes = codes.reshape(-1)[:count].astype(np.int8)
+    return Chunk(runs, by_run, codes, ends, *np.array([steps, rejected], np.int64), *happened)
+
+
+def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    """By the driver of steps of one length. Returns (blocks, W) and (blocks, W, 0), as `Chunk` has them."""
+    machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
+    assert batch.h is not None
+    number, outputs = round(batch.end / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
+    steps = np.zeros_like(codes)
+    machine.drive(
+        machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
+        states, parameters, landings, records, codes, steps, machine.buffer(), progress, stop,
+    )  # fmt: skip
+    none = np.zeros((*codes.shape, 0))
+    return np.where(steps == number, batch.end, steps * batch.h), steps, np.zeros_like(codes), none, none
+
+
+def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    """By the driver of free lanes. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
+    from lienumba.integrators.free_lanes import Runs
+
+    machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
+    codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
+    first = 0.0 if batch.pace is None else batch.pace.first
+    firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
+    ends, steps, rejected, stored = np.zeros((4, *codes.shape))
+    times = np.full((len(codes), len(batch.stops), W), np.nan)
+    counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
+    every = Runs(
+        states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored, times, counts
+    )  # fmt: skip
+    outputs = batch.outputs if batch.h is None else np.rint(batch.outputs / batch.h) * batch.h
+    pace = _pace(batch)
+    machine.drive(
+        machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, stops, batch.iterations, batch.tolerance,
+        machine.buffer(), progress, stop,
+    )  # fmt: skip
+    happened = (x.transpose(0, 2, 1) for x in (times, counts))
+    return np.where(ends == pace[0], batch.end, ends), steps, rejected, *happened
 
 
 def _pace(batch: Batch) -> np.ndarray:
     """See `adaptive.drive`."""
-    if batch.pace is None:
-        return np.array([batch.end, batch.h or 0.0, 0.0, 0.0])
+    if batch.h is not None:
+        return np.array([np.rint(batch.end / batch.h) * batch.h, batch.h, 0.0, 0.0])
+    assert batch.pace is not None
     pace = batch.pace
     return np.array([batch.end, 0.0, pace.longest, pace.shortest, *pace.tolerance.numbers])
 

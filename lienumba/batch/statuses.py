@@ -13,6 +13,8 @@ class Status:
 
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
+STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.EXCHANGED`)
+GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
     Status(SUCCESS, "success", "finished"),
@@ -46,4 +48,11 @@ STATUSES = (
         "invalid_sample",
         "a sampled mass, inertia, length or speed of friction is not positive, or a rotation is zero; give less spread",
     ),
+    Status(
+        STEP_TOO_SHORT,
+        "step_too_short",
+        "the tolerance asks for a step below the shortest; give a larger tolerance or a smaller "
+        "integrator.min_step, or see whether a force jumps or is stiff",
+    ),
+    Status(STOPPED, "stopped_by_event", "ended by an event, as asked for"),
 )

@@ -25,6 +25,7 @@ from lienumba.integrators.free_lanes import (
     FRESH,
     GRID,
     LANDING,
+    NEVER,
     PICKED,
     STALE,
     STATUS,
@@ -41,17 +42,18 @@ from lienumba.integrators.free_lanes import (
     propose,
     reject,
 )  # fmt: skip
+from lienumba.integrators.happenings import find_events, start_events, stop_runs
 from lienumba.integrators.scratch import OPTIONS, Sizes, addresses, layout, slope_row, table_rows
 from lienumba.integrators.stored import keep_due, observe
 
 FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
-RUNS = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5, Runs)
+RUNS = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5 + [types.float64[:, :, ::1]] * 2, Runs)
 END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
 @njit(**OPTIONS)
 def _next_runs(
-    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any
+    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any, stops: Any
 ) -> bool:
     """Give every lane without a run the next one, and store its start; whether any lane has a run."""
     fresh, busy = False, False
@@ -65,6 +67,8 @@ def _next_runs(
         store(at.clock, codes.TIME, splat(0.0))
         call(kernels[advance.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
         commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, ELEMENT * sizes.elements)
+    if sizes.events > 0:
+        start_events(kernels, sizes, at, first, rows, runs, queue, stops)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
             keep(lane, rows, first, sizes, runs, queue, outputs, first.state, True)
@@ -84,18 +88,19 @@ def _take(mask: Any, sizes: Any, slopes: int) -> None:
 
 @njit(**OPTIONS)
 def _try(kernels: Any, sizes: Any, nodes: Any, at: Any, table: Any, limit: int, tolerance: float) -> None:
-    """One step of every lane, with its projections and F at its end; codes go to TRIAL."""
+    """One step of every lane with its projections, and where a tolerance chooses steps with F at its end and its error;
+    codes go to TRIAL."""
     x, p, new, lanes = at.state, at.parameters, at.new, at.lanes
-    last = at.slopes + ROW * slope_row(sizes, 0, sizes.slots - 1)
+    last, paced = at.slopes + ROW * slope_row(sizes, 0, sizes.slots - 1), kernels[advance.CLOSE] != 0
     stale = load(lanes, STALE) != 0.0
-    if any_lane(stale):
+    if paced and any_lane(stale):
         call(kernels[advance.FIRST], x, p, at.clock, 0, last, at.work)
         _take(stale, sizes, at.slopes)
         store(lanes, STALE, splat(0.0))
     if kernels[advance.STEP] != 0:
         call(kernels[advance.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
-        advance.staged_step(kernels, sizes, nodes, 1, x, p, at)
+        advance.staged_step(kernels, sizes, nodes, 1 if paced else 0, x, p, at)
     trial = lanes + ROW * TRIAL
     store(trial, 0, load(new, ELEMENT * sizes.elements + sizes.held))
     store(at.clock, codes.TIME, load(lanes, UNTIL))
@@ -108,11 +113,12 @@ def _try(kernels: Any, sizes: Any, nodes: Any, at: Any, table: Any, limit: int, 
         good = busy & (load(trial, 0) == 0.0)
         used = advance.project_velocities(kernels, sizes, p, new, at, trial, good, limit, tolerance)
         store(lanes, COUNTS + 1, choose(used > load(lanes, COUNTS + 1), used, load(lanes, COUNTS + 1)))
+    if not paced:
+        return
     call(kernels[advance.FIRST], new, p, at.clock, 0, last, at.work)
     sound = load(at.slopes, slope_row(sizes, sizes.elements, sizes.slots - 1)) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
-    if kernels[advance.CLOSE] != 0:
-        call(kernels[advance.CLOSE], x, p, at.clock, new, at.control, at.work)
+    call(kernels[advance.CLOSE], x, p, at.clock, new, at.control, at.work)
 
 
 @njit(**OPTIONS)
@@ -159,20 +165,20 @@ def _land(kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, 
 @cache.numba_cached(
     types.void(
         types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes), RUNS,
-        types.float64[::1], types.float64[::1], types.int64, types.float64, types.float64[::1], types.int64[::1],
-        types.int64[::1],
+        types.float64[::1], types.float64[::1], types.int64[::1], types.int64, types.float64, types.float64[::1],
+        types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, sizes: Any, runs: Runs, outputs: Any, pace: Any, limit: int, tolerance: float,
-    buffer: Any, progress: Any, stop: Any,
+    kernels: Any, nodes: Any, sizes: Any, runs: Runs, outputs: Any, pace: Any, stops: Any, limit: int,
+    tolerance: float, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all runs.
 
     outputs: the times to be stored, from 0 on; pace: the end of the runs, the step where steps are of one length (else
-    0), the longest and the shortest step, and the numbers of a `control.Tolerance`; limit and tolerance: of the
-    projections; the rest as in `driver.drive`.
+    0), the longest and the shortest step, and the numbers of a `control.Tolerance`; stops: of each event, whether it
+    ends a run; limit and tolerance: of the projections; the rest as in `driver.drive`.
     """
     at, first = addresses(buffer, sizes), layout(sizes)
     rows = buffer[: W * first.work].reshape((first.work, W))
@@ -186,7 +192,7 @@ def drive(
         if stop[0] != 0:
             return
         if fresh:
-            if not _next_runs(kernels, sizes, at, first, rows, runs, queue, outputs):
+            if not _next_runs(kernels, sizes, at, first, rows, runs, queue, outputs, stops):
                 break
             for n in range(pace.size - TOLERANCE):
                 store(at.clock, codes.TOLERANCE + n, splat(pace[TOLERANCE + n]))
@@ -194,7 +200,8 @@ def drive(
         propose(lanes, at.clock, pace[END], pace[STEP])
         t, length, until = load(lanes, T), load(at.clock, codes.LENGTH), load(lanes, UNTIL)
         _try(kernels, sizes, nodes, at, table, limit, tolerance)
-        busy, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)
+        given, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)
+        busy = given & (load(lanes, STATUS) == 0.0)
         good = busy & (trial == 0.0)
         if pace[STEP] > 0.0:
             store(lanes, STATUS, choose(busy, trial, load(lanes, STATUS)))
@@ -204,13 +211,18 @@ def drive(
             reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace[SHORTEST])
             accept(lanes, at.control, length, good, pace[LONGEST])
             store(at.clock, codes.MEMORY, choose(good, load(at.control, 3), load(at.clock, codes.MEMORY)))
-        keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, False)
+        stopped = splat(NEVER)
+        if sizes.events > 0:
+            stopped = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, stops, good, t, length)
+            until = choose(stopped < until, stopped, until)
+        keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
         _move(kernels, sizes, at, good, table, pace)
+        stop_runs(at, stopped, good)
         landed = good & (load(lanes, T) == load(lanes, LANDING))
         if any_lane(landed):
             store(at.clock, codes.TIME, load(lanes, T))
             _land(kernels, sizes, at, first, rows, runs, queue, landed)
-        over = busy & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
+        over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
         if any_lane(over):
             store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))
             for lane in range(W):

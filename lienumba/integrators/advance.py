@@ -158,6 +158,19 @@ def stage(kernels: Any, sizes: Any, nodes: Any, s: int, x: int, p: int, at: Any,
 
 
 @njit(**OPTIONS)
+def extend(kernels: Any, sizes: Any, nodes: Any, at: Any, t: Any, length: Any, until: Any) -> None:
+    """The slope at the end of an open step, and those of the stages that only the continuous extension needs."""
+    if kernels[CLOSE] == 0:
+        store(at.clock, codes.TIME, until)
+        last = at.slopes + ROW * slope_row(sizes, 0, sizes.slots - 1)
+        call(kernels[FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
+    call(kernels[END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+    for s in range(sizes.stages + 1, sizes.slots - 1):
+        stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
+    store(at.clock, codes.TIME, t)
+
+
+@njit(**OPTIONS)
 def staged_step(kernels: Any, sizes: Any, nodes: Any, since: int, x: int, p: int, at: Any) -> None:
     """One step stage by stage, from stage `since` on, for mechanisms whose step is too long for one kernel; code and
     margin go behind `new`.

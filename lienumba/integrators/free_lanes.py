@@ -25,8 +25,8 @@ ROUNDING = 1e-15  # of the time: no step is shorter
 
 class Runs(NamedTuple):
     """All runs of a chunk. states (blocks, 18 k + held, W), parameters (blocks, P, W), landings (blocks, L, W), first
-    steps (blocks, W); records (blocks, outputs, rows, W); and (blocks, W): statuses, simulated time, steps, rejected
-    steps, and how many outputs are stored."""
+    steps (blocks, W); records (blocks, outputs, rows, W); (blocks, W): statuses, simulated time, steps, rejected steps,
+    and how many outputs are stored; and (blocks, events, W): the time of the first, and how many."""
 
     states: Any
     parameters: Any
@@ -38,6 +38,8 @@ class Runs(NamedTuple):
     accepted: Any
     rejected: Any
     stored: Any
+    event_times: Any
+    event_counts: Any
 
 
 class Queue(NamedTuple):

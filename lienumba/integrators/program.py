@@ -9,6 +9,7 @@
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
     close, end, dense  see `lienumba.integrators.extension_kernels`
+    events     state -> whether the condition of each event holds, 1 or 0
     exchange   state -> S of the rows that may be exchanged (see `lienumba.integrators.exchange`)
 
     sample     state -> state                       the laws of the user's own that are sampled now
@@ -79,9 +80,12 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
     kernels["observe"], observed = state_kernels.observe(tracer)
     if method.free:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
-        kernels |= {"close": extension_kernels.close(tracer)} if tracer.tableau.errors else {}
+    if method.paced:
+        kernels["close"] = extension_kernels.close(tracer)
+    if model.events:
+        kernels["events"] = state_kernels.events(tracer)
     nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
-        tracer.elements, tracer.chart.size, tracer.stages, tracer.slots, 0, tracer.held, tracer.carried, tracer.values,
-        tracer.rows, kernels, nodes, observed, method.free,
+        tracer.elements, tracer.chart.size, tracer.stages, tracer.slots, len(model.events), tracer.held,
+        tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed, method.free,
     )  # fmt: skip

@@ -38,7 +38,8 @@ class Scratch(NamedTuple):
 
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes: see
     `slope_row`; control: what is said of the error of a step; now, following: iterates of a projection; u: the argument
-    of a stage; conditions: of events; table: see `exchange.choose_rows`; work: of the kernels.
+    of a stage; conditions: of events, at the start and at the end of a step, and when they come true; table: see
+    `exchange.choose_rows`; work: of the kernels.
     """
 
     state: int
@@ -89,7 +90,7 @@ def layout(sizes: Sizes) -> Scratch:
     lanes = clock + codes.CLOCK
     u = lanes + LANES
     conditions = u + sizes.slope * k + sizes.held + 1
-    table = conditions + 2 * sizes.events
+    table = conditions + 3 * sizes.events
     parameters = table + table_rows(sizes.q)
     work = parameters + sizes.parameters
     return Scratch(0, new, slopes, control, now, following, clock, lanes, u, conditions, table, parameters, work)

@@ -3,12 +3,14 @@
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import carried as carried_
 from lienumba.integrators import codes
 from lienumba.integrators.charts import LARGEST_STAGE, promised
 from lienumba.integrators.tracer import Tracer, finite, flat
 from lienumba.mechanics import constraints, dynamics, kkt, projection, quantities
+from lienumba.mechanics.model import Model, reads_state
 from lienumba.mechanics.motion import Instant
 from lienumba.operations import maximum, minimum, where
 
@@ -69,30 +71,47 @@ def sample(tracer: Tracer) -> Kernel:
     return tracer.kernel("sample", flat((*now.bodies, *carried)))
 
 
-def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
+def events(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
-    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
+    read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
+    needed = any(quantities.level(model, name) == quantities.OBSERVED for name in read)
+    observed = _observed(tracer, graph, model, now, mask)[0] if needed else None
+    return tracer.kernel("events", quantities.conditions(model, now, observed))
+
+
+def _observed(
+    tracer: Tracer, graph: Graph, model: Model, now: Instant, mask: list[Any]
+) -> tuple[quantities.Observed, list[Any]]:
+    """What accelerations and multipliers say of a state, and the multipliers."""
+    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", codes.LENGTH))
     solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
     mu = solution.mu
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
         mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
-    kinetic, potential = dynamics.energies(model, now)
     force, torque = constraints.loads(model, now, mu)
     efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
+    return quantities.Observed(solution.x, force, torque, efforts), mu
+
+
+def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    found, mu = _observed(tracer, graph, model, now, mask)
+    kinetic, potential = dynamics.energies(model, now)
     named = {
         "kinetic_energy": [kinetic],
         "potential_energy": [potential],
         "position_violation": [constraints.largest(constraints.residual(model, now))],
         "velocity_violation": [constraints.largest(constraints.rate_and_bias(model, now)[0])],
         "multiplier": mu,
-        "joint_force": force,
-        "joint_torque": torque,
-        "driver_effort": [x for rows in efforts for x in rows],
+        "joint_force": found.forces,
+        "joint_torque": found.torques,
+        "driver_effort": [x for rows in found.efforts for x in rows],
     }
     named |= carried_.variables(model, now)
-    named |= quantities.observe(model, now, quantities.Observed(solution.x, force, torque, efforts))
+    named |= quantities.observe(model, now, found)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Any] = []
     for name, rows in named.items():

@@ -36,8 +36,8 @@ class _Reports:
 
 
 def step(tracer: Tracer) -> dict[str, Kernel]:
-    """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes are free, the first
-    stage apart, and what the stages of the continuous extension need."""
+    """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes are free, also what
+    the continuous extension needs."""
     before, stages = tracer.rows, tracer.tableau.stages
     stage = _stage(tracer, "stage")
     if stage.counts()["operations"] * tracer.stages > INLINE:
@@ -54,13 +54,13 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
 
 
 def _inline(tracer: Tracer) -> Kernel:
-    """A whole step. Where lanes are free: extra: the slopes, of which the first is known; the others and the power of
-    their stages go there, too."""
+    """A whole step. Where lanes are free, the slopes and the power of all stages are kept; extra: these, where a
+    tolerance chooses steps, because then the first one is known."""
     graph, model = tracer.graph()
     held, reports = tracer.held_rows(graph), _Reports()
     t, h = graph.inputs("clock", 2)
     first = ()
-    if tracer.method.free:
+    if tracer.method.paced:
         first = tuple(graph.inputs("extra", tracer.chart.size, tracer.slope_row(i)) for i in range(tracer.elements))
         reports.read(graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements)), tracer)
     F = _vector_field(tracer, model, held, reports, h, graph.input("clock", 3))
@@ -83,7 +83,7 @@ def _inline(tracer: Tracer) -> Kernel:
     if not tracer.method.free:
         return tracer.kernel("step", outputs)
     rows, behind = list(range(len(outputs))), tracer.state_rows
-    for s in range(1, tracer.stages):
+    for s in range(1 if first else 0, tracer.stages):
         for i, f in enumerate(slopes):
             outputs += f[s]
             rows += [behind + tracer.slope_row(i, s) + c for c in range(tracer.chart.size)]

@@ -15,15 +15,6 @@ from lienumba.integrators.scratch import OPTIONS
 
 
 @njit(**OPTIONS)
-def extend(kernels: Any, sizes: Any, nodes: Any, at: Any, t: Any, length: Any) -> None:
-    """The slope of the end, and those of the stages that only the continuous extension needs."""
-    call(kernels[advance.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
-    for s in range(sizes.stages + 1, sizes.slots - 1):
-        advance.stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
-    store(at.clock, codes.TIME, t)
-
-
-@njit(**OPTIONS)
 def between(kernels: Any, at: Any, fraction: Any) -> None:
     """The state at a fraction of the open step, to `now`."""
     store(at.clock, codes.FRACTION, fraction)
@@ -33,17 +24,17 @@ def between(kernels: Any, at: Any, fraction: Any) -> None:
 @njit(**OPTIONS)
 def keep_due(
     kernels: Any, sizes: Any, nodes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any,
-    good: Any, t: Any, length: Any, until: Any, extended: bool,
+    good: Any, t: Any, length: Any, until: Any,
 ) -> None:  # fmt: skip
     """Store what lies within the step in the lanes `good`, up to `until` and with it."""
     state = ELEMENT * sizes.elements + sizes.held
     due = load(at.lanes, DUE)
     pending = good & (due <= until)
-    end = load(at.lanes, UNTIL)
+    end, extended = load(at.lanes, UNTIL), False
     while any_lane(pending):
         if any_lane(pending & (due < end)):
             if not extended:
-                extend(kernels, sizes, nodes, at, t, length)
+                advance.extend(kernels, sizes, nodes, at, t, length, end)
                 extended = True
             between(kernels, at, (due - t) / length)
         commit(due == end, at.now, at.new, state)

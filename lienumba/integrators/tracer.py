@@ -27,7 +27,8 @@ class Method:
     position: str  # "local" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
-    free: bool = False  # whether every lane has its own time: steps chosen by a tolerance, or events
+    free: bool = False  # whether every lane has its own time
+    paced: bool = False  # whether a tolerance chooses the steps; then lanes are free, too
 
 
 def _terms(method: Method) -> int | None:

@@ -92,4 +92,5 @@ def map_numbers(
             )
             for quantity in model.quantities
         ),
+        events=tuple(replace(event, when=law(event.when)) for event in model.events),
     )

@@ -165,6 +165,15 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Event:
+    """Something that happens when a condition becomes true; stop: whether the run ends there."""
+
+    name: str
+    when: Timed
+    stop: bool
+
+
+@dataclass(frozen=True)
 class Model:
     gravity: tuple[Timed, Timed, Timed]
     bodies: tuple[Body, ...]
@@ -172,6 +181,7 @@ class Model:
     drivers: tuple[Driver, ...] = ()
     forces: tuple[Force, ...] = ()
     quantities: tuple[Quantity, ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 @dataclass(frozen=True)

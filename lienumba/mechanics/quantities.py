@@ -119,6 +119,12 @@ def observe(model: Model, now: Instant, observed: Observed) -> Iterator[tuple[st
             numbers = numbers[size:]
 
 
+def conditions(model: Model, now: Instant, observed: Observed | None) -> list[Any]:
+    """Whether the condition of each event holds, 1 or 0."""
+    everything = motion.still(now, tuple(range(len(model.bodies))))
+    return [evaluate(model, event.when, everything, observed) for event in model.events]
+
+
 def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
     """The bodies (indices) whose motion these numbers read."""
     found: dict[int, None] = {}

@@ -36,9 +36,9 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     data: Any = resolved.data
     projection = data.projection
     integrator = data.integrator
-    method = Method(
-        integrator.method, projection.position, projection.velocity, integrator.dexpinv, free=integrator.step is None
-    )
+    paced = integrator.step is None
+    free = paced or bool(prepared.model.events)
+    method = Method(integrator.method, projection.position, projection.velocity, integrator.dexpinv, free, paced)
     return build(prepared.model, method, _choice(prepared), fixed)
 
 
@@ -62,6 +62,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine
         iterations=data.projection.max_iterations,
         landings=tuple(landings(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
+        stops=tuple(event.stop for event in prepared.model.events),
     )
 
 

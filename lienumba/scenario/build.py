@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from lienumba.expressions import Formula
 from lienumba.mechanics import model as m
 from lienumba.mechanics.forces import FORCE_TYPES
 from lienumba.mechanics.joints import COORDINATES
@@ -53,6 +54,7 @@ class _Builder:
             drivers=tuple(map(self.driver, data["drivers"])),
             forces=tuple(map(self.force, data["forces"])),
             quantities=tuple(map(self.quantity, data["quantities"])),
+            events=tuple(map(_event, data["events"])),
         )
         return tried(model), Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
 
@@ -172,6 +174,11 @@ class _Builder:
                     return None
                 return rotation_of({"rotation_vector": [m.at_time(timed(x), 0.0) for x in driver["value"]]})
         return None
+
+
+def _event(event: Table) -> m.Event:
+    when = event["when"] if callable(event["when"]) else Formula(event["when"], condition=True)
+    return m.Event(event["name"], when, event["action"] == "stop")
 
 
 def _pose(state: Table, **more: Any) -> Pose:

@@ -33,6 +33,15 @@ def checked(text: str) -> str:
     return text
 
 
+def condition(text: str) -> str:
+    """The same for the text of a condition."""
+    try:
+        Formula(text, condition=True)
+    except ExpressionError as error:
+        raise ExpressionError(explained(text, error)) from None
+    return text
+
+
 def explained(text: str, error: ExpressionError) -> str:
     """What is wrong with a text that is no formula, and the remedy."""
     message = str(error)

@@ -12,7 +12,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended, replaced_by
-from lienumba.scenario.schema import LISTS
+from lienumba.scenario.schema import BESIDE, LISTS
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
 from lienumba.scenario.words import nearest, show, suggestion
@@ -23,15 +23,16 @@ MODEL_KEYS = ("gravity", *LISTS)
 def load(source: Any) -> dict[str, Any]:
     """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System.
 
-    Quantities stand beside the model in a file; here they are a part of it, as everything that has a name.
+    Quantities and events stand beside the model in a file; here they are a part of it, as everything that has a name.
     """
     raw = _load(source)
-    listed = raw.pop("quantities", None)
-    model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
-    if listed is not None and isinstance(model, dict):
-        within = model.get("quantities", [])
-        both = isinstance(listed, list) and isinstance(within, list)
-        raw["model"] = {**model, "quantities": [*within, *listed] if both else listed}
+    for kind in BESIDE:
+        listed = raw.pop(kind, None)
+        model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
+        if listed is not None and isinstance(model, dict):
+            within = model.get(kind, [])
+            both = isinstance(listed, list) and isinstance(within, list)
+            raw["model"] = {**model, kind: [*within, *listed] if both else listed}
     return raw
 
 

@@ -28,6 +28,8 @@ from lienumba.scenario.report import tables as rows_of
 from lienumba.scenario.tables import tables_of
 from lienumba.scenario.words import is_number, show
 
+NEVER = "t < 0"  # what stands for a condition of tables or quantities
+
 
 def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
     """The parameters of a scenario, and what is wrong with them and with formulas; in place, see above."""
@@ -95,11 +97,11 @@ class _Taking:
         if is_number(text):
             return None
         try:
-            return Formula(text, self.names, frozenset(self.parameters.tables))
+            return Formula(text, self.names, frozenset(self.parameters.tables), tokens[0] == "events")
         except ExpressionError as error:
             if len(self.names) > 1 or self.parameters.tables:
                 self.problems.append(f"model.{paths.text_of(list(tokens))} = {show(text)}: {explained(text, error)}")
-                paths.put(self.model, list(tokens), 1.0)
+                paths.put(self.model, list(tokens), NEVER if tokens[0] == "events" else 1.0)
             return None
 
     def take(self, tokens: Tokens, formula: Formula) -> None:
@@ -109,7 +111,7 @@ class _Taking:
         at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
         number: Any
         if self.parameters.reads(formula):
-            number = SMOOTH if _may_vary(tokens) else 1.0
+            number = NEVER if tokens[0] == "events" else SMOOTH if _may_vary(tokens) else 1.0
             problem = self.misuse(tokens, formula)
             self.problems += [f"{at}: {problem}"] if problem else []
         elif TIME in formula.used:
@@ -129,7 +131,7 @@ class _Taking:
         if not _may_vary(tokens):
             what = read[0] if read else sorted(formula.used & self.parameters.tables.keys())[0]
             return f"reads {what}, but is one number for the whole run; use parameters only, or put it into a force"
-        if tokens[0] == "quantities":
+        if tokens[0] in ("quantities", "events"):
             return None
         allowed, why = self.allowed(tokens)
         for name in read:

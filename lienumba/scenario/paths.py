@@ -14,10 +14,10 @@ Token = str | int
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
-    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative",
+    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative", "action",
 }  # fmt: skip  # whose values are texts as they should be
-WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities")
-WITH_STATE = ("drivers", "forces", "quantities")  # whose formulas may read tables and quantities
+WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events")
+WITH_STATE = ("drivers", "forces", "quantities", "events")  # whose formulas may read tables and quantities
 EXAMPLES = "such as bodies.top.mass or bodies.top.position[1]"
 
 

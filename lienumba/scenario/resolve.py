@@ -20,7 +20,7 @@ from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
-from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData, Tolerance
+from lienumba.scenario.schema import BESIDE, LISTS, VARIABLES, ScenarioData, Tolerance
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -93,7 +93,7 @@ class Scenario:
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
         optional = ("parameters", "tables", "files")
-        listed = {"quantities": model.pop("quantities"), **{key: data[key] for key in optional}}
+        listed = {**{kind: model.pop(kind) for kind in BESIDE}, **{key: data[key] for key in optional}}
         return {key: item for key, item in {**data, **listed}.items() if item or key not in listed}
 
     def to_toml(self) -> str:
@@ -154,8 +154,10 @@ def resolve(
 
 
 def _as_written(sentence: str) -> str:
-    """Quantities stand beside the model in the file."""
-    return sentence.replace("model.quantities", "quantities")
+    """Quantities and events stand beside the model in the file."""
+    for kind in BESIDE:
+        sentence = sentence.replace(f"model.{kind}", kind)
+    return sentence
 
 
 def _filled(data: ScenarioData) -> ScenarioData:

@@ -128,12 +128,16 @@ class _Collector:
         self.codes = np.zeros(runs, np.int8)
         self.steps, self.rejected = np.zeros((2, runs), np.int64)
         self.ends = np.zeros(runs)
+        self.event_times = np.zeros((runs, len(prepared.model.events)))
+        self.event_counts = np.zeros(self.event_times.shape, np.int64)
 
     @property
     def failed(self) -> int:
-        from lienumba.integrators.codes import EXCHANGED
+        import numpy as np
 
-        return int(((self.codes != 0) & (self.codes != EXCHANGED)).sum())
+        from lienumba.batch.execute import FINE
+
+        return int((~np.isin(self.codes, FINE)).sum())
 
     def expect(self, program: "Program") -> None:
         """From now on take the chunks of this program."""
@@ -159,6 +163,7 @@ class _Collector:
         for name, array in self.summaries.items():
             array[runs] = self.layout.summarise(name, values)
         self.codes[runs] = chunk.codes
+        self.event_times[runs], self.event_counts[runs] = chunk.event_times, chunk.event_counts
         self.steps[runs], self.rejected[runs], self.ends[runs] = chunk.steps, chunk.rejected, chunk.ends
 
     def _variable(self, part: "Part") -> Any:
@@ -179,6 +184,7 @@ class _Collector:
         model, named = self.prepared.model, data.model.model_dump()
         per_run = {
             "status": self.codes, "end_time": self.ends, "steps": self.steps, "rejected_steps": self.rejected,
+            "event_time": self.event_times, "event_count": self.event_counts,
         }  # fmt: skip
         return layout.dataset(
             variables=self.series | self.summaries | per_run,
@@ -188,6 +194,7 @@ class _Collector:
             joints=[joint.name for joint in model.joints],
             constraints=self.layout.constraints,
             efforts=self.layout.efforts,
+            events=[event.name for event in model.events],
             shared=self.prepared.nominal.rank.shared,
             quantities={name: self._variable(part) for name, part in self.layout.quantities.items()},
             inputs=self.prepared.samples,

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driver_form
 from lienumba.scenario.schema_joints import JOINTS, Joint
-from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity
+from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema_types import (
     NAME_RULE,
     WRITTEN,
@@ -97,6 +97,7 @@ class ModelSection(Gravity):
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
     quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
+    events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
 
 
 DexpInv = Annotated[
@@ -232,6 +233,7 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     **{("model", "drivers", form): section for form, section in DRIVERS.items()},
     **{("model", "forces", form): section for form, section in FORCES.items()},
     **{("model", "quantities", form): section for form, section in QUANTITIES.items()},
+    ("model", "events"): Event,
     ("integrator",): Integrator,
     ("integrator", "tolerance", "table"): Tolerance,
     ("integrator", "tolerance", "table", "absolute"): Absolute,
@@ -244,14 +246,16 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
 FORMS: dict[str, dict[str, type[Section]]] = {
     "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
 }  # fmt: skip
-LISTS = ("bodies", "joints", "drivers", "forces", "quantities")  # of the model: tables that are known by their names
+LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
+BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON schema of a scenario as people write it: quantities beside the model, tables with their files."""
+    """The JSON schema of a scenario as people write it: quantities and events beside the model, tables with files."""
     schema = ScenarioData.model_json_schema()
     model = schema["$defs"]["ModelSection"]["properties"]
-    schema["properties"]["quantities"] = model.pop("quantities")
+    for kind in BESIDE:
+        schema["properties"][kind] = model.pop(kind)
     schema["$defs"]["TableFile"] = TableFile.model_json_schema()
     schema["properties"]["tables"]["additionalProperties"] = {
         "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
@@ -261,7 +265,7 @@ def json_schema() -> dict[str, Any]:
 
 def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
     """The class of a table in one of the model's lists, as far as its type is known."""
-    if kind == "bodies":
-        return Body
+    if kind in ("bodies", "events"):
+        return SECTIONS[("model", kind)]
     form = driver_form(item) if kind == "drivers" else item.get("type")
     return SECTIONS.get(("model", kind, form)) if isinstance(form, str) else None

@@ -1,9 +1,10 @@
-"""Named quantities as data: one class per type, with the keys that it has."""
+"""Named quantities, and events that read them, as data: one class per type, with the keys that it has."""
 
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
+from lienumba.scenario.formulas import condition
 from lienumba.scenario.schema_forces import OrFormula
 from lienumba.scenario.schema_types import NAME_RULE, Name, Rotation, Section, Timed, Vec3
 
@@ -79,6 +80,15 @@ class Expression(_Named):
     type: Literal["expression"]
     value: Timed = Field(description=f"a number {OrFormula}, of other quantities and of parameters")
     units: str = Field(default="1", description='the units of the value as a text, such as "N m"')
+
+
+class Event(_Named):
+    when: Annotated[str, AfterValidator(condition)] = Field(
+        description='a condition of quantities, parameters and t, such as "pointing.angle > 20*deg"'
+    )
+    action: Literal["record", "stop"] = Field(
+        default="record", description='"record" (its time and how often) or "stop" (the run ends there, as a success)'
+    )
 
 
 QUANTITIES: dict[str, type[Section]] = {

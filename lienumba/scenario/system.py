@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from lienumba.scenario import toml
 from lienumba.scenario.loading import load
+from lienumba.scenario.schema import BESIDE
 
 Numbers = Sequence[Any] | Any  # lists, tuples or arrays
 
@@ -83,6 +84,11 @@ class System:
         "rotation_error", "angular_velocity", "reaction", "driver_effort", "momentum" or "expression"."""
         return self._add("quantities", {"name": name, "type": type, **keys})
 
+    def event(self, name: str, when: str, action: str = "record") -> Self:
+        """Notice when a condition of quantities becomes true, such as "pointing.angle > 20*deg"; action="stop" ends the
+        run there."""
+        return self._add("events", {"name": name, "when": when, "action": action})
+
     def table(self, name: str, **keys: Any) -> Self:
         """Name a function that is known at points: file, time and value, or times and values; interpolation."""
         self._data.setdefault("tables", {})[name] = keys
@@ -120,8 +126,8 @@ class System:
         """The keys and values, as a TOML file would give them, with what the files hold that they name."""
         data = load(self._data)
         model = dict(data["model"])
-        quantities = model.pop("quantities", [])
-        return {**data, **({"quantities": quantities} if quantities else {}), "model": model}
+        beside = {kind: listed for kind in BESIDE if (listed := model.pop(kind, []))}
+        return {**data, **beside, "model": model}
 
     def to_toml(self) -> str:
         """The scenario as a TOML file."""

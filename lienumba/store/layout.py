@@ -57,6 +57,8 @@ VARIABLES: dict[str, Variable] = {
     "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
     "max_position_violation": Variable(RUN, "m", "largest position violation at the stored times"),
     "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation at the stored times"),
+    "event_time": Variable(("run", "event"), "s", "time at which the condition first became true"),
+    "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int64"),
     "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual at the stored times"),
 }
 REACTIONS = {"joint_force", "joint_torque", "multiplier", "driver_effort"}
@@ -71,6 +73,7 @@ COORDINATES = {
     "joint": ("1", "name of the joint"),
     "constraint": ("1", "name of the joint and number of its constraint equation"),
     "effort": ("1", "name of the driver, and axis where it drives three"),
+    "event": ("1", "name of the event"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
@@ -85,6 +88,7 @@ def dataset(
     joints: Sequence[str],
     constraints: Sequence[str],
     efforts: Sequence[str] = (),
+    events: Sequence[str] = (),
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
@@ -106,6 +110,7 @@ def dataset(
         "joint": np.asarray(joints, dtype=str),
         "constraint": np.asarray(constraints, dtype=str),
         "effort": np.asarray(efforts, dtype=str),
+        "event": np.asarray(events, dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }

@@ -36,7 +36,7 @@ def acceleration_map(model, choice=UNIQUE):
     tracer = Tracer(model, RK4, choice, fixed=True)
     graph, symbols = tracer.graph()
     now, mask = tracer.now(graph)
-    expected = tracer.expected(tracer.held_rows(graph), 0.0)
+    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
     solution = dynamics.accelerations(symbols, tracer.structure, now, mask, expected)
     return Kernel("map", (*solution.x, *solution.mu), tracer.rows).counts()["operations"]
 
