@@ -43,11 +43,11 @@ from lienumba.integrators.free_lanes import (
     reject,
 )  # fmt: skip
 from lienumba.integrators.happenings import find_events, start_events, stop_runs
-from lienumba.integrators.scratch import OPTIONS, Sizes, addresses, layout, slope_row, table_rows
+from lienumba.integrators.scratch import OPTIONS, SIZES, addresses, layout, slope_row, table_rows
 from lienumba.integrators.stored import keep_due, observe
 
 FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
-RUNS = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5 + [types.float64[:, :, ::1]] * 2, Runs)
+RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5 + [types.float64[:, :, ::1]] * 2, Runs)  # type: ignore[attr-defined]
 END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
@@ -164,7 +164,7 @@ def _land(kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes), RUNS,
+        types.int64[::1], types.float64[::1], SIZES, RUNS,
         types.float64[::1], types.float64[::1], types.int64[::1], types.int64, types.float64, types.float64[::1],
         types.int64[::1], types.int64[::1],
     ),

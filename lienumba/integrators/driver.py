@@ -16,7 +16,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators import advance, codes
 from lienumba.integrators.advance import commit
 from lienumba.integrators.exchange import WEAKENED
-from lienumba.integrators.scratch import OPTIONS, Sizes, addresses, layout, table_rows
+from lienumba.integrators.scratch import OPTIONS, SIZES, addresses, layout, table_rows
 
 COUNTS, SINCE, UNTIL = 0, 2, 3  # rows of the lanes: iterations of both projections, the ends of the part of a step
 
@@ -45,7 +45,7 @@ def _set_clock(clock: int, t: Any, to: Any, begin: float, end: float, h: float) 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes),
+        types.int64[::1], types.float64[::1], SIZES,
         types.int64, types.float64, types.int64[::1], types.int64, types.float64,
         types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
         types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 from numba import njit
+from numba.core import types
 
 from lienumba.compiler.rows import ROW
 from lienumba.groups.state import ELEMENT
@@ -31,6 +32,9 @@ class Sizes(NamedTuple):
     stages: int
     slots: int
     events: int
+
+
+SIZES: Any = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)  # type: ignore[attr-defined]
 
 
 class Scratch(NamedTuple):

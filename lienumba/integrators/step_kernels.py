@@ -59,7 +59,7 @@ def _inline(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     held, reports = tracer.held_rows(graph), _Reports()
     t, h = graph.inputs("clock", 2)
-    first = ()
+    first: tuple[Any, ...] = ()
     if tracer.method.paced:
         first = tuple(graph.inputs("extra", tracer.chart.size, tracer.slope_row(i)) for i in range(tracer.elements))
         reports.read(graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements)), tracer)

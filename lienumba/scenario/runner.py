@@ -182,7 +182,7 @@ class _Collector:
 
         data: Any = self.resolved.data
         model, named = self.prepared.model, data.model.model_dump()
-        per_run = {
+        per_run: dict[str, np.ndarray] = {
             "status": self.codes, "end_time": self.ends, "steps": self.steps, "rejected_steps": self.rejected,
             "event_time": self.event_times, "event_count": self.event_counts,
         }  # fmt: skip
