@@ -1,7 +1,8 @@
 """Every tableau proves its order by the rooted-tree conditions, in fractions (Butcher 1963)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import cache
 
 import pytest
 
@@ -38,20 +39,55 @@ def density(tree: Tree) -> int:
     return product
 
 
-def derivative_weights(tableau: Tableau, tree: Tree) -> list[Fraction]:
-    """The stage's elementary weights: products over branches of sum_j a_ij times those of the branch."""
-    weights = [Fraction(1)] * len(tableau.b)
+@cache
+def derivative_weights(tableau: Tableau, tree: Tree) -> tuple[Fraction, ...]:
+    """The elementary weights of all stages: products over branches of sum_j a_ij times those of the branch."""
+    weights = [Fraction(1)] * len(tableau.stages)
     for branch in tree:
         inner = derivative_weights(tableau, branch)
         weights = [w * sum((a * x for a, x in zip(row, inner, strict=False)), Fraction(0))
-                   for w, row in zip(weights, tableau.A, strict=True)]  # fmt: skip
-    return weights
+                   for w, row in zip(weights, tableau.stages, strict=True)]  # fmt: skip
+    return tuple(weights)
+
+
+def sum_of(b: Sequence[Fraction], tableau: Tableau, tree: Tree) -> Fraction:
+    return sum((x * w for x, w in zip(b, derivative_weights(tableau, tree), strict=False)), Fraction(0))
 
 
 def holds(tableau: Tableau, tree: Tree) -> bool:
-    weights = derivative_weights(tableau, tree)
-    miss = sum(b * w for b, w in zip(tableau.b, weights, strict=True)) - Fraction(1, density(tree))
-    return abs(miss) <= DIGITS.get(tableau.name, 0)
+    return abs(sum_of(tableau.b, tableau, tree) - Fraction(1, density(tree))) <= DIGITS.get(tableau.name, 0)
+
+
+def most(b: Sequence[Fraction], tableau: Tableau, order: int, s: Fraction | int) -> float:
+    """By how much the conditions of an order are missed at the fraction s of a step; s = 0: those of a difference."""
+    every = trees(order)
+    return float(max(abs(sum_of(b, tableau, tree) - Fraction(s**order, density(tree))) for tree in every))
+
+
+ERRORS = {"bs32": [3], "dp54": [5], "tsit54": [5], "dop853": [6, 4]}  # of one step, that each estimate sees first
+EXTENSIONS = {"dp54": 4, "tsit54": 4, "dop853": 7}  # the order of the continuous extension; else 3 at most
+PRINTED = {"tsit54": 1e-15, "dop853": 1e-26}  # digits of these
+
+
+@pytest.mark.parametrize("name", ERRORS)
+def test_estimates_see_the_error_of_their_order_and_nothing_below(name: str) -> None:
+    tableau = TABLEAUS[name]
+    for weights, first in zip(tableau.errors, ERRORS[name], strict=True):
+        assert all(most(weights, tableau, order, 0) <= PRINTED.get(name, 0) for order in range(1, first))
+        assert most(weights, tableau, first, 0) > 1e-4
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+def test_extensions_have_their_order_everywhere_in_the_step(tableau: Tableau) -> None:
+    order = EXTENSIONS.get(tableau.name, min(tableau.order, 3))
+    assert tableau.extension(Fraction(0)) == (0,) * len(tableau.stages)
+    end = tableau.extension(Fraction(1))
+    assert end[: len(tableau.b)] == tableau.b
+    assert not any(end[len(tableau.b) :])
+    for s in (Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)):
+        weights = tableau.extension(s)
+        assert all(most(weights, tableau, below, s) <= PRINTED.get(tableau.name, 0) for below in range(1, order + 1))
+        assert most(weights, tableau, order + 1, s) > 1e-6
 
 
 def test_there_are_as_many_trees_as_there_should_be() -> None:

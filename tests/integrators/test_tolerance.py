@@ -2,6 +2,7 @@
 
 import copy
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -58,7 +59,7 @@ def equal(a: Any, b: Any) -> bool:
 
 @pytest.mark.parametrize("method", PAIRS)
 def test_the_error_is_proportional_to_the_tolerance(method):
-    """Monotone, and within two decades of it; over the two seconds of the paper, but for the pair of order 3, whose many
+    """Monotone, and within two decades of it; over the paper's two seconds, but for the pair of order 3, whose many
     steps add up to more."""
     errors, end = {}, 0.5 if method == "bs32" else 2.0
     for digits in TOLERANCES[method]:
@@ -66,7 +67,7 @@ def test_the_error_is_proportional_to_the_tolerance(method):
         assert int(ds.status[0]) == statuses.SUCCESS
         errors[digits] = distance(ds, reference(end))
     values = list(errors.values())
-    assert all(later < earlier for earlier, later in zip(values, values[1:], strict=False))
+    assert all(later < earlier for earlier, later in pairwise(values))
     assert all(1e-2 < error / 10.0**-digits < 1e2 for digits, error in errors.items()), errors
 
 
