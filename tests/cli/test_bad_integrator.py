@@ -53,7 +53,7 @@ CASES = {
     "unknown kind": (
         integrator("tolerance = { relative = 1e-9, absolute = { attitude = 1e-9 } }"),
         "integrator.tolerance.absolute.attitude is not a known key; the nearest known name is "
-        "angular_velocity, state",
+        '"rotation"',
     ),
     "negative": (
         integrator("tolerance = { relative = 1e-9, absolute = { rotation = -1.0 } }"),

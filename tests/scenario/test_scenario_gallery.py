@@ -49,6 +49,7 @@ def test_the_gallery_is_complete() -> None:
         "satellite",
         "satellite_monte_carlo",
         "satellite_pointing",
+        "satellite_settles",
         "screw_press",
         "slider_crank",
         "template",
