@@ -165,9 +165,10 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
     drive(
-        machine.kernels, machine.nodes, machine.elements, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
-        machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
-        _landings(batch, runs, blocks), records, codes, steps, machine.buffer(), progress, stop,
+        machine.kernels, machine.nodes, machine.elements, held.rows, machine.correction, machine.kept,
+        held.first_mask, len(held.masks), bool(held.fixed), machine.seen, batch.steps, batch.iterations, batch.h,
+        batch.tolerance, batch.outputs, states, parameters, _landings(batch, runs, blocks), records, codes, steps,
+        machine.buffer(), progress, stop,
     )  # fmt: skip
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
     return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))

@@ -20,8 +20,10 @@ from lienumba.integrators.munthe_kaas import verdict
 from lienumba.operations import maximum
 
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
-ORDER = ("step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample")
-STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE = range(len(ORDER))
+ORDER = (
+    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample"
+)  # fmt: skip
+STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE = range(len(ORDER))
 TIME, LENGTH, NODE, MIDDLE = range(4)  # rows of the clock: t, the length of the part of a step, c of a stage, and
 # the time in the middle of the part, which tells in which piece of a table a stage lies
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -35,16 +37,16 @@ def table_rows(q: int) -> int:
     return q * (q + 1) // 2 + 2 * q + 1
 
 
-def scratch_rows(k: int, held: int, q: int, stages: int) -> int:
+def scratch_rows(k: int, held: int, correction: int, kept: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
     slopes = ALGEBRA * stages * (k + 1) + codes.REPORTS
-    return 3 * _state_rows(k, held) + 8 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
+    return 3 * _state_rows(k, held, correction) + kept + 8 + (ALGEBRA * k + held + 1) + slopes + table_rows(q)
 
 
 @njit(**OPTIONS)
-def _state_rows(k: int, held: int) -> int:
+def _state_rows(k: int, held: int, correction: int) -> int:
     """Of a state with what a kernel says behind it, or of a projection's iterate."""
-    return 24 * k + held + 4
+    return ELEMENT * k + correction + held + 4
 
 
 @njit(**OPTIONS)
@@ -84,6 +86,7 @@ def _record(
 @njit(**OPTIONS)
 def _iterate(
     kernel: int,
+    again: int,
     parameters: int,
     clock: int,
     hat: int,
@@ -99,13 +102,14 @@ def _iterate(
 ) -> Any:
     """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
 
-    `violation`: its row in `new`, followed by the code; `committed`: how many rows of `new` go to `now`.
+    `again`: the kernel of the iterations after the first; `violation`: its row in `new`, followed by the code;
+    `committed`: how many rows of `new` go to `now`.
     """  # fmt: skip
     used = splat(0.0)
-    for _ in range(limit):
+    for n in range(limit):
         if not any_lane(pending):
             return used
-        call(kernel, hat, parameters, clock, now, new, work)
+        call(kernel if n == 0 else again, hat, parameters, clock, now, new, work)
         _commit(pending, now, new, committed)
         used = used + choose(pending, 1.0, 0.0)
         code = load(new, violation + 1)
@@ -141,8 +145,8 @@ def _exchange(
 
 @njit(**OPTIONS)
 def _project(
-    kernels: Any, k: int, held: int, q: int, masks: int, p: int, clock: int, new: int, now: int, following: int,
-    work: int, status: int, pending: Any, table: Any, limit: int, tolerance: float, fixed: bool,
+    kernels: Any, k: int, held: int, correction: int, q: int, masks: int, p: int, clock: int, new: int, now: int,
+    following: int, work: int, status: int, pending: Any, table: Any, limit: int, tolerance: float, fixed: bool,
 ) -> Any:  # fmt: skip
     """Project the positions of `new` in the pending lanes; returns each lane's iterations.
 
@@ -151,13 +155,15 @@ def _project(
     program to do.
     """
     rows = ELEMENT * k
+    iterate = rows + correction
+    again = kernels[CHORD] if kernels[CHORD] != 0 else kernels[POSITION]
     used = splat(0.0)
     for attempt in range(2):
         _copy(now, new, rows)
-        for row in range(rows, rows + 6 * k):
+        for row in range(rows, iterate):
             store(now, row, splat(0.0))
-        used = used + _iterate(kernels[POSITION], p, clock, new, now, following, work, status, pending, limit,
-                               tolerance, rows + 6 * k, rows + 6 * k)  # fmt: skip
+        used = used + _iterate(kernels[POSITION], again, p, clock, new, now, following, work, status, pending, limit,
+                               tolerance, iterate, iterate)  # fmt: skip
         _commit(pending & (load(status, 0) == 0.0), new, now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
         if attempt == 1 or q == 0 or not any_lane(pending):
@@ -233,8 +239,8 @@ def _set_clock(clock: int, since: int, until: int, begin: float, end: float, h: 
 
 @cache.numba_cached(
     types.void(
-        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64, types.boolean,
-        types.int64, types.int64, types.int64, types.float64, types.float64,
+        types.int64[::1], types.float64[::1], types.int64, types.int64, types.int64, types.int64,
+        types.int64, types.int64, types.boolean, types.int64, types.int64, types.int64, types.float64, types.float64,
         types.int64[::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1],
         types.float64[:, :, :, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1],
         types.int64[::1], types.int64[::1],
@@ -242,12 +248,14 @@ def _set_clock(clock: int, since: int, until: int, begin: float, end: float, h: 
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: Any, nodes: Any, k: int, held: int, first_mask: int, q: int, fixed: bool, seen: int, steps: int,
-    limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any, landings: Any,
-    records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
+    kernels: Any, nodes: Any, k: int, held: int, correction: int, kept: int, first_mask: int, q: int, fixed: bool,
+    seen: int, steps: int, limit: int, h: float, tolerance: float, output_steps: Any, states: Any, parameters: Any,
+    landings: Any, records: Any, statuses: Any, end_steps: Any, buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
+    correction: rows of an iterate of the position projection between its state and its violation; kept: what a chord
+    method keeps behind them;
     states (blocks, 18 k + held, W): initial, left at the last good state; q: how many rows of C may be exchanged, their
     masks from row `first_mask` of what is held, which is `fixed` if only those in use are compiled;
     parameters (blocks, P, W), invariants prepared; landings (blocks, L, W): the times on which a step must land, those
@@ -260,9 +268,9 @@ def drive(
     rows = ELEMENT * k
     masks = rows + first_mask
     new = buffer.ctypes.data
-    now = new + ROW * _state_rows(k, held)
-    following = now + ROW * _state_rows(k, held)
-    clock = following + ROW * _state_rows(k, held)
+    now = new + ROW * _state_rows(k, held, correction)
+    following = now + ROW * _state_rows(k, held, correction)
+    clock = following + ROW * (_state_rows(k, held, correction) + kept)
     counts = clock + ROW * 4
     since = counts + ROW * 2
     until = since + ROW
@@ -306,11 +314,12 @@ def drive(
                 margin = load(new, rows + held + 1)
                 store(status, 0, choose(going, code, load(status, 0)))
                 if kernels[POSITION] != 0:
-                    used = _project(kernels, k, held, q, masks, p, clock, new, now, following, work, status,
-                                    going & (load(status, 0) == 0.0), table, limit, tolerance, fixed)  # fmt: skip
+                    used = _project(kernels, k, held, correction, q, masks, p, clock, new, now, following, work,
+                                    status, going & (load(status, 0) == 0.0), table, limit, tolerance,
+                                    fixed)  # fmt: skip
                     store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
                 if kernels[VELOCITY] != 0:
-                    used = _iterate(kernels[VELOCITY], p, clock, new, new, following, work, status,
+                    used = _iterate(kernels[VELOCITY], kernels[VELOCITY], p, clock, new, new, following, work, status,
                                     going & (load(status, 0) == 0.0), limit, tolerance, rows, rows)  # fmt: skip
                     store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
                 good = going & (load(status, 0) == 0.0)

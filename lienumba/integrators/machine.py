@@ -27,7 +27,7 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses in the driver's order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of the tableau."""
+    `nodes`: c of the tableau; `correction`, `kept`: as in the program."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
@@ -37,6 +37,8 @@ class Machine:
     held: Held
     parameter_rows: int
     seen: int
+    correction: int
+    kept: int
     buffer_rows: int
 
     def buffer(self) -> np.ndarray:
@@ -66,7 +68,11 @@ def compile_program(program: Program) -> Machine:
         program.held,
         program.parameter_rows,
         sum(rows for _, rows in program.observed.values()),
-        driver.scratch_rows(program.elements, program.held.rows, len(program.held.masks), stages)
+        program.correction,
+        program.kept,
+        driver.scratch_rows(
+            program.elements, program.held.rows, program.correction, program.kept, len(program.held.masks), stages
+        )
         + max(k.work_rows for k in program.kernels.values()),
     )
 

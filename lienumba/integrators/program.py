@@ -5,7 +5,8 @@
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
       finish           state, what the stages report -> what is held beside the bodies
-    position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
+    position   q^, iterate -> iterate               one Gauss-Newton iteration of the position projection
+      chord      q^, iterate -> iterate               the same by the elimination of the first
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
     exchange   state -> S of the rows that may be exchanged (see `lienumba.integrators.exchange`)
@@ -23,7 +24,7 @@ from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
-from lienumba.integrators import state_kernels, step_kernels
+from lienumba.integrators import position_kernels, state_kernels, step_kernels
 from lienumba.integrators.carried import Carried
 from lienumba.integrators.exchange import UNIQUE, Choice
 from lienumba.integrators.held import Held
@@ -37,7 +38,8 @@ __all__ = ["Method", "Program", "build"]
 @dataclass
 class Program:
     """`elements`: of S, those of the bodies first; `parameters`: the model's numbers behind the slots (floats, arrays,
-    or what tables hold); `nodes`: c of the tableau; `observed`: name -> (first row, rows)."""
+    or what tables hold); `nodes`: c of the tableau; `observed`: name -> (first row, rows); `correction`: rows of an
+    iterate of the position projection between its state and its violation; `kept`: behind its code."""
 
     elements: int
     held: Held
@@ -47,6 +49,8 @@ class Program:
     kernels: dict[str, Kernel]
     nodes: list[float]
     observed: dict[str, tuple[int, int]]
+    correction: int
+    kept: int
 
 
 @uncollected()
@@ -59,8 +63,10 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
     tracer = Tracer(model, method, choice, fixed)
     kernels = step_kernels.step(tracer)
     levels = {constraint.level for constraint in constraints.constraints_of(model)}
+    kept = 0
     if "position" in levels and method.position != "none":
-        kernels["position"] = state_kernels.position(tracer)
+        projecting, kept = position_kernels.position(tracer)
+        kernels |= projecting
     if levels and method.velocity != "none":
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.held.masks:
@@ -69,4 +75,7 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     nodes = [float(c) for c in tracer.tableau.c]
-    return Program(tracer.elements, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed)
+    return Program(
+        tracer.elements, tracer.held, tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed,
+        sum(position_kernels.correction_rows(tracer)), kept,
+    )  # fmt: skip

@@ -24,9 +24,10 @@ class Method:
     """What beside the mechanism shapes the kernels."""
 
     tableau: str
-    position: str  # "local" or "none"
+    position: str  # "local", "embedded" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
+    chord: bool = False  # whether the position projection keeps the elimination of its first iteration
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,9 @@ def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
 
     data: Any = resolved.data
     projection = data.projection
-    method = Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
+    method = Method(
+        data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv, projection.chord
+    )
     return build(prepared.model, method, _choice(prepared), fixed)
 
 
