@@ -10,7 +10,7 @@ from reference.nearest import nearest
 
 import lienumba
 from lienumba.integrators.program import Method, build
-from lienumba.mechanics import embedded, kkt, projection
+from lienumba.mechanics import kkt, projection
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
