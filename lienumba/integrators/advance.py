@@ -21,11 +21,11 @@ from lienumba.operations import maximum
 
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
 ORDER = (
-    "step", "position", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample", "close",
+    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample", "close",
     "end", "dense", "events",
 )  # fmt: skip
 (
-    STEP, POSITION, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, END, DENSE, EVENTS,
+    STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, END, DENSE, EVENTS,
 ) = range(len(ORDER))  # fmt: skip
 
 jit.register()  # `verdict` is a kernel
@@ -56,18 +56,19 @@ def record(to: int, observe: int, state: int, p: int, at: Any, rows: int, seen: 
 
 @njit(**OPTIONS)
 def iterate(
-    kernel: int, p: int, hat: int, now: int, at: Any, status: int, pending: Any, limit: int, tolerance: float,
+    kernel: int, again: int, p: int, hat: int, now: int, at: Any, status: int, pending: Any, limit: int, tolerance: float,
     violation: int, committed: int,
 ) -> Any:  # fmt: skip
     """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
 
-    `violation`: its row in what the kernel gives, followed by the code; `committed`: how many rows go to `now`.
+    `again`: the kernel of the iterations after the first; `violation`: its row in what they give, followed by the code;
+    `committed`: how many rows go to `now`.
     """
     used = splat(0.0)
-    for _ in range(limit):
+    for n in range(limit):
         if not any_lane(pending):
             return used
-        call(kernel, hat, p, at.clock, now, at.following, at.work)
+        call(kernel if n == 0 else again, hat, p, at.clock, now, at.following, at.work)
         commit(pending, now, at.following, committed)
         used = used + choose(pending, 1.0, 0.0)
         code = load(at.following, violation + 1)
@@ -112,14 +113,15 @@ def project(
     program to do.
     """
     rows = ELEMENT * sizes.elements
-    x = 6 * sizes.elements
+    iterated = rows + sizes.correction
+    again = kernels[CHORD] if kernels[CHORD] != 0 else kernels[POSITION]
     used = splat(0.0)
     for attempt in range(2):
         copy(at.now, new, rows)
-        for row in range(rows, rows + x):
+        for row in range(rows, iterated):
             store(at.now, row, splat(0.0))
         used = used + iterate(
-            kernels[POSITION], p, new, at.now, at, status, pending, limit, tolerance, rows + x, rows + x
+            kernels[POSITION], again, p, new, at.now, at, status, pending, limit, tolerance, iterated, iterated
         )
         commit(pending & (load(status, 0) == 0.0), new, at.now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
@@ -140,7 +142,7 @@ def project_velocities(
 ) -> Any:
     """Project the velocities of `new` in the pending lanes; returns each lane's iterations."""
     rows = ELEMENT * sizes.elements
-    return iterate(kernels[VELOCITY], p, new, new, at, status, pending, limit, tolerance, rows, rows)
+    return iterate(kernels[VELOCITY], kernels[VELOCITY], p, new, new, at, status, pending, limit, tolerance, rows, rows)
 
 
 @njit(**OPTIONS)

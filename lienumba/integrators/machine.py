@@ -65,7 +65,7 @@ def compile_program(program: Program) -> Machine:
         elements=program.elements, held=held.rows, first_mask=held.first_mask, q=len(held.masks),
         fixed=int(bool(held.fixed)), seen=sum(rows for _, rows in program.observed.values()),
         parameters=max(program.parameter_rows, 1), slope=program.slope, stages=program.stages, slots=program.slots,
-        events=program.events,
+        events=program.events, correction=program.correction, kept=program.kept,
     )  # fmt: skip
     rows = layout.py_func(sizes).work + max(k.work_rows for k in program.kernels.values())
     nodes = np.array(program.nodes)

@@ -5,7 +5,8 @@
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
       finish           state, what the stages report -> what is held beside the bodies
-    position   q^, (state, x) -> state, x+, violation, code     one Gauss-Newton iteration of the position projection
+    position   q^, iterate -> iterate               one Gauss-Newton iteration of the position projection
+      chord      q^, iterate -> iterate               the same by the elimination of the first
     velocity   state -> state, violation, code      the velocity projection
     observe    state -> what is stored beside the state
     close, end, dense  see `lienumba.integrators.extension_kernels`
@@ -26,7 +27,7 @@ from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
-from lienumba.integrators import extension_kernels, state_kernels, step_kernels
+from lienumba.integrators import extension_kernels, position_kernels, state_kernels, step_kernels
 from lienumba.integrators.carried import Carried
 from lienumba.integrators.exchange import UNIQUE, Choice
 from lienumba.integrators.held import Held
@@ -41,7 +42,9 @@ __all__ = ["Method", "Program", "build"]
 class Program:
     """`elements`: of S, those of the bodies first; `slope`: the coordinates of each in a step; `stages`, `slots`: see
     `Tracer`; `events`: conditions; `parameters`: the model's numbers behind the slots (floats, arrays, or what tables
-    hold); `nodes`: c of all stages; `observed`: name -> (first row, rows); `free`: whether every lane has its own time.
+    hold); `nodes`: c of all stages; `observed`: name -> (first row, rows); `correction`: rows of an iterate of the
+    position projection between its state and its violation; `kept`: behind its code; `free`: whether every lane has its
+    own time.
     """
 
     elements: int
@@ -56,6 +59,8 @@ class Program:
     kernels: dict[str, Kernel]
     nodes: list[float]
     observed: dict[str, tuple[int, int]]
+    correction: int
+    kept: int
     free: bool
 
 
@@ -69,8 +74,10 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
     tracer = Tracer(model, method, choice, fixed)
     kernels = step_kernels.step(tracer)
     levels = {constraint.level for constraint in constraints.constraints_of(model)}
+    kept = 0
     if "position" in levels and method.position != "none":
-        kernels["position"] = state_kernels.position(tracer)
+        projecting, kept = position_kernels.position(tracer)
+        kernels |= projecting
     if levels and method.velocity != "none":
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.held.masks:
@@ -86,6 +93,8 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["events"] = state_kernels.events(tracer)
     nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
-        tracer.elements, tracer.chart.size, tracer.stages, tracer.slots, len(model.events), tracer.held,
-        tracer.carried, tracer.values, tracer.rows, kernels, nodes, observed, method.free,
+        elements=tracer.elements, slope=tracer.chart.size, stages=tracer.stages, slots=tracer.slots,
+        events=len(model.events), held=tracer.held, carried=tracer.carried, parameters=tracer.values,
+        parameter_rows=tracer.rows, kernels=kernels, nodes=nodes, observed=observed,
+        correction=sum(position_kernels.correction_rows(tracer)), kept=kept, free=method.free,
     )  # fmt: skip

@@ -18,7 +18,8 @@ class Sizes(NamedTuple):
 
     elements: of S; held: rows behind them; first_mask: the row there of the first mask of the q rows of C that may be
     exchanged; fixed: whether only those in use are compiled; seen: rows that are observed; parameters: rows of them;
-    slope: coordinates of an element in a step; stages: of a step, slots: of slopes that are kept of an element; events.
+    slope: coordinates of an element in a step; stages: of a step, slots: of slopes that are kept of an element; events;
+    correction: rows of an iterate of the position projection between its state and its violation; kept: behind it.
     """
 
     elements: int
@@ -32,6 +33,8 @@ class Sizes(NamedTuple):
     stages: int
     slots: int
     events: int
+    correction: int
+    kept: int
 
 
 SIZES: Any = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)  # type: ignore[attr-defined]
@@ -68,9 +71,9 @@ def table_rows(q: int) -> int:
 
 
 @njit(**OPTIONS)
-def state_rows(k: int, held: int) -> int:
-    """Of a state with what a kernel says behind it, or of a projection's iterate; slopes lie behind `new`."""
-    return (ELEMENT + 6) * k + held + 4
+def state_rows(sizes: Sizes) -> int:
+    """Of a state with what a kernel says behind it; slopes lie behind `new`."""
+    return ELEMENT * sizes.elements + sizes.held + 4
 
 
 @njit(**OPTIONS)
@@ -84,13 +87,13 @@ def slope_row(sizes: Sizes, element: int, slot: int) -> int:
 def layout(sizes: Sizes) -> Scratch:
     """The first row of each region."""
     k = sizes.elements
-    state = state_rows(k, sizes.held)
+    state = state_rows(sizes)
     new = state
     slopes = new + state
     control = slopes + slope_row(sizes, k + 1, 0) + codes.REPORTS
     now = control + codes.CONTROL
-    following = now + state
-    clock = following + state
+    following = now + state + sizes.correction
+    clock = following + state + sizes.correction + sizes.kept
     lanes = clock + codes.CLOCK
     u = lanes + LANES
     conditions = u + sizes.slope * k + sizes.held + 1

@@ -1,42 +1,16 @@
-"""The kernels that look at one state, or correct it: projections, exchange of rows, what is stored."""
+"""The kernels that look at one state, or correct it: velocity projection, exchange of rows, what is stored."""
 
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators import carried as carried_
 from lienumba.integrators import codes
-from lienumba.integrators.charts import LARGEST_STAGE, promised
 from lienumba.integrators.tracer import Tracer, finite, flat
 from lienumba.mechanics import constraints, dynamics, kkt, projection, quantities
 from lienumba.mechanics.model import Model, reads_state
 from lienumba.mechanics.motion import Instant
-from lienumba.operations import maximum, minimum, where
-
-
-def position(tracer: Tracer) -> Kernel:
-    graph, model = tracer.graph()
-    hat, now = tracer.now(graph)[0], tracer.state(graph, "extra")
-    held = tracer.held_rows(graph)
-    mask = tracer.held.mask(held, tracer.structure.rows)
-    x = graph.inputs("extra", 6 * tracer.k, ELEMENT * tracer.elements)
-    at = tracer.instant(now, held, hat.t)
-    solution = projection.position_correction(model, tracer.structure, at, list(x), mask)
-    rotation: Any = 0.0
-    for i in range(tracer.k):
-        rotation = maximum(promised(solution.x[6 * i + 3 : 6 * i + 6]), rotation)
-    new = projection.placed(hat.bodies, solution.x)
-    counts = projection.counted(solution, mask, "position")
-    violation = projection.position_violation(model, tracer.instant(new, held, hat.t), counts)
-    code = where(rotation < LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
-    if tracer.structure.looped:
-        lost = projection.lost(model, tracer.instant(new, held, hat.t), counts)
-        code = where(lost < projection.LOST, code, codes.SINGULAR)
-    code = where(solution.sound > 0.0, code, codes.SINGULAR)
-    code = where(finite(solution.x), code, codes.NON_FINITE)
-    rest = [0.0] * (6 * tracer.carried.elements)
-    return tracer.kernel("position", (*tracer.with_carried(graph, new), *solution.x, *rest, violation, code))
+from lienumba.operations import minimum, where
 
 
 def velocity(tracer: Tracer) -> Kernel:

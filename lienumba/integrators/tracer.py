@@ -24,9 +24,10 @@ class Method:
     """What beside the mechanism shapes the kernels."""
 
     tableau: str
-    position: str  # "local" or "none"
+    position: str  # "local", "embedded" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
+    chord: bool = False  # whether the position projection keeps the elimination of its first iteration
     free: bool = False  # whether every lane has its own time
     paced: bool = False  # whether a tolerance chooses the steps; then lanes are free, too
 
@@ -116,7 +117,7 @@ class Tracer:
     @property
     def state_rows(self) -> int:
         """See `scratch.state_rows`: where the slopes begin behind a state."""
-        return (ELEMENT + 6) * self.elements + self.held.rows + 4
+        return ELEMENT * self.elements + self.held.rows + 4
 
     def slope_row(self, element: int, slot: int = 0) -> int:
         """See `scratch.slope_row`."""

@@ -5,6 +5,7 @@ Rows come joint by joint, then driver by driver. A constraint holds on one of th
 C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -145,6 +146,15 @@ def time_rate(model: Model, now: Instant) -> list[Any]:
         for row in map(lift, c.law(motion.waiting(now, c.bodies))):
             rates.append(row.a if c.level == "velocity" else row.b)
     return rates
+
+
+def derivative(model: Model, now: Instant, drifts: Sequence[Any]) -> list[Any]:
+    """Of Phi, along a matrix for the R of every body; 0 where there is no position."""
+    rows: list[Any] = []
+    for c in constraints_of(model):
+        view = motion.drifting(now, c.bodies, drifts)
+        rows += [lift(row).b for row in c.law(view)] if c.level == "position" else [0.0] * c.rows
+    return rows
 
 
 def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:

@@ -9,7 +9,7 @@ a correction, and what the weak equation says of the correction is faded out. (A
 usual remedy, forgets the constraint force instead, which costs energy.)
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.mechanics.constraints import constraints_of, rows_of
@@ -116,14 +116,26 @@ def _has_loop(blocks: list[_Block]) -> bool:
 
 @dataclass(frozen=True)
 class Solution:
-    """x (6 k), mu (m); `sound`: 1, or 0 where a constraint depends on the others; in closed loops `firm`: for each row
-    1, or less where it is faded; `margin`: the smallest pivot of a constraint relative to its scale."""
+    """x (6 k), mu (m); `by`: the elimination, to be used again."""
 
     x: list[Any]
     mu: list[Any]
-    sound: Any
-    firm: list[Any]
-    margin: Any
+    by: "Eliminated"
+
+    @property
+    def sound(self) -> Any:
+        """1, or 0 where a constraint depends on the others."""
+        return self.by.sound
+
+    @property
+    def firm(self) -> list[Any]:
+        """In closed loops, for each row 1, or less where it is faded."""
+        return self.by.firm
+
+    @property
+    def margin(self) -> Any:
+        """In closed loops, the smallest pivot of a constraint relative to its scale."""
+        return self.by.margin
 
 
 @dataclass
@@ -208,6 +220,69 @@ class _Factors:
         return solved[: self.n], solved[self.n :]
 
 
+@dataclass(frozen=True)
+class Eliminated:
+    """[A C^T; C 0] as L D L^T, for any number of right-hand sides. sound, firm, margin: as in Solution."""
+
+    structure: Structure
+    factors: _Factors
+    sound: Any
+    firm: list[Any]
+    margin: Any
+
+    @staticmethod
+    def of(structure: Structure, A: Entries, C: Entries, mask: list[Any]) -> "Eliminated":
+        """C: its masked rows are 0."""
+        n = 6 * structure.bodies
+        diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
+        factors = _Factors.of(structure.order, n, A, C, diagonal)
+        place = {variable: position for position, variable in enumerate(structure.order)}
+        firm: list[Any] = [1.0] * structure.rows
+        sound: Any = 1.0
+        margin: Any = 1.0
+        for j, variable in enumerate(structure.order):
+            scale = factors.by_bodies[j]
+            pivot = scale + factors.by_joints[j]
+            if variable >= n and structure.looped:
+                alike = [place[n + row] for row in structure.alike[variable - n]]
+                scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
+                part = pivot / scale
+                margin = minimum(part, margin)
+                firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
+                pivot = where(part > LEAST, pivot, LEAST * scale)
+            elif variable >= n:
+                sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
+            factors.eliminate(j, pivot)
+        return Eliminated(structure, factors, sound, firm, margin)
+
+    def solve(self, f: list[Any], g: list[Any]) -> Solution:
+        """g: of a masked row 0."""
+        factors, every = self.factors, [1.0] * self.structure.rows
+        if not self.structure.looped:
+            x, mu = factors.backward(factors.forward(f, g, every))
+            return Solution(x, mu, self)
+        by_forces = factors.forward(f, [0.0] * len(g), every)
+        by_constraints = factors.forward([0.0] * len(f), g, self.firm)
+        x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
+        if self.structure.from_singular:
+            x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
+        return Solution(x, mu, self)
+
+    def numbers(self) -> list[Any]:
+        """All that `solve` reads beside the right-hand sides."""
+        columns = [x for column in self.factors.column for x in column.values()]
+        return [*columns, *self.factors.inverse, *self.firm, self.sound, self.margin]
+
+    def with_numbers(self, numbers: list[Any]) -> "Eliminated":
+        """The same with other numbers, in the order of `numbers`."""
+        given = iter(numbers)
+        column = [{i: next(given) for i in column} for column in self.factors.column]
+        inverse = [next(given) for _ in self.factors.inverse]
+        factors = _Factors(self.factors.order, self.factors.n, column=column, inverse=inverse)
+        firm = [next(given) for _ in self.firm]
+        return Eliminated(self.structure, factors, next(given), firm, next(given))
+
+
 def solve(
     structure: Structure,
     A: Entries,
@@ -221,40 +296,14 @@ def solve(
 
     mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops.
     """
-    n, rows = 6 * structure.bodies, structure.rows
-    every = [1.0] * rows
-    mask = mask or every
+    mask = mask or [1.0] * structure.rows
     C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
     g = [m * x for m, x in zip(mask, g, strict=True)]
-    diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
-    factors = _Factors.of(structure.order, n, A, C, diagonal)
-    place = {variable: position for position, variable in enumerate(structure.order)}
-    firm: list[Any] = list(every)
-    sound: Any = 1.0
-    margin: Any = 1.0
-    for j, variable in enumerate(structure.order):
-        scale = factors.by_bodies[j]
-        pivot = scale + factors.by_joints[j]
-        if variable >= n and structure.looped:
-            alike = [place[n + row] for row in structure.alike[variable - n]]
-            scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
-            part = pivot / scale
-            margin = minimum(part, margin)
-            firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
-            pivot = where(part > LEAST, pivot, LEAST * scale)
-        elif variable >= n:
-            sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
-        factors.eliminate(j, pivot)
-    if not structure.looped:
-        return Solution(*factors.backward(factors.forward(f, g, every)), sound, firm, margin)
-    x0 = expected or [0.0] * n
-    f, g = _rest(A, C, f, g, x0, [0.0] * rows)
-    by_forces = factors.forward(f, [0.0] * rows, every)
-    by_constraints = factors.forward([0.0] * n, g, firm)
-    x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
-    if structure.from_singular:
-        x = [where(margin > LEAST, dx, 0.0) for dx in x]
-    return Solution([a + b for a, b in zip(x0, x, strict=True)], mu, sound, firm, margin)
+    eliminated = Eliminated.of(structure, A, C, mask)
+    if not structure.looped or expected is None:
+        return eliminated.solve(f, g)
+    solution = eliminated.solve(*_rest(A, C, f, g, expected, [0.0] * structure.rows))
+    return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
 
 
 def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> Vectors:

@@ -5,7 +5,7 @@ force. Run along the motion  r' = v, R' = R hat(w)  it gives its rate and the bi
 unit velocities, its columns of C. A velocity-level law reads v and w: its value is a rate, its columns d/dv.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -108,6 +108,13 @@ def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocit
     else:
         m = Motion(_jets(m.r, v), _jets(m.R, _times_hat(m.R, w)), m.v, m.w)
     return replace(view, motions=view.motions | {body: m})
+
+
+def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Any]) -> View:
+    """The R of every body moving along a matrix of its own (9 numbers each), which may lead off SO(3); time stands."""
+    view = still(now, ends)
+    motions = {i: replace(m, R=_jets(m.R, drifts[i])) for i, m in view.motions.items()}
+    return replace(view, motions=motions)
 
 
 def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_level: bool = False) -> list[list[Any]]:

@@ -59,14 +59,50 @@ def position_correction(
 ) -> kkt.Solution:
     """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `now` is q^ moved by x."""
     C = constraints.jacobian(model, now)
-    W = {(i, i): 1.0 if i % 6 < 3 else 2.0 for i in range(6 * structure.bodies)}
+    W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
     g = [-phi for phi in constraints.residual(model, now)]
     for (row, column), entry in C.items():
         g[row] = g[row] + entry * x[column]
-    for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
-        if c.level != "position":
-            mask = [*mask[: rows.start], *[0.0] * c.rows, *mask[rows.stop :]]
-    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, mask)
+    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, position_mask(model, mask))
+
+
+def chord_correction(
+    model: Model, by: kkt.Eliminated, now: Instant, x: list[Any], mu: list[Any], mask: list[Any]
+) -> kkt.Solution:
+    """The next total correction and multipliers by an earlier elimination, which need not be that of `now`: it turns
+    what x and mu leave of  W x + C^T mu = 0,  Phi = 0  into their changes. So the limit is the same."""
+    pull = [-weight * xi for weight, xi in zip(_weights(by.structure.bodies), x, strict=True)]
+    g = masked([-phi for phi in constraints.residual(model, now)], position_mask(model, mask))
+    step = by.solve(without_reactions(model, now, pull, mu), g)
+    return kkt.Solution(_sum(x, step.x), _sum(mu, step.mu), by)
+
+
+def without_reactions(model: Model, now: Instant, f: list[Any], mu: list[Any]) -> list[Any]:
+    """f - C^T mu."""
+    rest = list(f)
+    for (row, column), entry in constraints.jacobian(model, now).items():
+        rest[column] = rest[column] - entry * mu[row]
+    return rest
+
+
+def position_mask(model: Model, mask: list[Any]) -> list[Any]:
+    """The mask without the rows that have no position."""
+    levels = [c.level for c in constraints.constraints_of(model) for _ in c.kinds]
+    return [m if level == "position" else 0.0 for m, level in zip(mask, levels, strict=True)]
+
+
+def masked(rows: list[Any], mask: list[Any]) -> list[Any]:
+    """0 in the rows that are left out."""
+    return [m * row for m, row in zip(mask, rows, strict=True)]
+
+
+def _weights(bodies: int) -> list[float]:
+    """The diagonal of W: |R - R^|_F^2 is twice the squared angle."""
+    return [1.0, 1.0, 1.0, 2.0, 2.0, 2.0] * bodies
+
+
+def _sum(x: list[Any], y: list[Any]) -> list[Any]:
+    return [a + b for a, b in zip(x, y, strict=True)]
 
 
 def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:

@@ -38,7 +38,9 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     integrator = data.integrator
     paced = integrator.step is None
     free = paced or bool(prepared.model.events)
-    method = Method(integrator.method, projection.position, projection.velocity, integrator.dexpinv, free, paced)
+    method = Method(
+        integrator.method, projection.position, projection.velocity, integrator.dexpinv, projection.chord, free, paced
+    )
     return build(prepared.model, method, _choice(prepared), fixed)
 
 

@@ -11,7 +11,7 @@ from lienumba.scenario.law_checks import check_driven_once, check_driver, check_
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.quantity_checks import check_quantity, check_variables
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
-from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
+from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, Projection, section_of
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.table_checks import check_tables
@@ -46,6 +46,12 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
         if check_integrator(integrator, report):
             check_times(integrator, output, report)
         check_variables(output.variables if output is not None else [], lists, report)
+    projection = read(Projection, raw.get("projection", {}))
+    if projection is not None and projection.chord and projection.position == "none":
+        report.problems.append(
+            'projection.chord = true: is for projected positions, and projection.position = "none" projects none; '
+            'leave it out, or give position = "local" or "embedded"'
+        )
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)

@@ -161,14 +161,20 @@ class Integrator(Section):
 
 
 class Projection(Section):
-    position: Literal["local", "none"] = Field(
-        default="local", description='"local" (back onto the joints after each step) or "none"'
+    position: Literal["local", "embedded", "none"] = Field(
+        default="local",
+        description='back onto the joints after each step: "local" (in coordinates of the rotations), "embedded" (in '
+        'their matrix elements, as printed in the paper) or "none"',
     )
     velocity: Literal["mass", "identity", "none"] = Field(
         default="mass", description='the weight of the correction: "mass" or "identity", or "none"'
     )
     tolerance: Positive = Field(default=1e-11, description="the largest violation left over, in m, above 0")
     max_iterations: Count = Field(default=10, description="a whole number of iterations, at least 1")
+    chord: Annotated[bool, Field(strict=True)] = Field(
+        default=False,
+        description="whether later iterations for the positions use the elimination of the first: true or false",
+    )
 
 
 class Output(Section):

@@ -106,6 +106,11 @@ CASES = {
         replaced("[[model.joints]]", TOP.replace('"top"', '"my top"') + "[[model.joints]]"),
         'model.bodies.my top.name = "my top": is no valid name; give the name: a letter, then letters, digits or "_"',
     ),
+    "chord method of nothing": (
+        replaced("[output]", '[projection]\nposition = "none"\nchord = true\n[output]'),
+        'projection.chord = true: is for projected positions, and projection.position = "none" projects none; '
+        'leave it out, or give position = "local" or "embedded"',
+    ),
     "joint to itself": (
         replaced('bodies = ["ground", "top"]', 'bodies = ["top", "top"]'),
         'model.joints.pivot.bodies = ["top", "top"]: joins "top" to itself; name two different bodies',

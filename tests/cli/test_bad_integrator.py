@@ -52,8 +52,7 @@ CASES = {
     ),
     "unknown kind": (
         integrator("tolerance = { relative = 1e-9, absolute = { attitude = 1e-9 } }"),
-        "integrator.tolerance.absolute.attitude is not a known key; the nearest known name is "
-        '"rotation"',
+        'integrator.tolerance.absolute.attitude is not a known key; the nearest known name is "rotation"',
     ),
     "negative": (
         integrator("tolerance = { relative = 1e-9, absolute = { rotation = -1.0 } }"),

@@ -7,7 +7,7 @@ import numpy as np
 from lienumba.integrators import munthe_kaas
 from lienumba.integrators.charts import R3xSO3
 from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics import dynamics, kkt, projection
+from lienumba.mechanics import dynamics, embedded, kkt, projection
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.resolve import resolve
 
@@ -39,7 +39,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
         x, *_ = munthe_kaas.step(chart, tableau, x, n * h, h, stage)
         used = (0, 0)
         if settings.projection.position != "none":
-            x, positions = project_positions(model, structure, x, settings.projection.tolerance)
+            x, positions = project_positions(model, structure, x, settings.projection)
             used = (positions, 0)
         if settings.projection.velocity != "none":
             x, velocities = project_velocities(model, structure, x, settings.projection)
@@ -48,13 +48,30 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
     return np.array(x), most
 
 
-def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, tolerance: float) -> tuple[Bodies, int]:
-    state, x = hat, [0.0] * (6 * len(hat))
+def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, settings: Any) -> tuple[Bodies, int]:
+    """By either form; as a chord method with the elimination of the first iteration."""
+    state, x, mu, mask = hat, [0.0] * (6 * len(hat)), [0.0] * structure.rows, [1.0] * structure.rows
+    first: Any = None
     for iteration in range(1, 20):
-        x = projection.position_correction(model, structure, Instant(state), x, [1.0] * structure.rows).x
-        state = projection.placed(hat, x)
-        violation = projection.position_violation(model, Instant(state))
-        if violation <= tolerance:
+        now, again = Instant(state), settings.chord and first is not None
+        if settings.position == "local":
+            solution = (
+                projection.chord_correction(model, first, now, x, mu, mask)
+                if again
+                else projection.position_correction(model, structure, now, x, mask)
+            )
+            state = projection.placed(hat, solution.x)
+            violation = projection.position_violation(model, Instant(state))
+        else:
+            solution = (
+                embedded.chord_correction(model, first, now, hat, mu, mask)
+                if again
+                else embedded.correction(model, structure, now, hat, mask)
+            )
+            state = embedded.placed(state, solution.x)
+            violation = max(projection.position_violation(model, Instant(state)), embedded.violation(state))
+        first, x, mu = first or solution.by, solution.x, solution.mu
+        if violation <= settings.tolerance:
             return state, iteration
     raise RuntimeError(f"left {violation}")
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from reference import naive
-from scipy.optimize import root
+from reference.nearest import nearest
 
 from .mechanisms import LOOP, PENDULUM, TOP, Twin, scenario, simulate, state_at, twin_of
 
@@ -25,33 +25,6 @@ def step(name: str, position: str, velocity: str) -> tuple[Any, Twin]:
 def twin(name: str) -> tuple[Any, Any, Any]:
     mechanism, h = COARSE[name]
     return twin_of(scenario(mechanism, h, h))[0]
-
-
-def nearest(joints: Any, r: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """min |r' - r|^2 + |R' - R|_F^2 subject to Phi = 0, R'^T R' = I, on twelve numbers per body: (21), (22) as printed.
-
-    Newton on the Lagrange conditions. The constraints are quadratic, so that central differences are exact.
-    """
-    k, upper = len(r), np.triu_indices(3)
-    hat = np.concatenate([r.ravel(), R.ravel()])
-
-    def split(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return y[: 3 * k].reshape(k, 3), y[3 * k :].reshape(k, 3, 3)
-
-    def g(y: np.ndarray) -> np.ndarray:
-        r, R = split(y)
-        return np.concatenate([naive.residual(joints, r, R), *((Ri.T @ Ri - np.eye(3))[upper] for Ri in R)])
-
-    def jacobian(y: np.ndarray) -> np.ndarray:
-        return np.array([g(y + e) - g(y - e) for e in np.eye(len(y))]).T / 2
-
-    def conditions(z: np.ndarray) -> np.ndarray:
-        y, mu = z[: len(hat)], z[len(hat) :]
-        return np.concatenate([2 * (y - hat) + jacobian(y).T @ mu, g(y)])
-
-    solution = root(conditions, np.concatenate([hat, np.zeros(len(g(hat)))]), tol=1e-13)
-    assert np.abs(conditions(solution.x)).max() < 1e-12
-    return split(solution.x[: len(hat)])
 
 
 @pytest.mark.parametrize("name", COARSE)

@@ -31,7 +31,7 @@ def places(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 FULL = copy.deepcopy(EXAMPLE)
-FULL["projection"] = {"position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10}
+FULL["projection"] = {"position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": True}
 FULL["output"] = {"every": 0.01, "variables": ["position"]}
 FULL["model"]["joints"].append(
     {"name": "rod", "type": "distance", "bodies": ["top", "ground"], "points": [[0, 0, 0], [0, 0, 0]], "length": 1.0}

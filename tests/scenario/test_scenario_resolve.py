@@ -24,7 +24,7 @@ def test_defaults_are_written_out_and_read_back() -> None:
     assert written["model"]["gravity"] == [0.0, 0.0, -9.81]
     assert written["integrator"] == {"method": "rk4", "step": 1e-3, "end_time": 0.1}
     assert written["projection"] == {
-        "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10
+        "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": False
     }  # fmt: skip
     assert written["output"] == {"every": 0.001, "variables": list(schema.VARIABLES)}
     assert written["sweep"] == {"runs": 1, "seed": 0, "sampler": "random", "vary": {}}
@@ -48,6 +48,8 @@ def test_a_resolved_scenario_may_be_resolved_again() -> None:
         ("bodies.top.inertia[0]", 0.3, False),
         ("integrator.step", 5e-4, False),
         ("projection.velocity", "identity", False),
+        ("projection.position", "embedded", False),
+        ("projection.chord", True, False),
         ("sweep.seed", 2, False),
         ("sweep.vary.bodies.top.mass.std", 0.2, False),
     ],
@@ -59,7 +61,7 @@ def test_the_hash_tells_what_determines_a_run(path: str, value: Any, same: bool)
 
 def test_the_hash_is_stable() -> None:
     """A new value here means that files of older versions cannot be resumed: say so in the changelog."""
-    assert resolve(example()).sha256() == "ab249cdcfc1e1845c75c6a597127b997432c90810241901112eaca75260ad211"
+    assert resolve(example()).sha256() == "154f16179f6055255545c9a559ed5d98ceac3194f47e6bc1f28f5f16c7838ec2"
 
 
 def test_varied_paths_get_their_canonical_form() -> None:
