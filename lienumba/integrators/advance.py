@@ -21,11 +21,12 @@ from lienumba.operations import maximum
 
 # `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
 ORDER = (
-    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample", "close",
-    "end", "dense", "events",
+    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample",
+    "close", "end", "dense", "events",
 )  # fmt: skip
 (
-    STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE, CLOSE, END, DENSE, EVENTS,
+    STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE,
+    CLOSE, END, DENSE, EVENTS,
 ) = range(len(ORDER))  # fmt: skip
 
 jit.register()  # `verdict` is a kernel
@@ -56,8 +57,8 @@ def record(to: int, observe: int, state: int, p: int, at: Any, rows: int, seen: 
 
 @njit(**OPTIONS)
 def iterate(
-    kernel: int, again: int, p: int, hat: int, now: int, at: Any, status: int, pending: Any, limit: int, tolerance: float,
-    violation: int, committed: int,
+    kernel: int, again: int, p: int, hat: int, now: int, at: Any, status: int, pending: Any, limit: int,
+    tolerance: float, violation: int, committed: int,
 ) -> Any:  # fmt: skip
     """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
 
