@@ -12,7 +12,7 @@ from numba import njit
 from numba.core import types
 
 from lienumba.compiler import cache
-from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import any_lane, borrowed, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import advance, codes
@@ -22,6 +22,7 @@ from lienumba.integrators.free_lanes import (
     ACCEPTED,
     BUSY,
     COUNTS,
+    DUE,
     FRESH,
     GRID,
     LANDING,
@@ -181,8 +182,9 @@ def drive(
     ends a run; limit and tolerance: of the projections; the rest as in `driver.drive`.
     """
     at, first = addresses(buffer, sizes), layout(sizes)
-    rows = buffer[: W * first.work].reshape((first.work, W))
-    table = rows[first.table : first.table + table_rows(sizes.q)]
+    kernels, nodes, pace = borrowed(kernels), borrowed(nodes), borrowed(pace)
+    rows = borrowed(buffer[: W * first.work].reshape((first.work, W)))
+    table = borrowed(rows[first.table : first.table + table_rows(sizes.q)])
     empty = np.zeros(W, np.int64)
     queue = Queue(empty, empty.copy(), empty.copy(), empty.copy(), np.zeros(1, np.int64))
     lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
@@ -215,7 +217,8 @@ def drive(
         if sizes.events > 0:
             stopped = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, stops, good, t, length)
             until = choose(stopped < until, stopped, until)
-        keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
+        if any_lane(good & (load(lanes, DUE) <= until)):
+            keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
         _move(kernels, sizes, at, good, table, pace)
         stop_runs(at, stopped, good)
         landed = good & (load(lanes, T) == load(lanes, LANDING))

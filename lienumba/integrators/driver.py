@@ -10,7 +10,7 @@ from numba import njit
 from numba.core import types
 
 from lienumba.compiler import cache
-from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import any_lane, borrowed, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import advance, codes
@@ -72,7 +72,10 @@ def drive(
     at, first = addresses(buffer, sizes), layout(sizes)
     new, clock, lanes = at.new, at.clock, at.lanes
     times = buffer[W * (first.lanes + SINCE) : W * (first.lanes + UNTIL + 1)].reshape((2, W))
-    table = buffer[W * first.table : W * (first.table + table_rows(sizes.q))].reshape((table_rows(sizes.q), W))
+    table = borrowed(
+        buffer[W * first.table : W * (first.table + table_rows(sizes.q))].reshape((table_rows(sizes.q), W))
+    )
+    times, kernels, nodes = borrowed(times), borrowed(kernels), borrowed(nodes)
     passed, cuts = np.zeros(W, np.int64), landings.shape[1] > 1  # passed: landings of each lane
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
