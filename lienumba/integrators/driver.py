@@ -37,8 +37,13 @@ def table_rows(q: int) -> int:
 
 def scratch_rows(k: int, size: int, held: int, q: int, stages: int) -> int:
     """The rows of lanes that the driver needs beside the kernels' work."""
-    slopes = size * stages * (k + 1) + codes.REPORTS
-    return 3 * _state_rows(k, held) + 8 + (size * k + held + 1) + slopes + table_rows(q)
+    return 3 * _state_rows(k, held) + 8 + (size * k + held + 1) + _slope_rows(k, size, stages) + table_rows(q)
+
+
+@njit(**OPTIONS)
+def _slope_rows(k: int, size: int, stages: int) -> int:
+    """Of the slopes of all stages with what the stages report behind them, accelerations included."""
+    return size * stages * (k + 1) + codes.REPORTS + 6 * k
 
 
 @njit(**OPTIONS)
@@ -271,7 +276,7 @@ def drive(
     times = buffer[(since - new) // 8 : (since - new) // 8 + 2 * W].reshape((2, W))
     u = until + ROW
     slopes = u + ROW * (size * k + held + 1)
-    exchanged = (slopes - new) // 8 + W * (size * nodes.size * (k + 1) + codes.REPORTS)
+    exchanged = (slopes - new) // 8 + W * _slope_rows(k, size, nodes.size)
     table = buffer[exchanged : exchanged + W * table_rows(q)].reshape((table_rows(q), W))
     work = table.ctypes.data + ROW * table_rows(q)
     passed, cuts = np.zeros(W, np.int64), landings.shape[1] > 1  # passed: landings of each lane

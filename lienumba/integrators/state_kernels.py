@@ -73,7 +73,7 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
     expected = tracer.expected(tracer.held_rows(graph), 0.0)
-    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
     mu = solution.mu
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2

@@ -62,7 +62,7 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
 
     Its outputs go to the rows of one stage among those of all (see `_slope_row`); behind them stands what it
-    reports: whether the KKT was sound, the power, the margin.
+    reports: whether the KKT was sound, the power, the margin, and accelerations that are held but not in the slopes.
     """
     graph, model = tracer.graph()
     reports = _Reports()
@@ -74,6 +74,8 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
+    if tracer.held.accelerations and not chart.plain:
+        said = [reports.sound[0], *(reports.power or [0.0]), reports.margin[0], *reports.accelerations]
     rows = [_slope_row(tracer, i) + c for i in every for c in range(chart.size)]
     rows += [_slope_row(tracer, tracer.elements) + c for c in range(len(said))]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
@@ -86,7 +88,10 @@ def _finish(tracer: Tracer) -> Kernel:
     size, stages = tracer.chart.size, len(tracer.tableau.b)
     behind = _slope_row(tracer, tracer.elements)
     said = [graph.inputs("extra", codes.REPORTS, behind + size * s) for s in range(stages)]
-    last = [_slope_row(tracer, i + 1) - 6 for i in range(tracer.k)]
+    if tracer.chart.plain:
+        last = [_slope_row(tracer, i + 1) - 6 for i in range(tracer.k)]
+    else:
+        last = [behind + size * (stages - 1) + codes.REPORTS + 6 * i for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],
         margin=[x[2] for x in said],
@@ -103,7 +108,8 @@ def _body_kernels(tracer: Tracer) -> dict[str, Kernel]:
     for s, row in enumerate(tracer.tableau.A):
         if any(row):
             graph, _ = tracer.graph()
-            u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), row, _slopes(chart, graph, s))
+            h, slopes = graph.input("clock", 1), _slopes(chart, graph, s)
+            u, rotation = munthe_kaas.combination(chart, h, tracer.tableau.exponentials(s), slopes)
             kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
@@ -127,7 +133,7 @@ def _vector_field(
         now = tracer.instant(state, held, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
         expected = tracer.expected(held, c)
-        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
         reports.sound.append(solution.sound)
         reports.margin.append(solution.margin)
         if tracer.held.work:

@@ -9,7 +9,8 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.carried import Carried
-from lienumba.integrators.charts import LARGEST_STAGE, R3xSO3
+from lienumba.integrators.charts import LARGEST_STAGE, SE3, Chart, R3xSO3
+from lienumba.integrators.comparators import COORDINATES
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
 from lienumba.integrators.tableaus import TABLEAUS
@@ -27,13 +28,18 @@ class Method:
     position: str  # "local" or "none"
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
+    group: str = "R3xSO3"  # or "SE3"
+    coordinates: str = "lie"  # or one of COORDINATES
+    baumgarte: float | None = None  # rate (1/s)
 
-
-def _terms(method: Method) -> int | None:
-    """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
-    if method.dexpinv is None:
-        return max(TABLEAUS[method.tableau].order - 2, 0)
-    return None if method.dexpinv == "closed" else int(method.dexpinv)
+    def chart(self) -> Chart:
+        """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
+        if self.coordinates != "lie":
+            return COORDINATES[self.coordinates]
+        tableau = TABLEAUS[self.tableau]
+        terms = 0 if tableau.first else max(tableau.order - 2, 0)
+        given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
+        return SE3(given) if self.group == "SE3" else R3xSO3(given)
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class Tracer:
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
-        self.chart = R3xSO3(_terms(method))
+        self.chart = method.chart()
         self.k = len(model.bodies)
         graph, symbolic = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))

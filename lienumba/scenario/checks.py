@@ -7,10 +7,11 @@ from typing import Any
 from lienumba.scenario.body_checks import check_bases, check_body
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
+from lienumba.scenario.method_checks import check_damping, check_method
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.quantity_checks import check_quantity, check_variables
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
-from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, section_of
+from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, Projection, section_of
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.table_checks import check_tables
@@ -29,6 +30,10 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
+        check_method(integrator, report)
+    projection = read(Projection, raw.get("projection", {}))
+    if projection is not None:
+        check_damping(projection, report)
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, report)

@@ -130,8 +130,11 @@ def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
     from lienumba.integrators.program import Method, build
 
     data: Any = resolved.data
-    projection = data.projection
-    method = Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
+    integrator, projection = data.integrator, data.projection
+    method = Method(
+        integrator.method, projection.position, projection.velocity, integrator.dexpinv, integrator.group,
+        integrator.coordinates, projection.baumgarte,
+    )  # fmt: skip
     return build(prepared.model, method, _choice(prepared), fixed)
 
 
