@@ -73,9 +73,9 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     zero = munthe_kaas.origin(chart)
     u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
-    said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
-    if tracer.held.accelerations and not chart.plain:
-        said = [reports.sound[0], *(reports.power or [0.0]), reports.margin[0], *reports.accelerations]
+    said = [*reports.sound, *(reports.power or [0.0])]
+    said += reports.margin if tracer.held.masks or tracer.reported else []
+    said += reports.accelerations if tracer.reported else []
     rows = [_slope_row(tracer, i) + c for i in every for c in range(chart.size)]
     rows += [_slope_row(tracer, tracer.elements) + c for c in range(len(said))]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
@@ -88,9 +88,8 @@ def _finish(tracer: Tracer) -> Kernel:
     size, stages = tracer.chart.size, len(tracer.tableau.b)
     behind = _slope_row(tracer, tracer.elements)
     said = [graph.inputs("extra", codes.REPORTS, behind + size * s) for s in range(stages)]
-    if tracer.chart.plain:
-        last = [_slope_row(tracer, i + 1) - 6 for i in range(tracer.k)]
-    else:
+    last = [_slope_row(tracer, i + 1) - 6 for i in range(tracer.k)]
+    if tracer.reported:
         last = [behind + size * (stages - 1) + codes.REPORTS + 6 * i for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],

@@ -90,6 +90,11 @@ class Tracer:
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
 
+    @property
+    def reported(self) -> bool:
+        """Whether stages report the accelerations that are held, because slopes in this chart are others."""
+        return bool(self.held.accelerations) and not self.chart.plain
+
     def strict(self, rotation: Any) -> Any:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
         limit is a quarter of a turn: two bodies then turn by less than half a turn relative to each other."""

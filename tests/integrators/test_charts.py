@@ -107,12 +107,12 @@ def test_order_eight_on_se3(name: str) -> None:
     assert np.log2(errors[0] / errors[1]) == pytest.approx(8, abs=0.3), errors
 
 
-@pytest.mark.parametrize("chart", ["SE3", "cf4"])
-def test_the_order_where_a_joint_is_driven(chart: str) -> None:
+def test_the_order_where_a_joint_is_driven() -> None:
     driven = double_pendulum(drivers=[CRANK])
-    truth = numbers(run_in({}, driven, 2e-3, 0.4, method="dop853"))
-    errors = [np.abs(numbers(run_in(CHARTS[chart], driven, h, 0.4)) - truth).max() for h in (1e-2, 5e-3)]
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.2), errors
+    truth = numbers(run_in({}, driven, 4e-3, 0.4, method="dop853"))
+    for chart in ("SE3", "cf4"):
+        errors = [np.abs(numbers(run_in(CHARTS[chart], driven, h, 0.4)) - truth).max() for h in (1e-2, 5e-3)]
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.2), (chart, errors)
 
 
 @pytest.mark.parametrize("chart", STEPPED)
@@ -128,9 +128,9 @@ def test_states_of_laws_move_in_every_chart(chart: str) -> None:
 
 
 # ---------------------------------------------------------------- stage by stage
-@pytest.mark.parametrize("chart", STEPPED)
+@pytest.mark.parametrize("chart", ["SE3", "matrix", "quaternion", "cf4"])
 def test_stage_by_stage_it_is_the_same_step(chart: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A loop, which holds its accelerations, and laws with states behind a body."""
+    """A loop, which holds its accelerations, and laws with states behind a body; other numbers of coordinates."""
     law = pendulum(LOW_PASS, step=0.02, end=0.2)
     law["integrator"] |= STEPPED[chart]
 
