@@ -35,7 +35,8 @@ STATUSES = (
         ROTATION,
         "rotation_too_large",
         "a body turned too far in one step: by nearly a full turn, or by a quarter of one where the angle of a joint "
-        "is counted; try a smaller step, or see whether a driver wants more than the mechanism can reach",
+        "is counted, or its angles did in a gimbal lock; try a smaller step or other coordinates, or see whether a "
+        "driver wants more than the mechanism can reach",
     ),
     Status(
         NOT_ASSEMBLED,

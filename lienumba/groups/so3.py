@@ -136,7 +136,7 @@ def half_angle(x: Number) -> tuple[Number, Number]:
 
 
 @kernel
-def _dexp_coefficients(x: Number) -> tuple[Number, Number]:
+def dexp_coefficients(x: Number) -> tuple[Number, Number]:
     """(1 - cos angle)/angle**2 and (angle - sin angle)/angle**3."""
     c, s = half_angle(x)
     p = -1 / 1307674368000 + x * (1 / 355687428096000 + x * (-1 / 121645100408832000))
@@ -146,7 +146,7 @@ def _dexp_coefficients(x: Number) -> tuple[Number, Number]:
 
 
 @kernel
-def _dexpinv_coefficient(x: Number) -> Number:
+def dexpinv_coefficient(x: Number) -> Number:
     """(1 - (angle/2) cot(angle/2))/angle**2; infinite at angle = 2 pi."""
     c, s = half_angle(x)
     p = 3617 / 10670622842880000 + x * (43867 / 5109094217170944000 + x * (174611 / 802857662698291200000))
@@ -184,7 +184,7 @@ def log(R: Matrix3) -> Vec3:
 @kernel
 def dexp(u: Vec3, w: Vec3) -> Vec3:
     """dexp_u(w) = sum_j ad_u^j w / (j+1)!, with d/dt exp(u) = hat(dexp_u(u')) exp(u)."""
-    b, d = _dexp_coefficients(dot(u, u))
+    b, d = dexp_coefficients(dot(u, u))
     uw = cross(u, w)
     return axpy(d, cross(u, uw), axpy(b, uw, w))
 
@@ -193,7 +193,7 @@ def dexp(u: Vec3, w: Vec3) -> Vec3:
 def dexpinv(u: Vec3, w: Vec3) -> Vec3:
     """dexp_u^{-1}(w) in closed form; singular where |u| is a multiple of 2 pi."""
     uw = cross(u, w)
-    return axpy(_dexpinv_coefficient(dot(u, u)), cross(u, uw), axpy(-0.5, uw, w))
+    return axpy(dexpinv_coefficient(dot(u, u)), cross(u, uw), axpy(-0.5, uw, w))
 
 
 @kernel

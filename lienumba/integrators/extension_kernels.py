@@ -5,14 +5,14 @@ dense      state, slopes -> the state at a fraction of the step, on the continuo
 """
 
 from collections.abc import Sequence
-from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, control, munthe_kaas
 from lienumba.integrators.carried import RATES, SLOTS
+from lienumba.integrators.charts import Exponential
 from lienumba.integrators.tracer import Tracer, flat
 from lienumba.operations import maximum, where
 
@@ -25,7 +25,7 @@ def close(tracer: Tracer) -> Kernel:
         slopes = _slopes(tracer, graph, i, behind)[: tracer.stages]
         if any(len(row) > tracer.stages for row in tableau.errors):
             slopes.append(_end(tracer, graph, i, behind))
-        estimates.append([_weighted(h, row, slopes) for row in tableau.errors])
+        estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     new = [graph.inputs("extra", ELEMENT, ELEMENT * i) for i in range(tracer.elements)]
     square = _error_square(tracer, graph, estimates, tracer.state(graph, "state"), new)
     said = (square, *control.factors(square, graph.input("clock", codes.MEMORY), tableau.order))
@@ -42,9 +42,9 @@ def end(tracer: Tracer) -> Kernel:
 def _end(tracer: Tracer, graph: Graph, element: int, behind: int) -> Any:
     """The slope at the end of the step, about its start."""
     h, slopes = graph.input("clock", codes.LENGTH), _slopes(tracer, graph, element, behind)
-    u, _ = munthe_kaas.combination(tracer.chart, h, tracer.tableau.b, slopes[: tracer.stages])
+    u, _ = munthe_kaas.combination(tracer.chart, h, (tracer.tableau.b,), slopes[: tracer.stages])
     last = behind + tracer.slope_row(element, tracer.slots - 1)
-    return tracer.chart.back(u, graph.inputs("extra", tracer.chart.size, last))
+    return cast(Exponential, tracer.chart).back(u, graph.inputs("extra", tracer.chart.size, last))
 
 
 def dense(tracer: Tracer) -> Kernel:
@@ -55,7 +55,7 @@ def dense(tracer: Tracer) -> Kernel:
     x, held = tracer.state(graph, "state"), tracer.held_rows(graph)
     moved = []
     for i, body in enumerate(x):
-        u = _weighted(1.0, weights, _slopes(tracer, graph, i, 0))
+        u = munthe_kaas.weighted(weights, _slopes(tracer, graph, i, 0))
         tracer.chart.rotation(u)
         moved.append(tracer.chart.moved(body, u))
     after = list(held)
@@ -64,7 +64,7 @@ def dense(tracer: Tracer) -> Kernel:
         slots = [*range(tracer.stages), tracer.slots - 1, *range(tracer.stages + 1, tracer.slots - 1)]
         power = [(graph.input("extra", tracer.slope_row(tracer.elements, s) + 1),) for s in slots]
         place = len(tracer.held.angles)
-        after[place] = after[place] + _weighted(1.0, weights, power)[0]
+        after[place] = after[place] + munthe_kaas.weighted(weights, power)[0]
     return tracer.kernel("dense", (*flat(moved), *after))
 
 
@@ -72,16 +72,6 @@ def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Any
     """Of all stages; behind: the rows before them."""
     slots = range(tracer.slots - 1)
     return [graph.inputs("extra", tracer.chart.size, behind + tracer.slope_row(element, s)) for s in slots]
-
-
-def _weighted(h: Any, weights: Sequence[Any], slopes: Sequence[Any]) -> tuple[Any, ...]:
-    """h sum_j w_j f_j."""
-    total = [0.0] * len(slopes[0])
-    for w, f in zip(weights, slopes, strict=False):
-        if w != 0.0 if isinstance(w, Fraction | float) else True:
-            scaled = h * (float(w) if isinstance(w, Fraction) else w)
-            total = [x + scaled * c for x, c in zip(total, f, strict=True)]
-    return tuple(total)
 
 
 def _error_square(tracer: Tracer, graph: Graph, estimates: list[Any], x: Sequence[Any], y: Sequence[Any]) -> Any:

@@ -1,11 +1,13 @@
-"""One Runge-Kutta-Munthe-Kaas step on the state-space group (Terze et al. 2015, eq. 20), for any explicit tableau."""
+"""One step of the bodies' states in a chart, for any explicit tableau: with exponential coordinates it is that of
+Runge-Kutta-Munthe-Kaas on the state-space group (Terze et al. 2015, eq. 20)."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from lienumba.integrators import codes
 from lienumba.integrators.charts import LARGEST_STAGE, Chart
-from lienumba.integrators.tableaus import Tableau
+from lienumba.integrators.tableaus import Row, Tableau
+from lienumba.mechanics.motion import is_zero
 from lienumba.operations import kernel, maximum, where
 
 Bodies = Any  # a sequence: an element of S per body
@@ -20,18 +22,34 @@ def slope(chart: Chart, x: Bodies, u: Coordinates, F: Callable[[Bodies], Any]) -
     return tuple(chart.slope(*each) for each in zip(x, u, at, F(at), strict=True))
 
 
-def combination(chart: Chart, h: Any, weights: tuple[Any, ...], slopes: Sequence[Any]) -> tuple[Any, Any]:
-    """u = h sum_j w_j f_j of one body from its slopes, and its squared rotation (rad^2)."""
-    (first, f), *rest = [(h * float(w), f) for w, f in zip(weights, slopes, strict=True) if w != 0]
+def combination(chart: Chart, h: Any, exponentials: Sequence[Row], slopes: Sequence[Any]) -> tuple[Any, Any]:
+    """u of one body from its slopes and the weights of one exponential, or of two behind one another; and no less than
+    its squared rotation (rad^2)."""
+    u, *others = [weighted(scaled(h, row), slopes) for row in exponentials]
+    rotation = chart.rotation(u)
+    for w in others:
+        rotation = 2.0 * (rotation + chart.rotation(w))
+        u = chart.composed(u, w)
+    return u, rotation
+
+
+def scaled(h: Any, row: Row) -> list[Any]:
+    """h times weights."""
+    return [h * float(w) if w else 0.0 for w in row]
+
+
+def weighted(weights: Sequence[Any], slopes: Sequence[Any]) -> tuple[Any, ...]:
+    """sum_j w_j f_j."""
+    (first, f), *rest = [(w, f) for w, f in zip(weights, slopes, strict=False) if not is_zero(w)]
     u = tuple(first * c for c in f)
     for w, f in rest:
         u = tuple(total + w * c for total, c in zip(u, f, strict=True))
-    return u, chart.rotation(u)
+    return u
 
 
 def advanced(chart: Chart, h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[Any, Any, Any]:
     """One body at the end of a step: its new state, the squared rotation, and the sum of squares of the move."""
-    w, rotation = combination(chart, h, tableau.b, slopes)
+    w, rotation = combination(chart, h, tableau.exponentials(len(tableau.b)), slopes)
     square: Any = 0.0
     for c in w:
         square = square + c * c
@@ -67,10 +85,10 @@ def step(
     rotation: Any = 0.0
     square: Any = 0.0
     begun = len(slopes[0])
-    for row, c in zip(tableau.A[begun:], tableau.c[begun:], strict=True):
+    for n, (row, c) in enumerate(zip(tableau.A[begun:], tableau.c[begun:], strict=True), begun):
         u = []
         for f in slopes:
-            z, turned = combination(chart, h, row, f) if any(row) else (origin(chart), 0.0)
+            z, turned = combination(chart, h, tableau.exponentials(n), f) if any(row) else (origin(chart), 0.0)
             rotation = maximum(turned, rotation)
             u.append(z)
         for f, new in zip(slopes, stage(x, tuple(u), t + float(c) * h), strict=True):

@@ -44,9 +44,9 @@ class Scratch(NamedTuple):
     """The first row of each region; as addresses in a driver.
 
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes: see
-    `slope_row`; control: what is said of the error of a step; now, following: iterates of a projection; u: the argument
-    of a stage; conditions: of events, at the start and at the end of a step, and when they come true; table: see
-    `exchange.choose_rows`; work: of the kernels.
+    `slope_row`; control: what is said of the error of a step, and behind it accelerations that stages report; now,
+    following: iterates of a projection; u: the argument of a stage; conditions: of events, at the start and at the end
+    of a step, and when they come true; table: see `exchange.choose_rows`; work: of the kernels.
     """
 
     state: int
@@ -91,7 +91,8 @@ def layout(sizes: Sizes) -> Scratch:
     new = state
     slopes = new + state
     control = slopes + slope_row(sizes, k + 1, 0) + codes.REPORTS
-    now = control + codes.CONTROL
+    reported = control + codes.CONTROL
+    now = reported + sizes.slope * sizes.slots + 6 * k
     following = now + state + sizes.correction
     clock = following + state + sizes.correction + sizes.kept
     lanes = clock + codes.CLOCK

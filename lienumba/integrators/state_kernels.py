@@ -59,7 +59,7 @@ def _observed(
 ) -> tuple[quantities.Observed, list[Any]]:
     """What accelerations and multipliers say of a state, and the multipliers."""
     expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", codes.LENGTH))
-    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
     mu = solution.mu
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2

@@ -96,7 +96,7 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
 
     Its outputs go to the rows of one stage among those of all (see `scratch.slope_row`); behind them stands what it
-    reports: whether the KKT was sound, the power, the margin.
+    reports: whether the KKT was sound, the power, the margin, and accelerations that are held but not in the slopes.
     """
     graph, model = tracer.graph()
     reports = _Reports()
@@ -111,6 +111,9 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
     rows = [tracer.slope_row(i) + c for i in every for c in range(chart.size)]
     rows += [tracer.slope_row(tracer.elements) + c for c in range(len(said))]
+    if tracer.reported:
+        said += reports.accelerations
+        rows += [tracer.reported_row + c for c in range(6 * tracer.k)]
     return tracer.kernel(name, (*flat(f), *said), tuple(rows))
 
 
@@ -120,6 +123,9 @@ def _finish(tracer: Tracer) -> Kernel:
     t, h = graph.inputs("clock", 2)
     said = [graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements, s)) for s in range(tracer.stages)]
     last = [tracer.slope_row(i, tracer.stages) - 6 for i in range(tracer.k)]
+    if tracer.reported:
+        first = tracer.reported_row + tracer.chart.size * (tracer.stages - 1)
+        last = [first + 6 * i for i in range(tracer.k)]
     reports = _Reports(
         power=[x[1] for x in said],
         margin=[x[2] for x in said],
@@ -135,8 +141,9 @@ def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
     kernels, chart = {}, tracer.chart
     for s in stages:
         graph, _ = tracer.graph()
-        row, slopes = tracer.tableau.stages[s], _slopes(chart, graph, s)
-        u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), row, slopes[: len(row)])
+        exponentials = tracer.tableau.exponentials(s)
+        slopes = _slopes(chart, graph, s)[: len(exponentials[0])]
+        u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), exponentials, slopes)
         kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     return kernels
 
@@ -165,7 +172,7 @@ def _vector_field(
         now = tracer.instant(state, held, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
         expected = tracer.expected(held, c, h)
-        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected)
+        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
         reports.sound.append(solution.sound)
         reports.margin.append(solution.margin)
         if tracer.held.work:

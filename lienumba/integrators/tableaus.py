@@ -15,7 +15,9 @@ class Tableau:
     """A (strictly lower rows), b, c of an explicit method, and its order.
 
     `errors`: for embedded pairs, the weights of one or two estimates of the error in the stages and, last, in F at the
-    end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs.
+    end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs;
+    `first`: of a commutator-free method, the weights of the first of two exponentials in each stage and at the end, or
+    none where there is but one.
     """
 
     name: str
@@ -25,6 +27,7 @@ class Tableau:
     errors: tuple[Row, ...] = ()
     D: tuple[Row, ...] = ()
     more: tuple[Row, ...] = ()
+    first: tuple[Row, ...] = ()
 
     @property
     def c(self) -> Row:
@@ -34,6 +37,12 @@ class Tableau:
     def stages(self) -> tuple[Row, ...]:
         """The rows of all stages: those of a step, F at its end, and those of the continuous extension."""
         return (*self.A, self.b, *self.more)
+
+    def exponentials(self, stage: int) -> tuple[Row, ...]:
+        """The weights of each exponential of one of the stages."""
+        row = self.stages[stage]
+        first = self.first[stage] if self.first else ()
+        return (first, tuple(a - f for a, f in zip(row, first, strict=True))) if first else (row,)
 
     def extension(self, s: Any, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
         """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
@@ -50,8 +59,11 @@ class Tableau:
         return tuple(total)
 
 
-def _tableau(name: str, order: int, A: Sequence[str], b: str, E: Sequence[str] = (), *more: Sequence[str]) -> Tableau:
-    return Tableau(name, order, _rows(A), _row(b), _rows(E), *map(_rows, more))
+def _tableau(
+    name: str, order: int, A: Sequence[str], b: str, E: Sequence[str] = (), D: Sequence[str] = (),
+    more: Sequence[str] = (), first: Sequence[str] = (),
+) -> Tableau:  # fmt: skip
+    return Tableau(name, order, _rows(A), _row(b), _rows(E), _rows(D), _rows(more), _rows(first))
 
 
 def _rows(texts: Sequence[str]) -> tuple[Row, ...]:
@@ -75,6 +87,13 @@ TABLEAUS = {
         _tableau("heun", 2, ["", "1"], "1/2 1/2"),
         _tableau("kutta3", 3, ["", "1/2", "-1 2"], "1/6 2/3 1/6"),
         _tableau("rk4", 4, ["", "1/2", "0 1/2", "0 0 1"], "1/6 1/3 1/3 1/6"),
+        _tableau(  # Celledoni, Marthinsen, Owren (2003)
+            "cf4",
+            4,
+            ["", "1/2", "0 1/2", "0 0 1"],
+            "1/6 1/3 1/3 1/6",
+            first=["", "", "", "1/2 0 0", "1/4 1/6 1/6 -1/12"],
+        ),
         _tableau("rk38", 4, ["", "1/3", "-1/3 1", "1 -1 1"], "1/8 3/8 3/8 1/8"),
         _tableau("bs32", 3, ["", "1/2", "0 3/4"], "2/9 1/3 4/9", ["-5/72 1/12 1/9 -1/8"]),
         _tableau("dp54", 5, published.DP54, published.DP54_B, [published.DP54_E], [published.DP54_D]),

@@ -9,7 +9,8 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.carried import Carried
-from lienumba.integrators.charts import LARGEST_STAGE, R3xSO3
+from lienumba.integrators.charts import LARGEST_STAGE, SE3, Chart, R3xSO3
+from lienumba.integrators.comparators import COORDINATES
 from lienumba.integrators.exchange import Choice
 from lienumba.integrators.held import Held, counted_angles
 from lienumba.integrators.tableaus import TABLEAUS
@@ -28,15 +29,20 @@ class Method:
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
+    group: str = "R3xSO3"  # or "SE3"
+    coordinates: str = "lie"  # or one of COORDINATES
+    baumgarte: float | None = None  # rate (1/s)
     free: bool = False  # whether every lane has its own time
     paced: bool = False  # whether a tolerance chooses the steps; then lanes are free, too
 
-
-def _terms(method: Method) -> int | None:
-    """Of the series of dexpinv: a method of order p needs ad^j up to j = p - 2. None for the closed form."""
-    if method.dexpinv is None:
-        return max(TABLEAUS[method.tableau].order - 2, 0)
-    return None if method.dexpinv == "closed" else int(method.dexpinv)
+    def chart(self) -> Chart:
+        """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
+        if self.coordinates != "lie":
+            return COORDINATES[self.coordinates]
+        tableau = TABLEAUS[self.tableau]
+        terms = 0 if tableau.first else max(tableau.order - 2, 0)
+        given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
+        return SE3(given) if self.group == "SE3" else R3xSO3(given)
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,7 @@ class Tracer:
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
         self.tableau = TABLEAUS[method.tableau]
         self.method = method
-        self.chart = R3xSO3(_terms(method))
+        self.chart = method.chart()
         self.stages = len(self.tableau.b)
         self.slots = len(self.tableau.stages) + 1 if method.free else self.stages
         self.k = len(model.bodies)
@@ -90,6 +96,16 @@ class Tracer:
             fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
         )
         self.held = replace(self.held, work=not is_zero(self._any_power()))
+
+    @property
+    def reported(self) -> bool:
+        """Whether stages report the accelerations that are held, because slopes in this chart are others."""
+        return bool(self.held.accelerations) and not self.chart.plain
+
+    @property
+    def reported_row(self) -> int:
+        """The first row of these accelerations, seen from the first row of the stage's slopes."""
+        return self.slope_row(self.elements + 1) + codes.REPORTS + codes.CONTROL
 
     def strict(self, rotation: Any) -> Any:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the

@@ -139,6 +139,21 @@ def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
     return rates, biases
 
 
+def required(model: Model, now: Instant, damping: float | None = None) -> list[Any]:
+    """xi of every row: what C v' has to be. With damping (1/s) violations decay at this rate, critically damped
+    (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi where there is no Phi."""
+    rates, biases = rate_and_bias(model, now)
+    if damping is None:
+        return [-x for x in biases]
+    xi: list[Any] = []
+    violations = residual(model, now)
+    for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
+        factor = 2.0 * damping if c.level == "position" else damping
+        for row in range(rows.start, rows.stop):
+            xi.append(-biases[row] - factor * rates[row] - damping * damping * violations[row])
+    return xi
+
+
 def time_rate(model: Model, now: Instant) -> list[Any]:
     """Phi_t or psi(q, 0, t) of every row: what the prescription moves by itself."""
     rates: list[Any] = []

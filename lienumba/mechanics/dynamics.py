@@ -55,11 +55,13 @@ def accelerations(
     now: Instant,
     mask: list[Any] | None = None,
     expected: list[Any] | None = None,
+    baumgarte: float | None = None,
 ) -> kkt.Solution:
-    """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`."""
+    """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`;
+    baumgarte: see `constraints.required`."""
     C = constraints.jacobian(model, now)
-    _, bias = constraints.rate_and_bias(model, now)
-    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), [-x for x in bias], mask, expected)
+    xi = constraints.required(model, now, baumgarte)
+    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), xi, mask, expected)
 
 
 def energies(model: Model, now: Instant) -> tuple[Any, Any]:

@@ -37,10 +37,11 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     projection = data.projection
     integrator = data.integrator
     paced = integrator.step is None
-    free = paced or bool(prepared.model.events)
     method = Method(
-        integrator.method, projection.position, projection.velocity, integrator.dexpinv, projection.chord, free, paced
-    )
+        tableau=integrator.method, position=projection.position, velocity=projection.velocity,
+        dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
+        baumgarte=projection.baumgarte, free=paced or bool(prepared.model.events), paced=paced,
+    )  # fmt: skip
     return build(prepared.model, method, _choice(prepared), fixed)
 
 

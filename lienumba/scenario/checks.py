@@ -8,6 +8,7 @@ from lienumba.scenario.body_checks import check_bases, check_body
 from lienumba.scenario.integrator_checks import check_integrator
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
+from lienumba.scenario.method_checks import check_method, check_projection
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.quantity_checks import check_quantity, check_variables
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
@@ -30,6 +31,10 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
+        check_method(integrator, bool(lists["events"]), report)
+    projection = read(Projection, raw.get("projection", {}))
+    if projection is not None:
+        check_projection(projection, report)
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, report)
@@ -46,12 +51,6 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
         if check_integrator(integrator, report):
             check_times(integrator, output, report)
         check_variables(output.variables if output is not None else [], lists, report)
-    projection = read(Projection, raw.get("projection", {}))
-    if projection is not None and projection.chord and projection.position == "none":
-        report.problems.append(
-            'projection.chord = true: is for projected positions, and projection.position = "none" projects none; '
-            'leave it out, or give position = "local" or "embedded"'
-        )
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)

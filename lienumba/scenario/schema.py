@@ -32,7 +32,7 @@ from lienumba.sweep.distributions import Distribution, Normal, Uniform
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
-Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
+Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
 VARIABLES = (
     "position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque", "multiplier",
     "driver_effort", "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation",
@@ -158,6 +158,15 @@ class Integrator(Section):
         description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
         "as the order of the method needs)",
     )
+    group: Literal["R3xSO3", "SE3"] = Field(
+        default="R3xSO3",
+        description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
+    )
+    coordinates: Literal["lie", "matrix", "tait_bryan", "rotation_vector", "quaternion"] = Field(
+        default="lie",
+        description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
+        '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
+    )
 
 
 class Projection(Section):
@@ -174,6 +183,11 @@ class Projection(Section):
     chord: Annotated[bool, Field(strict=True)] = Field(
         default=False,
         description="whether later iterations for the positions use the elimination of the first: true or false",
+    )
+    baumgarte: Positive | None = Field(
+        default=None,
+        description='the rate in 1/s at which violations are damped, above 0, with position and velocity "none" '
+        "(or omit it: no damping)",
     )
 
 

@@ -105,7 +105,7 @@ class System:
         return self
 
     def projection(self, **keys: Any) -> Self:
-        """Set keys of the section [projection]: position, velocity, tolerance, max_iterations, chord."""
+        """Set keys of the section [projection]: position, velocity, tolerance, max_iterations, chord, baumgarte."""
         return self._update("projection", keys)
 
     def output(self, **keys: Any) -> Self:

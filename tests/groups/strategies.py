@@ -32,3 +32,8 @@ def angles(largest: float = 30.0) -> st.SearchStrategy[float]:
 
 def rotation_vectors(largest: float = 30.0) -> st.SearchStrategy[tuple[float, float, float]]:
     return st.builds(lambda angle, axis: tuple((angle * axis).tolist()), angles(largest), directions())
+
+
+def twists(largest: float = 30.0) -> st.SearchStrategy[tuple[float, ...]]:
+    """Of se(3): translation, rotation."""
+    return st.builds(lambda p, u: (*p, *u), vectors, rotation_vectors(largest))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from compiler.evaluation import assert_same_bits, on_arrays, on_floats, on_lanes, rows_in, traced, under_njit
 
-from lienumba.groups import so3, state
+from lienumba.groups import se3, so3, state
 
 FUNCTIONS = {
     "exp": (so3.exp, (3,), 9),
@@ -17,6 +17,9 @@ FUNCTIONS = {
     "rotate": (so3.rotate, (9, 3), 3),
     "from_quaternion": (so3.from_quaternion, (4,), 9),
     "to_quaternion": (so3.to_quaternion, (9,), 4),
+    "se3.exp": (se3.exp, (6,), 12),
+    "se3.dexp": (se3.dexp, (6, 6), 6),
+    "se3.dexpinv": (se3.dexpinv, (6, 6), 6),
     "state.product": (state.product, (18, 18), 18),
     "state.exp": (state.exp, (12,), 18),
     "state.log": (state.log, (18,), 12),
@@ -46,6 +49,8 @@ def inputs(shape: tuple[int, ...]) -> np.ndarray:
             parts.append(rotation())
         elif size == 18:
             parts += [rng.standard_normal((3, n)), rotation(), rng.standard_normal((6, n))]
+        elif size == 6:
+            parts += [rng.standard_normal((3, n)), turn(angles)]
         elif size == 12:
             parts += [rng.standard_normal((3, n)), turn(angles), rng.standard_normal((6, n))]
         else:

@@ -127,9 +127,9 @@ def _relative(value: float, exact) -> float:
 @given(angles(6.0))
 @example(0.0)
 @example(math.sqrt(2.0))  # where the series of the second coefficient ends
-def test_dexp_coefficients_do_not_cancel(angle):
+def testdexp_coefficients_do_not_cancel(angle):
     x = angle * angle
-    b, d = so3._dexp_coefficients(x)
+    b, d = so3.dexp_coefficients(x)
     with mpmath.workdps(200):
         exact = oracles.of_square(lambda t: 2 * mpmath.sin(t / 2) ** 2 / t**2, x)
         assert _relative(b, exact) < 16 * EPS * FULL_TURN / (FULL_TURN - angle)  # it has a zero at 2 pi
@@ -148,7 +148,7 @@ def test_dexpinv_coefficient_up_to_a_full_turn(angle):
     x = angle * angle
     with mpmath.workdps(200):
         exact = oracles.of_square(lambda t: (1 - t / 2 * mpmath.cot(t / 2)) / t**2, x)
-        assert _relative(so3._dexpinv_coefficient(x), exact) < 16 * EPS * (1 + FULL_TURN / (1e-15 + FULL_TURN - angle))
+        assert _relative(so3.dexpinv_coefficient(x), exact) < 16 * EPS * (1 + FULL_TURN / (1e-15 + FULL_TURN - angle))
 
 
 @checked

@@ -112,7 +112,7 @@ def test_tableaus_are_explicit_and_exact(tableau: Tableau) -> None:
 
 def test_the_methods_and_their_orders() -> None:
     orders = {name: tableau.order for name, tableau in TABLEAUS.items()}
-    assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4} | {
+    assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4, "cf4": 4} | {
         "bs32": 3, "dp54": 5, "tsit54": 5, "dop853": 8,
     }  # fmt: skip
 
