@@ -117,7 +117,7 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
 
         from lienumba.scenario import runner
 
-        runner.check_initial(resolved)
+        runner.check(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")
 
 

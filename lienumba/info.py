@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.errors import ScenarioError
 from lienumba.scenario.words import plural
 
 if TYPE_CHECKING:
@@ -21,23 +20,13 @@ def describe(file: Path) -> str:
     if file.is_file():
         with file.open("rb") as stream:
             if stream.read(8).startswith(NETCDF_STARTS):
-                return _describe_file(file)
+                from lienumba.store.files import read
+
+                with read(file) as dataset:
+                    return describe_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 
     return describe_scenario(resolve(file))
-
-
-def _describe_file(file: Path) -> str:
-    import xarray as xr
-
-    try:
-        dataset = xr.open_dataset(file, engine="netcdf4")
-    except OSError as error:
-        raise ScenarioError(f"{file} cannot be opened as netCDF ({error}); is it complete?") from None
-    with dataset:
-        if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
-            raise ScenarioError(f"{file} is a netCDF file but not of lienumba; give one that lienumba run wrote")
-        return describe_dataset(dataset)
 
 
 def describe_dataset(dataset: "xr.Dataset") -> str:

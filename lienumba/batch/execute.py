@@ -7,6 +7,7 @@ run's result.
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -57,12 +58,14 @@ class Batch:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows), codes (runs,), and the last good step of each (runs,)."""
+    """Finished runs: records (runs, outputs, rows), codes (runs,), and the last good step of each (runs,); seconds: that
+    one core was busy stepping them."""
 
     runs: slice
     records: np.ndarray
     codes: np.ndarray
     steps: np.ndarray
+    seconds: float
 
 
 def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) -> Iterator[Chunk]:
@@ -164,10 +167,13 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     records = aligned(blocks, len(batch.outputs), rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
+    landings, buffer, started = _landings(batch, runs, blocks), machine.buffer(), perf_counter()
     drive(
         machine.kernels, machine.nodes, machine.elements, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
         machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
-        _landings(batch, runs, blocks), records, codes, steps, machine.buffer(), progress, stop,
+        landings, records, codes, steps, buffer, progress, stop,
     )  # fmt: skip
+    seconds = perf_counter() - started
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
-    return Chunk(runs, by_run, codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64))
+    codes, steps = codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64)
+    return Chunk(runs, by_run, codes, steps, seconds)

@@ -9,7 +9,7 @@ from lienumba.scenario.code import without_clash
 from lienumba.scenario.words import show
 
 # Of these a scenario has one or the other: the one that is given takes the place of the other one below.
-ALTERNATIVES = (("every", "times"), ("points", "at"), ("axes", "axis"), ("value", "rate"))
+ALTERNATIVES = (("every", "times"), ("points", "at"), ("axes", "axis"), ("value", "rate"), ("step", "tolerance"))
 Read = Callable[[Path], dict[str, Any]]
 
 
@@ -45,11 +45,11 @@ def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
-    """Lists of tables go by their names; what is varied, by its path; everything else is replaced."""
+    """Lists of tables go by their names, but grids have none; what is varied, by its path; the rest is replaced."""
     merged = _replaced(below, section)
     for key, value in section.items():
         old = below.get(key)
-        if _are_tables(value) and _are_tables(old):
+        if key != "grid" and _are_tables(value) and _are_tables(old):
             merged[key] = _by_name(old, value)
         elif isinstance(value, dict) and isinstance(old, dict) and (key == "vary" or "values" in old):  # a table
             merged[key] = {**old, **value}
@@ -70,8 +70,13 @@ def _by_name(below: Any, items: Any) -> list[Any]:
 
 def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
     """Keys take the place of those below, and of their alternatives."""
-    gone = {a for pair in ALTERNATIVES for a, b in (pair, pair[::-1]) if b in keys and a not in keys}
+    gone = {other for key in keys for other in alternatives(key) if other not in keys}
     return {key: value for key, value in below.items() if key not in gone} | keys
+
+
+def alternatives(key: Any) -> set[str]:
+    """The keys in whose place a key stands."""
+    return {other for pair in ALTERNATIVES for one, other in (pair, pair[::-1]) if one == key}
 
 
 def _are_tables(value: Any) -> bool:

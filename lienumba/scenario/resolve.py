@@ -1,9 +1,10 @@
 """The resolved scenario: checked, every default filled in, ready to be built, stored and hashed."""
 
+import copy
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,9 @@ from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
+from lienumba.scenario.reference_formulas import used
 from lienumba.scenario.schema import LISTS, VARIABLES, ScenarioData
+from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -33,6 +36,7 @@ class Scenario:
     warnings: list[str] = field(default_factory=list)
     file: Path | None = None
     parameters: Parameters = field(default_factory=Parameters)
+    plan: Plan | None = None  # of its study
 
     @property
     def steps(self) -> int:
@@ -67,6 +71,8 @@ class Scenario:
         ]
         if data.sweep.vary:
             parts.append(plural(len(data.sweep.vary), "varied number", "varied numbers"))
+        if self.plan is not None:
+            parts.append(f"a study of {self.plan.headline()}")
         return ", ".join(parts)
 
     def nominal(self) -> dict[str, float]:
@@ -93,6 +99,9 @@ class Scenario:
         """The hash of what determines a run: neither title nor output nor the number of runs."""
         content = self.to_dict()
         del content["title"], content["output"], content["sweep"]["runs"]
+        if "study" in content:
+            del content["study"]["repeats"]
+            content["study"]["reference"].pop("file", None)  # its checksum stays
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
         decisive = [q for q in content.pop("quantities", []) if own or q["name"] in used or q["type"] == "joint"]
@@ -125,6 +134,22 @@ def resolve(
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
     raw = with_files(raw, Path())
+    written = copy.deepcopy(raw) if "study" in raw else raw
+    scenario = _resolved(raw, problems, file)
+    if scenario.data.study is None:
+        return scenario
+    elsewhere = used(scenario.data.study.reference, scenario.parameters)
+    plan = plan_of(written, scenario, lambda point: _resolved(point, [], file, elsewhere))
+    known = set(scenario.warnings)
+    added = {sentence: point.place for point in plan.points for sentence in point.scenario.warnings}
+    told = [f"{place}: {sentence}" for sentence, place in added.items() if sentence not in known]
+    return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
+
+
+def _resolved(
+    raw: dict[str, Any], problems: list[str], file: Path | None, elsewhere: Set[str] = frozenset()
+) -> Scenario:
+    """Check a scenario that has its files; problems: those known already; elsewhere: parameters that are used there."""
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
         raise ScenarioError("\n".join(map(_as_written, problems + wrong)))
@@ -138,7 +163,9 @@ def resolve(
     problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
     if problems or data is None:
         raise ScenarioError("\n".join(map(_as_written, problems)))
-    warnings = [*map(parameters.explain, report.warnings), *parameters.unused()]
+    if data.study is not None:
+        elsewhere = used(data.study.reference, parameters)
+    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
     return Scenario(_filled(data), list(map(_as_written, warnings)), file, parameters)
 
 
@@ -151,7 +178,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
     """Write out the defaults that depend on other keys, and the varied paths in their canonical form."""
     integrator, output, sweep = data.integrator, data.output, data.sweep
     if output.every is None and output.times is None:
-        every = timegrid.default_interval(integrator.end_time, integrator.step)
+        every = timegrid.default_interval(integrator.end_time, integrator.step, *_steps(data))
         output = output.model_copy(update={"every": every})
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
@@ -160,3 +187,13 @@ def _filled(data: ScenarioData) -> ScenarioData:
     model = data.model.model_dump()
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})
+
+
+def _steps(data: ScenarioData) -> list[float]:
+    """The steps of the points and of the reference of a study."""
+    if data.study is None:
+        return []
+    path = "integrator.step"
+    given = [step for grid in data.study.grid for step in grid.get(path, [])]
+    given += [data.study.reference[key] for key in ("step", path) if key in data.study.reference]
+    return [float(step) for step in given if isinstance(step, int | float) and step > 0.0]

@@ -5,6 +5,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from lienumba.batch.execute import Batch
     from lienumba.integrators.exchange import Choice
     from lienumba.integrators.held import Held
-    from lienumba.integrators.program import Program
+    from lienumba.integrators.machine import Machine
+    from lienumba.integrators.program import Method, Program
     from lienumba.mechanics.quantities import Part
 
 __all__ = ["Progress", "check_initial", "operation_counts", "run"]
@@ -54,15 +56,12 @@ def run(
     simulate, by default all (-1: the nominal run); progress: called with a Progress a few times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
-    import numpy as np
-
-    from lienumba.batch.execute import execute
-    from lienumba.integrators.codes import EXCHANGED
-    from lienumba.integrators.machine import compile_program
+    from lienumba.scenario import study
     from lienumba.store.files import check_target, write
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
-    if not isinstance(scenario, Scenario):  # the command line has shown them
+    told = not isinstance(scenario, Scenario)  # else the command line tells them
+    if told:
         for sentence in resolved.warnings:
             warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
@@ -72,16 +71,60 @@ def run(
     check_labels(labels, data.sweep.runs)
     if output is not None:
         check_target(output, overwrite)
-    tell = progress or (lambda event: None)
-    prepared = prepare(resolved, labels)
-    collected = _Collector(resolved, prepared)
-    remaining = np.arange(len(labels))
+    tell, workers = progress or (lambda event: None), workers or usable_cores()
+    if resolved.plan is not None:
+        dataset = study.run(resolved, labels, workers, tell)
+        for sentence in study.doubts(dataset) if told else ():
+            warnings.warn(sentence, stacklevel=2)
+    else:
+        prepared = prepare(resolved, labels)
+        dataset = simulate(resolved, prepared, partial(compiled, resolved, prepared), workers, tell).dataset()
+    if output is not None:
+        tell(Progress("write", dataset.sizes["run"], dataset.sizes["run"], int((dataset["status"] != 0).sum())))
+        write(dataset, output)
+    return dataset
+
+
+def check(scenario: Scenario) -> None:
+    """Check what must fit before anything runs: the initial state, or those of all points of a study."""
+    from lienumba.scenario import study
+
+    if scenario.plan is None:
+        check_initial(scenario)
+    else:
+        study.check(scenario)
+
+
+def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> "tuple[Program, Machine]":
+    """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.program.build`."""
+    from lienumba.integrators.machine import compile_program
+
+    program = _program(resolved, prepared, fixed)
+    return program, compile_program(program)
+
+
+def simulate(
+    resolved: Scenario,
+    prepared: Prepared,
+    code: "Callable[[bool], tuple[Program, Machine]]",
+    workers: int,
+    tell: Callable[[Progress], None],
+) -> "Collector":
+    """Simulate the prepared runs; code: `compiled`, by whether it is fixed."""
+    import numpy as np
+
+    from lienumba.batch.execute import execute
+    from lienumba.integrators.codes import EXCHANGED
+
+    runs = len(prepared.labels)
+    collected = Collector(resolved, prepared)
+    remaining = np.arange(runs)
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
-        done_before, failed_before = (0 if fixed else len(labels)), collected.failed
+        done_before, failed_before = (0 if fixed else runs), collected.failed
         total = done_before + len(remaining)
         tell(Progress("compile", done_before, total, failed_before))
-        program = _program(resolved, prepared, fixed)
-        batch = _batch(resolved, prepared, program, compile_program(program)).part(remaining)
+        program, machine = code(fixed)
+        batch = _batch(resolved, prepared, program, machine).part(remaining)
         collected.expect(program)
 
         def report(
@@ -90,16 +133,12 @@ def run(
             tell(Progress("run", before + int(done), of, bad + failed))
 
         report(0, 0)
-        for chunk in execute(batch, workers or usable_cores(), report):
+        for chunk in execute(batch, workers, report):
             collected.take(chunk, remaining[chunk.runs])
         remaining = np.flatnonzero(collected.codes == EXCHANGED)
         if not len(remaining):
             break
-    dataset = collected.dataset(_command())
-    if output is not None:
-        tell(Progress("write", len(labels), len(labels), collected.failed))
-        write(dataset, output)
-    return dataset
+    return collected
 
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
@@ -113,7 +152,7 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _command() -> str:
+def command() -> str:
     name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
     return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
 
@@ -127,12 +166,18 @@ def _choice(prepared: Prepared) -> "Choice":
 
 
 def _program(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
-    from lienumba.integrators.program import Method, build
+    from lienumba.integrators.program import build
+
+    return build(prepared.model, method_of(resolved), _choice(prepared), fixed)
+
+
+def method_of(resolved: Scenario) -> "Method":
+    """What beside the mechanism shapes the kernels of a scenario."""
+    from lienumba.integrators.program import Method
 
     data: Any = resolved.data
     projection = data.projection
-    method = Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
-    return build(prepared.model, method, _choice(prepared), fixed)
+    return Method(data.integrator.method, projection.position, projection.velocity, data.integrator.dexpinv)
 
 
 def _batch(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
@@ -176,8 +221,8 @@ def _held(prepared: Prepared, held: "Held", h: float) -> "np.ndarray":
     return held.start(prepared.angles, choice, runs, [np.nan_to_num(a) for a in (*last, *(h * a for a in rates))])
 
 
-class _Collector:
-    """Takes chunks as they finish and keeps what the scenario asks for."""
+class Collector:
+    """Takes chunks as they finish and keeps what the scenario asks for; seconds: that one core was busy with them."""
 
     def __init__(self, resolved: Scenario, prepared: Prepared) -> None:
         import numpy as np
@@ -188,6 +233,7 @@ class _Collector:
         self.summaries: dict[str, np.ndarray] = {}
         self.codes = np.zeros(runs, np.int8)
         self.steps = np.zeros(runs, np.int64)
+        self.seconds = 0.0
 
     @property
     def failed(self) -> int:
@@ -220,6 +266,7 @@ class _Collector:
             array[runs] = self.layout.summarise(name, values)
         self.codes[runs] = chunk.codes
         self.steps[runs] = chunk.steps
+        self.seconds += chunk.seconds
 
     def _variable(self, part: "Part") -> Any:
         from lienumba.store.layout import SERIES, Variable
@@ -230,19 +277,25 @@ class _Collector:
         frame = "global" if part.frame < 0 else self.prepared.model.bodies[part.frame].name
         return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
-    def dataset(self, command: str) -> "xr.Dataset":
+    def per_run(self) -> "dict[str, np.ndarray]":
+        """What there is one of for each run (runs,)."""
         import numpy as np
 
+        data: Any = self.resolved.data
+        end_time = self.steps * data.integrator.step
+        end_time[self.steps == self.resolved.steps] = data.integrator.end_time
+        rejected = np.zeros(len(self.codes), np.int64)
+        ended = {"status": self.codes, "end_time": end_time, "steps": self.steps, "rejected_steps": rejected}
+        return self.summaries | ended
+
+    def dataset(self) -> "xr.Dataset":
         from lienumba.scenario.units import units
         from lienumba.store import layout, provenance
 
         data: Any = self.resolved.data
         model, named = self.prepared.model, data.model.model_dump()
-        end_time = self.steps * data.integrator.step
-        end_time[self.steps == self.resolved.steps] = data.integrator.end_time
-        per_run = {"status": self.codes, "end_time": end_time, "steps": self.steps}
         return layout.dataset(
-            variables=self.series | self.summaries | per_run | {"rejected_steps": np.zeros(len(self.codes), np.int64)},
+            variables=self.series | self.per_run(),
             times=self.resolved.times,
             runs=self.prepared.labels,
             bodies=[body.name for body in model.bodies],
@@ -253,5 +306,5 @@ class _Collector:
             quantities={name: self._variable(part) for name, part in self.layout.quantities.items()},
             inputs=self.prepared.samples,
             input_units={path: units(path, named) for path in self.prepared.samples},
-            attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),
+            attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command()),
         )

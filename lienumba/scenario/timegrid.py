@@ -28,11 +28,13 @@ def stored_times(end: float, every: float) -> list[float]:
     return [index * base.numerator / base.denominator for index in range(number + 1)]
 
 
-def default_interval(end: float, step: float) -> float:
-    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones."""
+def default_interval(end: float, step: float, *others: float) -> float:
+    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones, each a whole number
+    of steps; others: further steps of which it is one, as far as they divide the run."""
     steps = count(end, step)
     assert steps is not None, "checked before"
-    intervals = next(number for number in range(MOST_INTERVALS, 0, -1) if steps % number == 0)
+    common = gcd(steps, *(number for other in others if (number := count(end, other))))
+    intervals = next(number for number in range(MOST_INTERVALS, 0, -1) if common % number == 0)
     return float(exact(step) * (steps // intervals))
 
 
