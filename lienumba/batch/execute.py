@@ -7,7 +7,7 @@ run's result.
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
-from time import perf_counter
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -58,8 +58,8 @@ class Batch:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows), codes (runs,), and the last good step of each (runs,); seconds: that
-    one core was busy stepping them."""
+    """Finished runs: records (runs, outputs, rows), codes (runs,), and the last good step of each (runs,); seconds: how
+    long a core was busy with their steps."""
 
     runs: slice
     records: np.ndarray
@@ -167,13 +167,13 @@ def _integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray
     records = aligned(blocks, len(batch.outputs), rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     steps = np.zeros((blocks, W))
-    landings, buffer, started = _landings(batch, runs, blocks), machine.buffer(), perf_counter()
+    landings, buffer, started = _landings(batch, runs, blocks), machine.buffer(), thread_time()
     drive(
         machine.kernels, machine.nodes, machine.elements, held.rows, held.first_mask, len(held.masks), bool(held.fixed),
         machine.seen, batch.steps, batch.iterations, batch.h, batch.tolerance, batch.outputs, states, parameters,
         landings, records, codes, steps, buffer, progress, stop,
     )  # fmt: skip
-    seconds = perf_counter() - started
+    seconds = thread_time() - started
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), rows)[:count]
     codes, steps = codes.reshape(-1)[:count].astype(np.int8), steps.reshape(-1)[:count].astype(np.int64)
     return Chunk(runs, by_run, codes, steps, seconds)

@@ -1,4 +1,4 @@
-"""A reference in closed form: formulas of the time and of parameters for the positions, rotations, velocities of bodies.
+"""A reference in closed form: formulas of the time and of parameters for positions, rotations and velocities of bodies.
 
 Velocities that are omitted are the derivatives of positions and rotations.
 """
@@ -22,16 +22,12 @@ from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.scenario.words import show, suggestion
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.parameters import Parameters
 
 RATES = {"position": "velocity", "rotation": "angular_velocity"}
 FORMS: dict[str, tuple[Any, str]] = {
     "rotation": (Rotation, "a rotation in one of its five forms, of numbers or formulas of t and parameters"),
-    **dict.fromkeys(
-        ("position", "velocity", "angular_velocity"), (Vec3, "3 numbers, or formulas of t and parameters")
-    ),
+    **dict.fromkeys(("position", "velocity", "angular_velocity"), (Vec3, "3 numbers, or formulas of t and parameters")),
 }
 
 

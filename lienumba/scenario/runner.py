@@ -1,7 +1,6 @@
 """From a scenario to its dataset: prepare, compile, run, label, write."""
 
 import os
-import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -85,16 +84,6 @@ def run(
     return dataset
 
 
-def check(scenario: Scenario) -> None:
-    """Check what must fit before anything runs: the initial state, or those of all points of a study."""
-    from lienumba.scenario import study
-
-    if scenario.plan is None:
-        check_initial(scenario)
-    else:
-        study.check(scenario)
-
-
 def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> "tuple[Program, Machine]":
     """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.program.build`."""
     from lienumba.integrators.machine import compile_program
@@ -150,11 +139,6 @@ def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
 def usable_cores() -> int:
     """How many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def command() -> str:
-    name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
-    return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
 
 
 def _choice(prepared: Prepared) -> "Choice":
@@ -222,7 +206,7 @@ def _held(prepared: Prepared, held: "Held", h: float) -> "np.ndarray":
 
 
 class Collector:
-    """Takes chunks as they finish and keeps what the scenario asks for; seconds: that one core was busy with them."""
+    """Takes chunks as they finish and keeps what the scenario asks for; seconds: that cores were busy."""
 
     def __init__(self, resolved: Scenario, prepared: Prepared) -> None:
         import numpy as np
@@ -306,5 +290,7 @@ class Collector:
             quantities={name: self._variable(part) for name, part in self.layout.quantities.items()},
             inputs=self.prepared.samples,
             input_units={path: units(path, named) for path in self.prepared.samples},
-            attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command()),
+            attributes=provenance.attributes(
+                self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
+            ),
         )

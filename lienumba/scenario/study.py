@@ -7,7 +7,7 @@ times only, interleaved: a busy minute of the machine meets all points alike.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario import reference_file, reference_formulas, runner
@@ -29,17 +29,20 @@ if TYPE_CHECKING:
     from lienumba.integrators.machine import Machine
     from lienumba.integrators.program import Program
 
+T = TypeVar("T")
 Arrays = dict[str, "np.ndarray"]
 ITERATIONS = ("position_iterations", "velocity_iterations")
 STORED = [*STATE, *ITERATIONS]  # of every point, until its errors are known
 
 
 def check(scenario: Scenario) -> None:
-    """Check the reference, and the initial state of every point, as far as it can be without running."""
+    """Check the initial state of a scenario; of a study those of its points, and the reference."""
     data: Any = scenario.data
-    assert scenario.plan is not None
+    if scenario.plan is None:
+        check_initial(scenario)
+        return
     for point in _problems(scenario.plan):
-        _told(point, lambda point=point: check_initial(point.scenario))
+        _told(point, check_initial)
         labels = range(data.sweep.runs)
         samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
         _stated(scenario, point, labels, samples)
@@ -50,7 +53,8 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Callable[
     import numpy as np
 
     data, plan = scenario.data, scenario.plan
-    assert data.study is not None and plan is not None
+    assert data.study is not None
+    assert plan is not None
     bench = _Bench(scenario, labels, workers, tell)
     stated = {point.problem: _stated(scenario, point, labels, bench.samples) for point in _problems(plan)}
     bench.compile()
@@ -80,7 +84,7 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Callable[
         plan.coordinates,
         bench.samples,
         {path: units(path, model) for path in bench.samples},
-        provenance.attributes(scenario.to_toml(), scenario.sha256(), data.sweep.seed, runner.command()),
+        provenance.attributes(scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
     )
 
 
@@ -90,14 +94,15 @@ class _Bench:
     def __init__(
         self, scenario: Scenario, labels: Sequence[int], workers: int, tell: Callable[[Progress], None]
     ) -> None:
-        assert scenario.plan is not None and scenario.data.study is not None
+        assert scenario.plan is not None
+        assert scenario.data.study is not None
         self.plan, self.workers, self.tell = scenario.plan, workers, tell
         self.runs, self.done, self.failed = len(labels), 0, 0
         times = len(self.plan.points) * scenario.data.study.repeats + 2 * len(self.plan.references)
         self.total = times * self.runs
         self.codes: dict[Any, tuple[Program, Machine]] = {}
         self.prepared: dict[str, Prepared] = {
-            point.problem: _told(point, lambda point=point: prepare(_lean(point.scenario), labels))
+            point.problem: _told(point, lambda scenario: prepare(_lean(scenario), labels))
             for point in _problems(self.plan)
         }
 
@@ -130,7 +135,11 @@ class _Bench:
                 self.tell(Progress("run", self.done + event.done, self.total + more, self.failed + event.failed))
 
         collected = runner.simulate(
-            _lean(scenario), self.prepared[problem], lambda fixed: self.code(scenario, problem, fixed), self.workers, told
+            _lean(scenario),
+            self.prepared[problem],
+            lambda fixed: self.code(scenario, problem, fixed),
+            self.workers,
+            told,
         )
         self.done += self.runs
         return collected
@@ -187,10 +196,10 @@ def _lean(scenario: Scenario) -> Scenario:
     return replace(scenario, data=scenario.data.model_copy(update={"output": output}))
 
 
-def _told(point: Point, act: Callable[[], Any]) -> Any:
-    """What an act gives; its errors name the point."""
+def _told(point: Point, act: Callable[[Scenario], T]) -> T:
+    """What becomes of a point; errors name it."""
     try:
-        return act()
+        return act(point.scenario)
     except ScenarioError as error:
         raise ScenarioError("\n".join(f"{point.place}: {line}" for line in str(error).splitlines())) from None
 
@@ -202,8 +211,7 @@ def doubts(ds: "xr.Dataset") -> list[str]:
     ratios: dict[str, np.ndarray] = {}
     unknown = np.zeros(ds["status"].shape, bool)
     for name in (name for name in ERRORS if f"{name}_error" in ds):
-        floor = ds[f"reference_{name}_error"].values
-        unknown |= ~np.isfinite(floor)
+        unknown |= ~np.isfinite(ds[f"reference_{name}_error"].values)
         with np.errstate(all="ignore"):
             ratio = typical(ds, f"{name}_error").values / typical(ds, f"reference_{name}_error").values
         ratios[name] = np.where(np.isnan(ratio), np.inf, ratio)
@@ -214,15 +222,16 @@ def doubts(ds: "xr.Dataset") -> list[str]:
             f"study.reference: has no result in {plural(len(runs), 'run', 'runs')}, run {ds['run'].values[runs[0]]} "
             "first, whose errors are not known; give it a smaller step or another method"
         )
-    worst = min(ratios, key=lambda name: ratios[name].min())
+    telling = [name for name in ratios if ratios[name].max() >= TRUSTED]  # others may be 0 for good
+    worst = min(telling or ratios, key=lambda name: ratios[name].min())
     if ratios[worst].min() < TRUSTED:
         at = np.unravel_index(ratios[worst].argmin(), ratios[worst].shape)
-        error, floor = (float(typical(ds, f"{x}{worst}_error").values[at]) for x in ("", "reference_"))
+        least, good = (float(typical(ds, f"{x}{worst}_error").values[at]) for x in ("", "reference_"))
         unit = ds[f"{worst}_error"].attrs["units"]
         found.append(
-            f"study.reference: the smallest {worst}_error of the grid, {error:.2g} {unit}{_where(ds, at)}, is less than "
-            f"{TRUSTED:g} times what the reference is good to, {floor:.2g} {unit}; give a better reference, or leave out "
-            "such fine points"
+            f"study.reference: the smallest {worst}_error of the grid, {least:.2g} {unit}{_where(ds, at)}, is less "
+            f"than {TRUSTED:g} times what the reference is good to, {good:.2g} {unit}; give a better reference, or "
+            "leave out such fine points"
         )
     return found
 

@@ -83,8 +83,8 @@ def _check_setting(at: str, key: str, report: Report) -> None:
         report.problems.append(f"{at}.{_shown(key)} is not a known key; {suggestion(key, [*known, 'file', *STATE])}")
     elif dot and root not in SETTINGS:
         report.problems.append(
-            f"{at}.{_shown(key)}: is not a setting of integrator or projection, and a reference solves the same problem; "
-            "leave it out"
+            f"{at}.{_shown(key)}: is not a setting of integrator or projection, and a reference solves the same "
+            "problem; leave it out"
         )
 
 
@@ -95,7 +95,9 @@ def numerical(tokens: list[paths.Token]) -> bool:
 
 def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict[str, Any], report: Report) -> None:
     if not grid:
-        report.problems.append(f'{place}: is empty; give paths with lists of values, such as "integrator.step" = [1e-2]')
+        report.problems.append(
+            f'{place}: is empty; give paths with lists of values, such as "integrator.step" = [1e-2]'
+        )
     seen: dict[tuple[paths.Token, ...], str] = {}
     for path, values in grid.items():
         at = f"{place}.{_shown(path)}"
@@ -133,7 +135,9 @@ def _known(path: str) -> list[paths.Token]:
     tokens = tokens_of(path)
     root = str(tokens[0])
     if root in SAME:
-        raise paths.PathError(f"is part of {root}, {SAME[root]}; give a path of the model or of {' or '.join(SETTINGS)}")
+        raise paths.PathError(
+            f"is part of {root}, {SAME[root]}; give a path of the model or of {' or '.join(SETTINGS)}"
+        )
     if root not in ROOTS:
         raise paths.PathError(f"leads to nothing that a study can change; {suggestion(root, ROOTS)}")
     if len(tokens) == 1:

@@ -16,8 +16,8 @@ STATE = ("position", "rotation", "velocity", "angular_velocity")
 
 @dataclass(frozen=True)
 class Truth:
-    """What is known of the exact motion: by variable, values (runs, times, bodies, ...) and the names of the bodies; one
-    run stands for all."""
+    """What is known of the exact motion: by variable, values (runs, times, bodies, ...) and the names of the bodies.
+    One run may stand for all."""
 
     values: "Mapping[str, np.ndarray]"
     bodies: Mapping[str, Sequence[str]]

@@ -1,4 +1,4 @@
-"""The points of a study: every combination of the values of a grid, each a scenario of its own, and their references."""
+"""The points of a study, every combination of the values of a grid, each a scenario of its own, and references."""
 
 import copy
 import json
@@ -65,7 +65,9 @@ def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Resolve") -> Plan:
         attempts = _Attempts(f"study.grid[{number}]", grid, plain, resolve)
         problems += attempts.problems()
         for choice, scenario in attempts.resolved.items():
-            problem = {path: value for path, value in attempts.settings(choice).items() if not numerical(tokens_of(path))}
+            problem = {
+                path: value for path, value in attempts.settings(choice).items() if not numerical(tokens_of(path))
+            }
             key = json.dumps(problem)
             solved[key] = problem
             found.append(Point(attempts.name(choice), key, scenario))

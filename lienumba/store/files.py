@@ -68,6 +68,8 @@ def read(path: Path) -> xr.Dataset:
     """Open a dataset that `lienumba run` wrote; a ScenarioError for any other file."""
     import xarray as xr
 
+    if not path.is_file():
+        raise ScenarioError(f"{path} does not exist; check the path")
     try:
         with _NETCDF:
             dataset = xr.open_dataset(path, engine="netcdf4")

@@ -31,7 +31,7 @@ TIMES = {
 }
 # The dimensions of the grid follow those given here.
 VARIABLES: dict[str, Variable] = {
-    **{f"{n}_error": Variable(RUN, u, f"largest {text} of any body at the stored times") for n, (u, text) in ERRORS.items()},
+    **{f"{n}_error": Variable(RUN, u, f"largest {text} at the stored times") for n, (u, text) in ERRORS.items()},
     **{f"final_{n}_error": Variable(RUN, u, f"{text} at the last stored time") for n, (u, text) in ERRORS.items()},
     **{f"reference_{n}_error": Variable(RUN, u, f"{text} of the reference itself") for n, (u, text) in ERRORS.items()},
     **{name: layout.VARIABLES[name] for name in SAME},
