@@ -240,5 +240,5 @@ def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
     """At which settings a point lies."""
     dims = ds["status"].dims[1:]
     point = ds.isel(dict(zip(dims, map(int, at), strict=True)))
-    parts = [f"{name} = {show(point[name].values.item())}" for name in grid_of(ds)]
-    return f" at {listed(parts)}"
+    labels = {name: point[name].values.item() for name in grid_of(ds)}
+    return f" at {listed(f'{name} = {show(x)}' for name, x in labels.items() if x and x == x)}"  # "", NaN: not of its grid

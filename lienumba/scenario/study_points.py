@@ -130,7 +130,7 @@ class _Attempts:
         return having <= left and sentence in self.attempt({path: self.grid[path][value]})[1]
 
     def _blame(self, path: str, values: Sequence[int], sentence: str) -> list[str]:
-        if len(values) == len(self.grid[path]) > 1:
+        if len(values) == len(self.grid[path]) > 1 or (values and sentence.startswith(f"the path {path} ")):
             return [f'{self.place}."{path}": {sentence}']
         return [f'{self.place}."{path}"[{i}] = {show(self.grid[path][i])}: {sentence}' for i in values]
 
