@@ -72,7 +72,7 @@ class Scenario:
         if data.sweep.vary:
             parts.append(plural(len(data.sweep.vary), "varied number", "varied numbers"))
         if self.plan is not None:
-            parts.append(f"a study of {self.plan.headline()}")
+            parts.append(f"study of {plural(len(self.plan.points), 'point', 'points')}")
         return ", ".join(parts)
 
     def nominal(self) -> dict[str, float]:
@@ -178,7 +178,8 @@ def _filled(data: ScenarioData) -> ScenarioData:
     """Write out the defaults that depend on other keys, and the varied paths in their canonical form."""
     integrator, output, sweep = data.integrator, data.output, data.sweep
     if output.every is None and output.times is None:
-        every = timegrid.default_interval(integrator.end_time, integrator.step, *_steps(data))
+        ends, steps = (_numbers_of_study(data, key) for key in ("end_time", "step"))
+        every = timegrid.default_interval(integrator.end_time, integrator.step, ends, steps)
         output = output.model_copy(update={"every": every})
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
@@ -189,11 +190,11 @@ def _filled(data: ScenarioData) -> ScenarioData:
     return data.model_copy(update={"output": output, "sweep": sweep.model_copy(update={"vary": vary})})
 
 
-def _steps(data: ScenarioData) -> list[float]:
-    """The steps of the points and of the reference of a study."""
+def _numbers_of_study(data: ScenarioData, key: str) -> list[float]:
+    """The values of a key of the integrator at the points and in the reference of a study."""
     if data.study is None:
         return []
-    path = "integrator.step"
-    given = [step for grid in data.study.grid for step in grid.get(path, [])]
-    given += [data.study.reference[key] for key in ("step", path) if key in data.study.reference]
-    return [float(step) for step in given if isinstance(step, int | float) and step > 0.0]
+    path = f"integrator.{key}"
+    given = [value for grid in data.study.grid for value in grid.get(path, [])]
+    given += [data.study.reference[name] for name in (key, path) if name in data.study.reference]
+    return [float(value) for value in given if isinstance(value, int | float) and value > 0.0]

@@ -241,4 +241,7 @@ def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
     dims = ds["status"].dims[1:]
     point = ds.isel(dict(zip(dims, map(int, at), strict=True)))
     labels = {name: point[name].values.item() for name in grid_of(ds)}
-    return f" at {listed(f'{name} = {show(x)}' for name, x in labels.items() if x and x == x)}"  # "", NaN: not of its grid
+    own = [
+        f"{name} = {show(label)}" for name, label in labels.items() if label and label == label
+    ]  # else of other grids
+    return f" at {listed(own)}"

@@ -20,7 +20,7 @@ from lienumba.store.study_layout import Coordinate
 if TYPE_CHECKING:
     from lienumba.scenario.resolve import Scenario
 
-    Resolve = Callable[[dict[str, Any]], Scenario]
+    Attempt = Callable[["Settings"], Scenario]
 
 Settings = dict[str, Any]  # values by path
 Choice = tuple[int, ...]  # which value of each path of a grid
@@ -47,22 +47,30 @@ class Plan:
     references: "dict[str, tuple[Scenario, Scenario]]"
 
     def headline(self) -> str:
-        """How many points there are."""
-        return plural(len(self.points), "point", "points")
+        """How many points there are, of what."""
+        return f"{plural(len(self.points), 'point', 'points')}: {', '.join(c.path for c in self.coordinates)}"
 
 
-def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Resolve") -> Plan:
+def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Callable[[dict[str, Any]], Scenario]") -> Plan:
     """The points of a scenario with a study; raw: as it is written; base: the same, resolved."""
     study = base.data.study
     assert study is not None
     plain = {key: section for key, section in raw.items() if key != "study"}
-    if base.data.output.times is None:
-        plain["output"] = {**plain.get("output", {}), "every": base.data.output.every}
+    every = {"every": base.data.output.every} if base.data.output.times is None else {}
+    whole = {**plain, "output": {**plain.get("output", {}), **every}}
+
+    def attempt(settings: Settings) -> "Scenario":
+        try:
+            return resolve(changed(whole, settings))
+        except ScenarioError:
+            resolve(changed(plain, settings))  # says nothing of an interval that nobody wrote
+            raise
+
     found: list[Point] = []
     problems: list[str] = []
     solved: dict[str, Settings] = {}
     for number, grid in enumerate(study.grid):
-        attempts = _Attempts(f"study.grid[{number}]", grid, plain, resolve)
+        attempts = _Attempts(f"study.grid[{number}]", grid, attempt)
         problems += attempts.problems()
         for choice, scenario in attempts.resolved.items():
             problem = {
@@ -73,7 +81,7 @@ def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Resolve") -> Plan:
             found.append(Point(attempts.name(choice), key, scenario))
     if problems:
         raise ScenarioError("\n".join(problems))
-    references = _references(study.reference, plain, solved, resolve)
+    references = _references(study.reference, solved, attempt)
     shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
     model = base.data.model.model_dump()
     return Plan(found, shape, coordinates(study.grid, model), references)
@@ -82,28 +90,21 @@ def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Resolve") -> Plan:
 class _Attempts:
     """Resolves every point of a grid; a point that is no scenario is told by the value that is to blame."""
 
-    def __init__(self, place: str, grid: dict[str, list[Any]], plain: dict[str, Any], resolve: "Resolve") -> None:
-        self.place, self.grid, self.plain, self.resolve = place, grid, plain, resolve
+    def __init__(self, place: str, grid: dict[str, list[Any]], attempt: "Attempt") -> None:
+        self.place, self.grid, self.attempt = place, grid, attempt
         self.resolved: dict[Choice, Scenario] = {}
         self.failed: dict[Choice, list[str]] = {}
         for choice in self.choices():
-            scenario, sentences = self.attempt(self.settings(choice))
-            if scenario is None:
-                self.failed[choice] = sentences
-            else:
-                self.resolved[choice] = scenario
+            try:
+                self.resolved[choice] = attempt(self.settings(choice))
+            except ScenarioError as error:
+                self.failed[choice] = str(error).splitlines()
 
     def choices(self) -> Iterator[Choice]:
         return product(*(range(len(values)) for values in self.grid.values()))
 
     def settings(self, choice: Choice) -> Settings:
         return {path: self.grid[path][i] for path, i in zip(self.grid, choice, strict=True)}
-
-    def attempt(self, settings: Settings) -> "tuple[Scenario | None, list[str]]":
-        try:
-            return self.resolve(changed(self.plain, settings)), []
-        except ScenarioError as error:
-            return None, str(error).splitlines()
 
     def name(self, choice: Choice) -> str:
         """How messages name a point."""
@@ -126,8 +127,13 @@ class _Attempts:
     def _is_to_blame(self, position: int, value: int, sentence: str, left: set[Choice]) -> bool:
         """Whether all points with this value fail in this way, and so does the scenario with this value alone."""
         path = list(self.grid)[position]
-        having = {choice for choice in self.choices() if choice[position] == value}
-        return having <= left and sentence in self.attempt({path: self.grid[path][value]})[1]
+        if not {choice for choice in self.choices() if choice[position] == value} <= left:
+            return False
+        try:
+            self.attempt({path: self.grid[path][value]})
+        except ScenarioError as error:
+            return sentence in str(error).splitlines()
+        return False
 
     def _blame(self, path: str, values: Sequence[int], sentence: str) -> list[str]:
         if len(values) == len(self.grid[path]) > 1 or (values and sentence.startswith(f"the path {path} ")):
@@ -151,7 +157,7 @@ def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any
 
 
 def _references(
-    reference: dict[str, Any], plain: dict[str, Any], solved: dict[str, Settings], resolve: "Resolve"
+    reference: dict[str, Any], solved: dict[str, Settings], attempt: "Attempt"
 ) -> "dict[str, tuple[Scenario, Scenario]]":
     """For each problem the reference with these settings, and its judge: with half the step, or a looser tolerance."""
     if reference.keys() & {"file", *STATE}:
@@ -160,24 +166,20 @@ def _references(
     found = {}
     try:
         for key, problem in solved.items():
-            raw = changed(plain, {**problem, **settings})
-            found[key] = resolve(copy.deepcopy(raw)), resolve(_judge(raw))
+            first = attempt({**problem, **settings})
+            integrator = first.to_dict()["integrator"]
+            if "step" in integrator:
+                judge = {"integrator.step": 0.5 * integrator["step"]}
+            else:
+                judge = {"integrator.tolerance": _looser(integrator["tolerance"])}
+            found[key] = first, attempt({**problem, **settings, **judge})
     except ScenarioError as error:
         raise ScenarioError("\n".join(f"study.reference: {line}" for line in str(error).splitlines())) from None
     return found
 
 
-def _judge(raw: dict[str, Any]) -> dict[str, Any]:
-    integrator = dict(raw["integrator"])
-    if "step" in integrator:
-        integrator["step"] = 0.5 * integrator["step"]
-    else:
-        integrator["tolerance"] = _looser(integrator["tolerance"])
-    return {**raw, "integrator": integrator}
-
-
 def _looser(tolerance: Any) -> Any:
-    """A tolerance, or a table of them, or lists in it."""
+    """A tolerance, or a table of them."""
     if isinstance(tolerance, dict):
         return {key: _looser(value) for key, value in tolerance.items()}
     return LOOSER * tolerance

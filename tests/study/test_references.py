@@ -114,9 +114,7 @@ def test_files_of_other_motions_are_refused(tmp_path):
         return top({"integrator.step": [1e-3]}, reference={"file": str(path)}, **more)
 
     path = file("ball.nc", ball())
-    assert refused(path, study(path)) == (
-        "has the bodies ball, but the scenario top; give a dataset of this mechanism"
-    )
+    assert refused(path, study(path)) == ("has the bodies ball, but the scenario top; give a dataset of this mechanism")
     path = file("coarse.nc", top(), **{"output.every": 0.02})
     assert refused(path, study(path)) == (
         "has no state at t = 0.01, where the study compares; store its states at all of output.every or output.times "
