@@ -70,7 +70,7 @@ def _orders(ds: "xr.Dataset") -> "Table":
 def _order(order: float, low: float, high: float) -> str:
     if order != order:
         return "-"
-    return f"{order:.2f}" + (f" ± {0.5 * (high - low):.2f}" if low == low else "")
+    return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
 
 
 def _points(ds: "xr.Dataset") -> "Table":

@@ -1,12 +1,12 @@
 """Observed orders of convergence, each with a 95 % confidence interval.
 
-The order is the slope of the least-squares line of log error over log step (the mean step of the point). Not every
-point lies on that line. Errors below a hundred times that of the reference, or of rounding, are left out, and so are
-points at which runs failed. Of the others the three finest begin the line, since an order shows where steps are small;
-a coarser one joins as long as it lies within the 95 % prediction interval of the line through those before it, so that
-the range ends where the steps are too coarse to show the order. The interval is that of the slope in this regression
-(Student's t): the scatter of the points is how far they are from one line. Where that is nothing but chance, choosing
-the range leaves about 90 % of the 95 %.
+The order is p in error = C h^p exp(b h), which has the first two terms of the expansion of an error in the mean step h:
+least squares of log error on log h and h; of three points, without b. Not every point belongs to that. Errors below a
+hundred times that of the reference, or of rounding, are left out, and so are points at which runs failed. Of the others
+the finest begin, since an order shows where steps are small; a coarser one joins as long as it lies within the 95 %
+prediction interval of those before it, so that the range ends where the steps are too coarse. The interval is that of p
+in this regression (Student's t): how far the points are from such a law. Where that is nothing but chance, choosing the
+range leaves about 90 % of the 95 %.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CONFIDENCE = 0.95
-FEWEST = 3  # points of a line that can say how sure it is
-EXACT = 1e-9  # of an error, relative: points nearer than this to a line lie on it
+FEWEST = 3  # points that say how sure an order is
+EXACT = 1e-9  # of an error, relative: points nearer than this to a law obey it
 
 
 @dataclass(frozen=True)
@@ -94,62 +94,65 @@ def _all_succeeded(ds: xr.Dataset) -> np.ndarray:
 
 
 def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
-    """The order of errors over steps (s), as the head of this file says; floor: the errors of the reference."""
+    """The order of errors over steps (s, each once), as the head of this file says; floor: the errors of the
+    reference."""
     import numpy as np
 
     with np.errstate(invalid="ignore"):
         usable = np.flatnonzero((errors > TRUSTED * floor) & (errors > 0.0) & (steps > 0.0) & np.isfinite(errors))
-    usable = usable[np.argsort(steps[usable], kind="stable")]
-    x, y, own = np.log(steps[usable]), np.log(errors[usable]), EXACT + floor[usable] / errors[usable]
-    if len(np.unique(x)) < 2:
-        return Fit(points=len(usable))
-    if len(x) < FEWEST:
-        slope = (y[1] - y[0]) / (x[1] - x[0])
-        return Fit(float(slope), nan, nan, 2, *_range(steps[usable]))
-    line = Line.through(x[:FEWEST], y[:FEWEST])
-    for n in range(FEWEST, len(x)):
-        if abs(y[n] - line.at(x[n])) > line.uncertainty(x[n]) + own[n]:
-            break
-        line = Line.through(x[: n + 1], y[: n + 1])
-    half = line.quantile * line.scatter / line.spread**0.5
-    return Fit(line.slope, line.slope - half, line.slope + half, line.points, *_range(steps[usable][: line.points]))
-
-
-def _range(steps: np.ndarray) -> tuple[float, float]:
-    return float(steps[0]), float(steps[-1])
+    h, first = np.unique(steps[usable], return_index=True)
+    usable = usable[first]
+    y, own = np.log(errors[usable]), EXACT + floor[usable] / errors[usable]
+    if len(h) < 2:
+        return Fit(points=len(h))
+    if len(h) < FEWEST:
+        return Fit(float((y[1] - y[0]) / np.log(h[1] / h[0])), points=len(h), finest=float(h[0]), coarsest=float(h[-1]))
+    columns = np.stack([np.ones(len(h)), np.log(h), h / h[-1]][: len(h) - 1], axis=1)
+    points = columns.shape[1] + 1
+    law = Regression.of(columns[:points], y[:points])
+    while (
+        points < len(h) and abs(y[points] - law.at(columns[points])) <= law.uncertainty(columns[points]) + own[points]
+    ):
+        points += 1
+        law = Regression.of(columns[:points], y[:points])
+    order, half = float(law.found[1]), law.quantile * law.deviation(np.eye(columns.shape[1])[1])
+    return Fit(order, order - half, order + half, points, float(h[0]), float(h[points - 1]))
 
 
 @dataclass(frozen=True)
-class Line:
-    """A least-squares line. scatter: the standard deviation of the points about it; spread: the sum of squares of
-    x about its mean; quantile: of Student's t."""
+class Regression:
+    """Least squares. found: the coefficients; spread: the inverse of X^T X; scatter: the standard deviation of what is
+    left; freedom: how many values more than coefficients."""
 
-    slope: float
-    mean: tuple[float, float]
+    found: np.ndarray
+    spread: np.ndarray
     scatter: float
-    spread: float
-    points: int
+    freedom: int
 
     @staticmethod
-    def through(x: np.ndarray, y: np.ndarray) -> Line:
-        """Through at least three points."""
-        dx, dy = x - x.mean(), y - y.mean()
-        spread = float((dx * dx).sum())
-        slope = float((dx * dy).sum()) / spread
-        rest = dy - slope * dx
-        scatter = float((rest * rest).sum() / (len(x) - 2)) ** 0.5
-        return Line(slope, (float(x.mean()), float(y.mean())), scatter, spread, len(x))
+    def of(columns: np.ndarray, y: np.ndarray) -> Regression:
+        import numpy as np
+
+        Q, R = np.linalg.qr(columns)
+        inverse = np.linalg.inv(R)
+        found = inverse @ (Q.T @ y)
+        rest, freedom = y - columns @ found, len(y) - columns.shape[1]
+        return Regression(found, inverse @ inverse.T, float((rest @ rest / freedom) ** 0.5), freedom)
 
     @property
     def quantile(self) -> float:
+        """Of Student's t."""
         from scipy.special import stdtrit
 
-        return float(stdtrit(self.points - 2, 0.5 + 0.5 * CONFIDENCE))
+        return float(stdtrit(self.freedom, 0.5 + 0.5 * CONFIDENCE))
 
-    def at(self, x: float) -> float:
-        return self.mean[1] + self.slope * (x - self.mean[0])
+    def at(self, row: np.ndarray) -> float:
+        return float(row @ self.found)
 
-    def uncertainty(self, x: float) -> float:
-        """Half the prediction interval of a further point at x."""
-        offset = x - self.mean[0]
-        return self.quantile * self.scatter * (1.0 + 1.0 / self.points + offset * offset / self.spread) ** 0.5
+    def deviation(self, row: np.ndarray) -> float:
+        """The standard deviation of the value of a row."""
+        return self.scatter * float(row @ self.spread @ row) ** 0.5
+
+    def uncertainty(self, row: np.ndarray) -> float:
+        """Half the prediction interval of a further point."""
+        return self.quantile * float(self.scatter**2 + self.deviation(row) ** 2) ** 0.5

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.summary import FINAL, QUANTILES
 from lienumba.errors import ScenarioError
-from lienumba.scenario.words import listed, show, suggestion
+from lienumba.scenario.words import show, suggestion
 from lienumba.store.layout import VARIABLES
 from lienumba.store.study_layout import is_study
 
@@ -37,7 +37,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#00
 def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
     if target.suffix.lower() not in FORMATS:
-        raise ScenarioError(f"output = {target}: is no figure; give a name that ends in {listed(FORMATS)}")
+        raise ScenarioError(f"output = {target}: is no figure; give a name that ends in .png, .svg or .pdf")
     if not target.parent.is_dir():
         raise ScenarioError(
             f"output = {target}: its folder {target.parent} does not exist; create it or choose another"

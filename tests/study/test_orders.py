@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import curve_fit
 
 import lienumba
 from lienumba.analysis import orders, work_precision
@@ -32,15 +33,23 @@ def test_methods_show_their_orders():
     np.testing.assert_allclose(found["finest"], 1.25e-4)
 
 
-def test_a_line_is_found_as_by_linear_regression():
+def test_the_law_is_found_as_by_nonlinear_least_squares():
     rng = np.random.default_rng(3)
-    errors = 7.0 * H**4 * np.exp(0.05 * rng.standard_normal(len(H)))
-    found, known = fit(H, errors, NONE), stats.linregress(np.log(H), np.log(errors))
-    half = stats.t.ppf(0.975, len(H) - 2) * known.stderr
+    errors = 7.0 * H**4 * np.exp(3.0 * H + 0.05 * rng.standard_normal(len(H)))
+    found = fit(H, errors, NONE)
+    (_, order, _), covariance = curve_fit(lambda h, a, p, b: a + p * np.log(h) + b * h, H, np.log(errors))
+    half = stats.t.ppf(0.975, len(H) - 3) * covariance[1, 1] ** 0.5
     assert found.points == len(H)
-    assert found.order == pytest.approx(known.slope, rel=1e-12)
-    assert (found.low, found.high) == pytest.approx((known.slope - half, known.slope + half), rel=1e-9)
+    assert found.order == pytest.approx(order, rel=1e-6)
+    assert (found.low, found.high) == pytest.approx((order - half, order + half), rel=1e-6)
     assert (found.finest, found.coarsest) == (H[-1], H[0])
+
+
+def test_three_points_are_a_line():
+    errors = np.array([1.1, 1.0, 0.95]) * H[:3] ** 2
+    found, known = fit(H[:3], errors, NONE[:3]), stats.linregress(np.log(H[:3]), np.log(errors))
+    half = stats.t.ppf(0.975, 1) * known.stderr
+    assert (found.low, found.order, found.high) == pytest.approx((known.slope - half, known.slope, known.slope + half))
 
 
 @pytest.mark.parametrize(("points", "least", "most"), [(3, 0.935, 0.965), (4, 0.88, 0.965), (6, 0.85, 0.965)])
@@ -58,8 +67,15 @@ def test_the_range_ends_where_steps_are_too_coarse():
     assert found.coarsest < 0.02
     assert found.order == pytest.approx(4.0, abs=0.1)
     saturated = fit(H, np.minimum(1e6 * H**4, 3.0), NONE)
-    assert saturated.order == pytest.approx(4.0, abs=1e-9)
+    assert saturated.order == pytest.approx(4.0, abs=1e-6)
     assert saturated.coarsest == H[H < 0.04][0]
+
+
+def test_the_next_term_of_the_error_is_no_order():
+    found = fit(H[:4], H[:4] ** 5 * (1.0 + 4.0 * H[:4]), NONE[:4])
+    slopes = np.log2(H[:3] ** 5 * (1.0 + 4.0 * H[:3]) / (H[1:4] ** 5 * (1.0 + 4.0 * H[1:4])))
+    assert slopes.min() > 5.06
+    assert found.order == pytest.approx(5.0, abs=0.05)
 
 
 def test_errors_that_the_reference_cannot_tell_are_left_out():
@@ -76,6 +92,7 @@ def test_two_points_have_an_order_but_no_interval():
     assert found.order == pytest.approx(2.0)
     assert np.isnan([found.low, found.high]).all()
     assert np.isnan(fit(H[:1], H[:1], NONE[:1]).order)
+    assert np.isnan(fit(np.array([0.1, 0.1]), H[:2], NONE[:2]).order)  # one step is none
 
 
 def test_medians_over_the_runs_that_succeed_somewhere():
