@@ -110,9 +110,9 @@ def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
     columns = np.stack([np.ones(len(h)), np.log(h), h / h[-1]][: len(h) - 1], axis=1)
     points = columns.shape[1] + 1
     law = Regression.of(columns[:points], y[:points])
-    while (
-        points < len(h) and abs(y[points] - law.at(columns[points])) <= law.uncertainty(columns[points]) + own[points]
-    ):
+    for row, value, slack in zip(columns[points:], y[points:], own[points:], strict=True):
+        if abs(value - law.at(row)) > law.uncertainty(row) + slack:
+            break
         points += 1
         law = Regression.of(columns[:points], y[:points])
     order, half = float(law.found[1]), law.quantile * law.deviation(np.eye(columns.shape[1])[1])

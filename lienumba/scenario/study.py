@@ -64,8 +64,7 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Callable[
         truth, floor = bench.reference(problem) if truth is None else (truth, rounding(truth))
         for n, point in enumerate(plan.points):
             if point.problem == problem:
-                collected = bench.simulate(point.scenario, problem)
-                bench.failed += collected.failed
+                collected = bench.simulate(point.scenario, problem, counted=True)
                 seconds[n].append(collected.seconds)
                 found[n] = _measured(collected, truth) | {f"reference_{x}_error": floor[x] for x in floor}
     for _ in range(data.study.repeats - 1):
@@ -126,13 +125,14 @@ class _Bench:
             self.codes[key] = replace(program, kernels={}), machine  # graphs are large, and have done their work
         return self.codes[key]
 
-    def simulate(self, scenario: Scenario, problem: str) -> Collector:
-        """The runs of a scenario that solves this problem."""
+    def simulate(self, scenario: Scenario, problem: str, counted: bool = False) -> Collector:
+        """The runs of a scenario that solves this problem; counted: whether those that fail are told."""
 
         def told(event: Progress) -> None:
             if event.stage == "run":
                 more = event.total - self.runs
-                self.tell(Progress("run", self.done + event.done, self.total + more, self.failed + event.failed))
+                failed = self.failed + counted * event.failed
+                self.tell(Progress("run", self.done + event.done, self.total + more, failed))
 
         collected = runner.simulate(
             _lean(scenario),
@@ -142,6 +142,7 @@ class _Bench:
             told,
         )
         self.done += self.runs
+        self.failed += counted * collected.failed
         return collected
 
     def reference(self, problem: str) -> "tuple[Truth, Arrays]":

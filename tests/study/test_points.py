@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import lienumba
+from lienumba.scenario import toml
 from lienumba.scenario.extends import alternatives
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_points import changed
@@ -127,6 +128,36 @@ def test_a_setting_takes_the_place_of_its_alternative():
     assert raw["integrator"] == {"step": 1e-3, "end_time": 1}
     assert alternatives("step") == {"tolerance"}
     assert alternatives("mass") == set()
+
+
+def test_a_system_may_be_a_study():
+    data = ball({"integrator.step": [0.02, 0.01]}, repeats=2)
+    section = data["study"]
+    system = lienumba.System()
+    system._data = {key: value for key, value in data.items() if key != "study"}
+    system.study(reference=section["reference"], grid=section["grid"], repeats=2)
+    assert resolve(system).sha256() == resolve(data).sha256()
+    assert len(resolve(system).plan.points) == 2
+
+
+def test_choices_and_formulas_are_values_too(tmp_path):
+    tables = {"thrust": {"times": [0, 1], "values": [0, 2]}}
+    data = ball(
+        {"tables.thrust.interpolation": ["linear", "cubic"], "bodies.ball.mass": ["height/4", 0.7]}, tables=tables
+    )
+    data["model"]["forces"][0]["value"][1] = "thrust(t)"
+    plan = resolve(data).plan
+    assert [list(c.values) for c in plan.coordinates] == [["linear", "cubic"], ["height/4", "0.7"]]
+    assert [p.scenario.data.model.bodies[0].mass for p in plan.points] == [0.5, 0.7, 0.5, 0.7]
+
+
+def test_a_study_that_extends_another_has_its_own_grid(tmp_path):
+    below, above = tmp_path / "below.toml", tmp_path / "above.toml"
+    below.write_text(toml.dumps(ball({"integrator.step": [0.02, 0.01]})), encoding="utf-8")
+    above.write_text('extends = "below.toml"\n[[study.grid]]\n"integrator.method" = ["heun"]\n', encoding="utf-8")
+    scenario = resolve(above)
+    assert scenario.data.study.grid == [{"integrator.method": ["heun"]}]
+    assert scenario.data.study.reference == resolve(below).data.study.reference
 
 
 def test_stored_times_fit_every_step():
