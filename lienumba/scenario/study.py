@@ -101,8 +101,7 @@ class _Bench:
         self.total = times * self.runs
         self.codes: dict[Any, tuple[Program, Machine]] = {}
         self.prepared: dict[str, Prepared] = {
-            point.problem: _told(point, lambda scenario: prepare(_lean(scenario), labels))
-            for point in _problems(self.plan)
+            point.problem: _told(point, lambda scenario: prepare(scenario, labels)) for point in _problems(self.plan)
         }
 
     @property
@@ -242,7 +241,5 @@ def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
     dims = ds["status"].dims[1:]
     point = ds.isel(dict(zip(dims, map(int, at), strict=True)))
     labels = {name: point[name].values.item() for name in grid_of(ds)}
-    own = [
-        f"{name} = {show(label)}" for name, label in labels.items() if label and label == label
-    ]  # else of other grids
+    own = [f"{name} = {show(x)}" for name, x in labels.items() if x != "" and x == x]  # others: not of its grid
     return f" at {listed(own)}"

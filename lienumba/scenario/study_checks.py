@@ -65,6 +65,9 @@ def _check_reference(
     else:
         for key in reference:
             _check_setting(at, key, report)
+            both = alternatives(key) & reference.keys()
+            if both and key == min(key, *both):
+                report.problems.append(f"{at}: gives both {key} and {min(both)}; leave one of them out")
 
 
 def _check_keys(at: str, reference: Iterable[str], known: Sequence[str], what: str, report: Report) -> bool:

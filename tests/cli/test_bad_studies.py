@@ -206,6 +206,11 @@ def test_what_is_swept_cannot_be_gridded(tmp_path: Path) -> None:
     ]
 
 
+def test_a_reference_has_a_step_or_a_tolerance(tmp_path: Path) -> None:
+    text = rig(study(STEPS, reference="reference = { step = 1e-3, tolerance = 1e-9 }"))
+    assert "study.reference: gives both step and tolerance; leave one of them out" in refused_by_both(tmp_path, text)
+
+
 def test_a_file_has_one_motion(tmp_path: Path) -> None:
     (tmp_path / "one.nc").write_bytes(b"")
     text = rig(study('"bodies.arm.mass" = [1, 2]', reference='reference = { file = "one.nc" }'))
