@@ -18,6 +18,10 @@ def __getattr__(name: str) -> Any:
         from lienumba.scenario.runner import run
 
         return run
+    if name == "analysis":
+        from importlib import import_module
+
+        return import_module("lienumba.analysis")
     if name == "System":
         from lienumba.scenario.system import System
 

@@ -1,4 +1,4 @@
-"""The command line: run, validate, info, schema, doctor.
+"""The command line: run, validate, info, plot, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
@@ -7,11 +7,14 @@ Heavy modules are imported inside the commands: `--help` and `validate` must ans
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lienumba import console
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 app = typer.Typer(
     name="lienumba",
@@ -98,12 +101,26 @@ def run(
             )
         failed = int((~dataset["status"].isin(GOOD)).sum())
         if not quiet:
-            from lienumba.analysis.summary import summarise
-
             with console.unheard():
-                console.print_summary(summarise(dataset), target)
+                _tell(dataset, target)
         if failed:
             raise typer.Exit(console.SOME_FAILED)
+
+
+def _tell(dataset: "xr.Dataset", target: Path) -> None:
+    """Print what came out."""
+    from lienumba.store.study_layout import is_study
+
+    if not is_study(dataset):
+        from lienumba.analysis.summary import summarise
+
+        console.print_summary(summarise(dataset), target)
+        return
+    from lienumba.console_study import print_study
+    from lienumba.scenario.study import doubts
+
+    console.print_warnings(doubts(dataset))
+    print_study(dataset, target)
 
 
 @app.command()
@@ -116,9 +133,9 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         console.print_warnings(resolved.warnings)
 
-        from lienumba.scenario import runner
+        from lienumba.scenario.study import check
 
-        runner.check_initial(resolved)
+        check(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")
 
 
@@ -131,6 +148,34 @@ def info(
         from lienumba.info import describe
 
         typer.echo(describe(file))
+
+
+@app.command()
+def plot(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)],
+    variables: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[VARIABLE]...", help="What to draw (default: what says most).", show_default=False),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FIGURE",
+            help="A PNG, SVG or PDF file, replaced (default: FILE's stem with .png).",
+        ),
+    ] = None,
+) -> None:
+    """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
+    with console.exit_codes():
+        from lienumba.analysis.plots import save
+        from lienumba.store.files import read
+
+        target = output if output is not None else Path(file.stem + ".png")
+        with read(file) as dataset:
+            save(dataset, target, variables or ())
+        typer.echo(f"written to {target}")
 
 
 @app.command()

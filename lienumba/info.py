@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.errors import ScenarioError
 from lienumba.scenario.words import plural
 
 if TYPE_CHECKING:
@@ -21,38 +20,26 @@ def describe(file: Path) -> str:
     if file.is_file():
         with file.open("rb") as stream:
             if stream.read(8).startswith(NETCDF_STARTS):
-                return _describe_file(file)
+                from lienumba.store.files import read
+
+                with read(file) as dataset:
+                    return describe_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 
     return describe_scenario(resolve(file))
 
 
-def _describe_file(file: Path) -> str:
-    import xarray as xr
-
-    try:
-        dataset = xr.open_dataset(file, engine="netcdf4")
-    except OSError as error:
-        raise ScenarioError(f"{file} cannot be opened as netCDF ({error}); is it complete?") from None
-    with dataset:
-        if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
-            raise ScenarioError(f"{file} is a netCDF file but not of lienumba; give one that lienumba run wrote")
-        return describe_dataset(dataset)
-
-
 def describe_dataset(dataset: "xr.Dataset") -> str:
     """What a dataset holds, how its runs ended, and where it comes from."""
     attributes = dataset.attrs
-    runs, times = dataset["run"].values, dataset["time"].values
+    runs = dataset["run"].values
     inputs = [str(name) for name, item in dataset.coords.items() if item.attrs.get("role") == "input"]
-    stored = [str(name) for name, item in dataset.data_vars.items() if "time" in item.dims]
+    stored = [str(name) for name, item in dataset.data_vars.items() if set(item.dims) - {"run"}]
     rows: dict[str, str] = {
         "title": str(attributes.get("title", "")),
         "source": str(attributes.get("source", "")),
         "runs": f"{len(runs)} (labels {runs[0]} to {runs[-1]})",
-        "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s",
-        "bodies": _names(dataset, "body"),
-        "joints": _names(dataset, "joint"),
+        **_extent(dataset),
         "variables": ", ".join(stored),
         "inputs": ", ".join(inputs) or "none",
         "status": _statuses(dataset),
@@ -66,6 +53,28 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         "history": str(attributes.get("history", "")),
     }
     return _table(rows)
+
+
+def _extent(dataset: "xr.Dataset") -> dict[str, str]:
+    """What there is beside the runs: times, bodies and joints; or the grid of a study."""
+    from lienumba.store.study_layout import grid_of, is_study
+
+    if is_study(dataset):
+        points = plural(dataset["time_per_run"].size, "point", "points")
+        return {"study": f"{points}: {', '.join(_label(dataset, name) for name in grid_of(dataset))}"}
+    times = dataset["time"].values
+    return {
+        "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s",
+        "bodies": _names(dataset, "body"),
+        "joints": _names(dataset, "joint"),
+    }
+
+
+def _label(dataset: "xr.Dataset", name: str) -> str:
+    from lienumba.analysis.study import text
+
+    labels = dict.fromkeys(filter(None, map(text, dataset[name].values)))
+    return f"{name} ({', '.join(labels)})"
 
 
 def _shared(dataset: "xr.Dataset") -> str:
@@ -86,11 +95,12 @@ def _statuses(dataset: "xr.Dataset") -> str:
     codes = dataset["status"].values
     parts = []
     for status in STATUSES:
-        labels = [str(label) for label in dataset["run"].values[codes == status.code]]
+        ended = (codes == status.code).reshape(len(codes), -1)  # of a study: at any point
+        labels = [str(label) for label in dataset["run"].values[ended.any(axis=1)]]
         if labels:
             more = ", ..." if len(labels) > FIRST_LABELS else ""
             which = "" if status.code == 0 else f" (runs {', '.join(labels[:FIRST_LABELS])}{more})"
-            parts.append(f"{len(labels)} {status.name}{which}")
+            parts.append(f"{int(ended.sum())} {status.name}{which}")
     return ", ".join(parts)
 
 
@@ -106,6 +116,7 @@ def describe_scenario(scenario: "Scenario") -> str:
     rows = {
         "title": scenario.data.title,
         "size": scenario.headline(),
+        "study": "" if scenario.plan is None else scenario.plan.headline(),
         "bodies": ", ".join(body.name for body in model.bodies),
         "joints": _each((joint.name, f"{joint.type}, {sizes[joint.name]}") for joint in model.joints) or "none",
         "drivers": _each((driver.name, f"{driver.motion}, {sizes[driver.name]}") for driver in model.drivers),

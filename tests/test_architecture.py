@@ -21,7 +21,7 @@ FLOORS = [
     {"store"},
     {"scenario"},
     {"analysis"},
-    {"console", "info", "doctor"},
+    {"console", "console_study", "info", "doctor"},
     {"cli"},
     {"__init__", "__main__"},
 ]

@@ -1,1 +1,6 @@
-"""What a dataset says: summaries."""
+"""What a dataset says: summaries, observed orders, work against precision, figures."""
+
+from lienumba.analysis.orders import orders as orders
+from lienumba.analysis.study import work_precision as work_precision
+
+__all__ = ["orders", "work_precision"]

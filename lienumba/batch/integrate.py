@@ -1,6 +1,7 @@
 """The runs of one chunk, from arrays by run to a driver's rows of lanes, and back."""
 
 from dataclasses import dataclass, replace
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -78,8 +79,8 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows); (runs,): codes, simulated time (s), steps, rejected steps; and
-    (runs, events): the time of the first, NaN if there is none, and how many."""
+    """Finished runs: records (runs, outputs, rows); (runs,): codes, simulated time (s), steps, rejected steps; (runs,
+    events): the time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -89,6 +90,7 @@ class Chunk:
     rejected: np.ndarray
     event_times: np.ndarray
     event_counts: np.ndarray
+    seconds: float
 
 
 def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
@@ -104,11 +106,14 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     drive = _free if machine.free else _together
+    started = thread_time()
     counted = drive(batch, runs, states, parameters, landings, records, codes, progress, stop)
-    ends, steps, rejected, *happened = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
+    seconds = thread_time() - started
+    ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
-    return Chunk(runs, by_run, codes, ends, *np.array([steps, rejected], np.int64), *happened)
+    steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
+    return Chunk(runs, by_run, codes, ends, steps, rejected, times, counts, seconds)
 
 
 def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lienumba.batch.integrate import Batch, Pace
     from lienumba.integrators.exchange import Choice
     from lienumba.integrators.held import Held
-    from lienumba.integrators.program import Program
+    from lienumba.integrators.program import Method, Program
 
 # Where no first step is given: so much of the run, and no body turns further than this (rad); it is soon corrected.
 FIRST_PART, FIRST_TURN = 1e-3, 0.01
@@ -29,20 +29,24 @@ def _choice(prepared: Prepared) -> "Choice":
     return replace(choice, singular=nominal.singular)
 
 
-def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
-    """The program of these runs; fixed: see `program.build`."""
-    from lienumba.integrators.program import Method, build
+def method_of(resolved: Scenario) -> "Method":
+    """What beside the mechanism shapes the kernels of a scenario."""
+    from lienumba.integrators.program import Method
 
     data: Any = resolved.data
-    projection = data.projection
-    integrator = data.integrator
-    paced = integrator.step is None
-    method = Method(
+    integrator, projection, paced = data.integrator, data.projection, data.integrator.step is None
+    return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
-        baumgarte=projection.baumgarte, free=paced or bool(prepared.model.events), paced=paced,
+        baumgarte=projection.baumgarte, free=paced or bool(data.model.events), paced=paced,
     )  # fmt: skip
-    return build(prepared.model, method, _choice(prepared), fixed)
+
+
+def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
+    """The program of these runs; fixed: see `program.build`."""
+    from lienumba.integrators.program import build
+
+    return build(prepared.model, method_of(resolved), _choice(prepared), fixed)
 
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":

@@ -14,6 +14,7 @@ from lienumba.scenario.quantity_checks import check_quantity, check_variables
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
 from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, Projection, section_of
 from lienumba.scenario.schema_types import NAME
+from lienumba.scenario.study_checks import check_study
 from lienumba.scenario.sweep_checks import check_sweep
 from lienumba.scenario.table_checks import check_tables
 from lienumba.scenario.time_checks import check_times, looked_at
@@ -54,6 +55,9 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
+    study = raw.get("study")
+    if isinstance(study, dict) and named:
+        check_study(study, raw.get("output"), model, [body["name"] for body in lists["bodies"]], parameters, report)
     return report
 
 

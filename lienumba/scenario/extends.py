@@ -1,6 +1,6 @@
 """`extends`: a scenario that builds on another one and writes only what differs."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +49,11 @@ def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
-    """Lists of tables go by their names; what is varied, by its path; everything else is replaced."""
+    """Lists of tables go by their names, but grids have none; what is varied, by its path; the rest is replaced."""
     merged = _replaced(below, section)
     for key, value in section.items():
         old = below.get(key)
-        if _are_tables(value) and _are_tables(old):
+        if key != "grid" and _are_tables(value) and _are_tables(old):
             merged[key] = _by_name(old, value)
         elif isinstance(value, dict) and isinstance(old, dict) and (key == "vary" or "values" in old):  # a table
             merged[key] = {**old, **value}
@@ -74,13 +74,13 @@ def _by_name(below: Any, items: Any) -> list[Any]:
 
 def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
     """Keys take the place of those below, and of what they replace."""
-    gone = replaced_by(keys)
+    gone = {old for key in keys for old in replaced_by(key) if old not in keys}
     return {key: value for key, value in below.items() if key not in gone} | keys
 
 
-def replaced_by(keys: Collection[str]) -> set[str]:
-    """What these keys replace, if it is not among them."""
-    return {old for key in keys for old in REPLACES.get(key, ()) if old not in keys}
+def replaced_by(key: Any) -> tuple[str, ...]:
+    """The keys whose place a key takes."""
+    return REPLACES.get(key, ())
 
 
 def _are_tables(value: Any) -> bool:

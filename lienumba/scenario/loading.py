@@ -3,7 +3,7 @@
 import copy
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario import paths
 from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended, replaced_by
+from lienumba.scenario.reference_file import marked
 from lienumba.scenario.schema import BESIDE, LISTS
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
@@ -37,8 +38,8 @@ def load(source: Any) -> dict[str, Any]:
 
 
 def with_files(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The scenario with what the files hold that it names: tables, and the texts of functions."""
-    return embedded(inlined(raw, folder), folder)
+    """The scenario with what the files hold that it names: tables, the texts of functions, the mark of a reference."""
+    return marked(embedded(inlined(raw, folder), folder), folder)
 
 
 def _load(source: Any) -> dict[str, Any]:
@@ -146,25 +147,37 @@ def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[
     A key of a section takes the place of others as in `extends`: a tolerance that of the step.
     """
     problems: list[str] = []
-    for section in ("integrator", "output"):
-        keys = data.get(section)
-        gone = replaced_by({path.partition(".")[2] for path in overrides if path.startswith(f"{section}.")})
-        if isinstance(keys, dict):
-            data[section] = {key: value for key, value in keys.items() if key not in gone}
     for path, value in overrides.items():
         try:
             setting = parse_value(value) if isinstance(value, str) else _plain(value)
-            tokens = paths.parse(path)
-            if tokens[0] in MODEL_KEYS:
-                tokens = ["model", *tokens]
-            _refuse_varied(data, tokens)
-            _refuse_unknown_parameter(data, tokens)
-            paths.put(data, tokens, setting)
+            tokens = tokens_of(path)
+            _refuse_gridded(data, tokens)
+            put_setting(data, tokens, setting, overrides)
         except paths.PathError as error:
             problems.append(f"--set {path}={_text(value)}: the path {path} {error}")
         except ValueError as error:
             problems.append(f"--set {path}={_text(value)}: the value {_text(value)} {error}")
     return problems
+
+
+def tokens_of(path: str) -> list[paths.Token]:
+    """A path within the whole scenario: of the model with `model`."""
+    tokens = paths.parse(path)
+    return ["model", *tokens] if tokens[0] in MODEL_KEYS else tokens
+
+
+def put_setting(
+    data: dict[str, Any], tokens: list[paths.Token], value: Any, beside: Container[str] = frozenset()
+) -> None:
+    """Set one value, in place, and remove the keys whose place it takes, unless they are set beside it (paths); a
+    PathError where it would change nothing, or where there is nothing."""
+    _refuse_varied(data, tokens)
+    _refuse_unknown_parameter(data, tokens)
+    paths.put(data, tokens, value)
+    section = paths.get(data, tokens[:-1])
+    for other in replaced_by(tokens[-1]) if isinstance(section, dict) else ():
+        if paths.text_of([*tokens[:-1], other]) not in beside:
+            section.pop(other, None)
 
 
 def name_unnamed(data: dict[str, Any]) -> None:
@@ -199,18 +212,38 @@ def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
     """A number that the sweep varies has no single value to set."""
     if tokens[0] not in ("model", "parameters"):
         return
-    model = data["model"] if isinstance(data.get("model"), dict) else {}
-    tokens = paths.named(tokens, model)
     sweep = data.get("sweep")
     varied = sweep.get("vary") if isinstance(sweep, dict) else None
+    setting = _named(tokens, data)
     for path in varied if isinstance(varied, dict) else ():
-        try:
-            other = paths.named(paths.parse(path), model)
-        except paths.PathError:
-            continue
-        shared = min(len(other), len(tokens))
-        if other[:shared] == tokens[:shared]:
+        other = _named(path, data)
+        shared = min(len(other), len(setting))
+        if other and other[:shared] == setting[:shared]:
             raise paths.PathError(
                 f'is varied by sweep.vary."{path}", so it cannot be set; '
                 f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary"
             )
+
+
+def _refuse_gridded(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+    """What every grid of a study sets has no other value."""
+    study = data.get("study")
+    grids = study.get("grid") if isinstance(study, dict) else None
+    setting = _named(tokens, data)
+    found = [
+        [path for path in grid if (other := _named(path, data)) and setting[: len(other)] == other]
+        for grid in (grids if isinstance(grids, list) else ())
+        if isinstance(grid, dict)
+    ]
+    if found and all(found):
+        place = f'study.grid[0]."{found[0][0]}"'
+        raise paths.PathError(f"is set by {place}, so it cannot be set here; set that ({place}=[...])")
+
+
+def _named(path: str | list[paths.Token], data: dict[str, Any]) -> list[paths.Token]:
+    """The keys by which a path is known; none for what is no path."""
+    model = data["model"] if isinstance(data.get("model"), dict) else {}
+    try:
+        return paths.named(paths.parse(path) if isinstance(path, str) else path, model)
+    except paths.PathError:
+        return []

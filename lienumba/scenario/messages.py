@@ -100,7 +100,9 @@ _BOUNDS = {
 
 
 def _least(loc: Loc) -> str:
-    open_ended = tuple(loc) == ("model", "bodies") or loc[-1] == "times" or "momentum" in loc or "python" in loc
+    open_ended = (
+        tuple(loc) == ("model", "bodies") or loc[-1] in ("times", "grid") or "momentum" in loc or "python" in loc
+    )
     return "at least " if open_ended else ""
 
 

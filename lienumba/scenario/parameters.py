@@ -6,7 +6,7 @@ reaches everything that depends on it, run by run.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -109,9 +109,9 @@ class Parameters:
             waiting += [f for tokens, f in self.places.items() if tokens[0] == "quantities" and tokens[1] in new]
         return found
 
-    def unused(self) -> list[str]:
-        """A warning for each parameter and table that nothing depends on."""
-        used = set().union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
+    def unused(self, elsewhere: Set[str]) -> list[str]:
+        """A warning for each parameter and table that nothing depends on; elsewhere: what else uses."""
+        used = set(elsewhere).union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
         parameters = [
             f"parameters.{name}: nothing uses it; write its name in a number of the model, or remove it"
             for name in (*self.numbers, *self.formulas)

@@ -59,6 +59,12 @@ def text_of(tokens: list[Token]) -> str:
     return "".join(parts).removeprefix(".")
 
 
+def last_part(tokens: list[Token]) -> str:
+    """The text of the last key of a path, with the indices behind it."""
+    first = max(i for i, token in enumerate(tokens) if isinstance(token, str))
+    return text_of(tokens[first:])
+
+
 def canonical(text: str, model: dict[str, Any]) -> str:
     """The text by which a path of the model is known: without spaces, without `model.`, bodies and joints by name."""
     return text_of(named(parse(text), model))

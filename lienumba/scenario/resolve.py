@@ -1,9 +1,10 @@
 """The resolved scenario: checked, every default filled in, ready to be built, stored and hashed."""
 
+import copy
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,9 @@ from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_
 from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
+from lienumba.scenario.reference_formulas import used
 from lienumba.scenario.schema import BESIDE, LISTS, VARIABLES, ScenarioData, Tolerance
+from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.scenario.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
@@ -34,6 +37,7 @@ class Scenario:
     warnings: list[str] = field(default_factory=list)
     file: Path | None = None
     parameters: Parameters = field(default_factory=Parameters)
+    plan: Plan | None = None  # of its study
 
     @property
     def steps(self) -> int | None:
@@ -71,6 +75,8 @@ class Scenario:
         ]
         if data.sweep.vary:
             parts.append(plural(len(data.sweep.vary), "varied number", "varied numbers"))
+        if self.plan is not None:
+            parts.append(f"study of {plural(len(self.plan.points), 'point', 'points')}")
         return ", ".join(parts)
 
     def _stepping(self) -> str:
@@ -104,6 +110,9 @@ class Scenario:
         """The hash of what determines a run: neither title nor output nor the number of runs."""
         content = self.to_dict()
         del content["title"], content["output"], content["sweep"]["runs"]
+        if "study" in content:
+            del content["study"]["repeats"]
+            content["study"]["reference"].pop("file", None)  # its checksum stays
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
         decisive = [q for q in content.pop("quantities", []) if own or q["name"] in used or q["type"] == "joint"]
@@ -136,6 +145,22 @@ def resolve(
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
     raw = with_files(raw, Path())
+    written = copy.deepcopy(raw) if "study" in raw else raw
+    scenario = _resolved(raw, problems, file)
+    if scenario.data.study is None:
+        return scenario
+    elsewhere = used(scenario.data.study.reference, scenario.parameters)
+    plan = plan_of(written, scenario, lambda point: _resolved(point, [], file, elsewhere))
+    known = set(scenario.warnings)
+    added = {sentence: point.place for point in plan.points for sentence in point.scenario.warnings}
+    told = [f"{place}: {sentence}" for sentence, place in added.items() if sentence not in known]
+    return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
+
+
+def _resolved(
+    raw: dict[str, Any], problems: list[str], file: Path | None, elsewhere: Set[str] = frozenset()
+) -> Scenario:
+    """Check a scenario that has its files; problems: those known already; elsewhere: parameters that are used there."""
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
         raise ScenarioError("\n".join(map(_as_written, problems + wrong)))
@@ -149,7 +174,9 @@ def resolve(
     problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
     if problems or data is None:
         raise ScenarioError("\n".join(map(_as_written, problems)))
-    warnings = [*map(parameters.explain, report.warnings), *parameters.unused()]
+    if data.study is not None:
+        elsewhere = used(data.study.reference, parameters)
+    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
     return Scenario(_filled(data), list(map(_as_written, warnings)), file, parameters)
 
 
@@ -164,7 +191,9 @@ def _filled(data: ScenarioData) -> ScenarioData:
     """Write out the defaults that depend on other keys, and the varied paths in their canonical form."""
     integrator, output, sweep = data.integrator, data.output, data.sweep
     if output.every is None and output.times is None:
-        every = timegrid.default_interval(integrator.end_time, integrator.step)
+        ends, steps = (_numbers_of_study(data, key) for key in ("end_time", "step"))
+        steps += [] if integrator.step is None else [integrator.step]
+        every = timegrid.default_interval(integrator.end_time, steps[::-1], ends)
         output = output.model_copy(update={"every": every})
     integrator = integrator.model_copy(update={"method": method_of(integrator)})
     if "variables" not in output.model_fields_set:
@@ -175,3 +204,13 @@ def _filled(data: ScenarioData) -> ScenarioData:
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     sections = {"integrator": integrator, "output": output}
     return data.model_copy(update={**sections, "sweep": sweep.model_copy(update={"vary": vary})})
+
+
+def _numbers_of_study(data: ScenarioData, key: str) -> list[float]:
+    """The values of a key of the integrator at the points and in the reference of a study."""
+    if data.study is None:
+        return []
+    path = f"integrator.{key}"
+    given = [value for grid in data.study.grid for value in grid.get(path, [])]
+    given += [data.study.reference[name] for name in (key, path) if name in data.study.reference]
+    return [float(value) for value in given if isinstance(value, int | float) and value > 0.0]

@@ -1,10 +1,10 @@
 """From a scenario to its dataset: prepare, compile, run, label, write."""
 
 import os
-import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
+    from lienumba.integrators.machine import Machine
     from lienumba.integrators.program import Program
     from lienumba.mechanics.quantities import Part
 
@@ -51,15 +52,13 @@ def run(
     simulate, by default all (-1: the nominal run); progress: called with a Progress a few times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
-    import numpy as np
-
-    from lienumba.batch.execute import execute
-    from lienumba.integrators.codes import EXCHANGED
-    from lienumba.integrators.machine import compile_program
+    from lienumba.batch.statuses import GOOD
+    from lienumba.scenario import study
     from lienumba.store.files import check_target, write
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
-    if not isinstance(scenario, Scenario):  # the command line has shown them
+    told = not isinstance(scenario, Scenario)  # else the command line tells them
+    if told:
         for sentence in resolved.warnings:
             warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
@@ -69,16 +68,50 @@ def run(
     check_labels(labels, data.sweep.runs)
     if output is not None:
         check_target(output, overwrite)
-    tell = progress or (lambda event: None)
-    prepared = prepare(resolved, labels)
-    collected = _Collector(resolved, prepared)
-    remaining = np.arange(len(labels))
+    tell, workers = progress or (lambda event: None), workers or usable_cores()
+    if resolved.plan is not None:
+        dataset = study.run(resolved, labels, workers, tell)
+        for sentence in study.doubts(dataset) if told else ():
+            warnings.warn(sentence, stacklevel=2)
+    else:
+        prepared = prepare(resolved, labels)
+        dataset = simulate(resolved, prepared, partial(compiled, resolved, prepared), workers, tell).dataset()
+    if output is not None:
+        tell(Progress("write", dataset.sizes["run"], dataset.sizes["run"], int((~dataset["status"].isin(GOOD)).sum())))
+        write(dataset, output)
+    return dataset
+
+
+def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> "tuple[Program, Machine]":
+    """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.program.build`."""
+    from lienumba.integrators.machine import compile_program
+
+    program = program_of(resolved, prepared, fixed)
+    return program, compile_program(program)
+
+
+def simulate(
+    resolved: Scenario,
+    prepared: Prepared,
+    code: "Callable[[bool], tuple[Program, Machine]]",
+    workers: int,
+    tell: Callable[[Progress], None],
+) -> "Collector":
+    """Simulate the prepared runs; code: `compiled`, by whether it is fixed."""
+    import numpy as np
+
+    from lienumba.batch.execute import execute
+    from lienumba.integrators.codes import EXCHANGED
+
+    runs = len(prepared.labels)
+    collected = Collector(resolved, prepared)
+    remaining = np.arange(runs)
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
-        done_before, failed_before = (0 if fixed else len(labels)), collected.failed
+        done_before, failed_before = (0 if fixed else runs), collected.failed
         total = done_before + len(remaining)
         tell(Progress("compile", done_before, total, failed_before))
-        program = program_of(resolved, prepared, fixed)
-        batch = batch_of(resolved, prepared, program, compile_program(program)).part(remaining)
+        program, machine = code(fixed)
+        batch = batch_of(resolved, prepared, program, machine).part(remaining)
         collected.expect(program)
 
         def report(
@@ -87,16 +120,12 @@ def run(
             tell(Progress("run", before + int(done), of, bad + failed))
 
         report(0, 0)
-        for chunk in execute(batch, workers or usable_cores(), report):
+        for chunk in execute(batch, workers, report):
             collected.take(chunk, remaining[chunk.runs])
         remaining = np.flatnonzero(collected.codes == EXCHANGED)
         if not len(remaining):
             break
-    dataset = collected.dataset(_command())
-    if output is not None:
-        tell(Progress("write", len(labels), len(labels), collected.failed))
-        write(dataset, output)
-    return dataset
+    return collected
 
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
@@ -110,13 +139,8 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _command() -> str:
-    name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
-    return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])
-
-
-class _Collector:
-    """Takes chunks as they finish and keeps what the scenario asks for."""
+class Collector:
+    """Takes chunks as they finish and keeps what the scenario asks for; seconds: that cores were busy."""
 
     def __init__(self, resolved: Scenario, prepared: Prepared) -> None:
         import numpy as np
@@ -130,6 +154,7 @@ class _Collector:
         self.ends = np.zeros(runs)
         self.event_times = np.zeros((runs, len(prepared.model.events)))
         self.event_counts = np.zeros(self.event_times.shape, np.int64)
+        self.seconds = 0.0
 
     @property
     def failed(self) -> int:
@@ -165,6 +190,7 @@ class _Collector:
         self.codes[runs] = chunk.codes
         self.event_times[runs], self.event_counts[runs] = chunk.event_times, chunk.event_counts
         self.steps[runs], self.rejected[runs], self.ends[runs] = chunk.steps, chunk.rejected, chunk.ends
+        self.seconds += chunk.seconds
 
     def _variable(self, part: "Part") -> Any:
         from lienumba.store.layout import SERIES, Variable
@@ -175,19 +201,21 @@ class _Collector:
         frame = "global" if part.frame < 0 else self.prepared.model.bodies[part.frame].name
         return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
-    def dataset(self, command: str) -> "xr.Dataset":
+    def per_run(self) -> "dict[str, np.ndarray]":
+        """What there is one of for each run (runs,)."""
+        return self.summaries | {
+            "status": self.codes, "end_time": self.ends, "steps": self.steps, "rejected_steps": self.rejected,
+        }  # fmt: skip
 
+    def dataset(self) -> "xr.Dataset":
         from lienumba.scenario.units import units
         from lienumba.store import layout, provenance
 
         data: Any = self.resolved.data
         model, named = self.prepared.model, data.model.model_dump()
-        per_run: dict[str, np.ndarray] = {
-            "status": self.codes, "end_time": self.ends, "steps": self.steps, "rejected_steps": self.rejected,
-            "event_time": self.event_times, "event_count": self.event_counts,
-        }  # fmt: skip
+        happened = {"event_time": self.event_times, "event_count": self.event_counts}
         return layout.dataset(
-            variables=self.series | self.summaries | per_run,
+            variables=self.series | self.per_run() | happened,
             times=self.resolved.times,
             runs=self.prepared.labels,
             bodies=[body.name for body in model.bodies],
@@ -199,5 +227,7 @@ class _Collector:
             quantities={name: self._variable(part) for name, part in self.layout.quantities.items()},
             inputs=self.prepared.samples,
             input_units={path: units(path, named) for path in self.prepared.samples},
-            attributes=provenance.attributes(self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, command),
+            attributes=provenance.attributes(
+                self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
+            ),
         )

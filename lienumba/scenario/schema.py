@@ -217,6 +217,21 @@ class Sweep(Section):
     )
 
 
+class Study(Section):
+    """A grid instead of samples: every point is the scenario with other settings, compared with a reference."""
+
+    reference: dict[str, Any] = Field(
+        description='what the runs are compared with: settings such as { method = "dop853", step = 1e-4 }, formulas '
+        'such as { position = { top = ["sin(t)", 0, 0] } }, or { file = "ref.nc" }'
+    )
+    grid: Annotated[list[dict[str, Any]], Field(min_length=1)] = Field(
+        description='paths with lists of values, such as "integrator.step" = [1e-2, 5e-3], each as [[study.grid]]'
+    )
+    repeats: Count = Field(
+        default=3, description="a whole number of times that each point is run to time it, at least 1"
+    )
+
+
 class ScenarioData(Section):
     """A whole scenario, as the TOML file has it."""
 
@@ -236,6 +251,7 @@ class ScenarioData(Section):
     projection: Projection = Field(default_factory=Projection, description="the section [projection]")
     output: Output = Field(default_factory=Output, description="the section [output]")
     sweep: Sweep = Field(default_factory=Sweep, description="the section [sweep]")
+    study: Study | None = Field(default=None, description="the section [study]")
 
 
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
@@ -262,6 +278,7 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("sweep",): Sweep,
     ("sweep", "vary", "*", "normal"): Normal,
     ("sweep", "vary", "*", "uniform"): Uniform,
+    ("study",): Study,
 }
 FORMS: dict[str, dict[str, type[Section]]] = {
     "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,

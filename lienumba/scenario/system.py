@@ -122,6 +122,11 @@ class System:
         vary[path] = {"distribution": distribution, **keys}
         return self
 
+    def study(self, *, reference: dict[str, Any], grid: Sequence[dict[str, Sequence[Any]]], **keys: Any) -> Self:
+        """Make it a study: a reference, such as {"method": "dop853", "step": 1e-4}, and grids, such as
+        {"integrator.step": [1e-2, 5e-3]}; repeats."""
+        return self._update("study", {"reference": reference, "grid": grid, **keys})
+
     def to_dict(self) -> dict[str, Any]:
         """The keys and values, as a TOML file would give them, with what the files hold that they name."""
         data = load(self._data)

@@ -1,5 +1,6 @@
 """Steps and output times on one exact grid: times are decimals k * every, not sums of rounded steps."""
 
+from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 from math import gcd, lcm
@@ -28,15 +29,17 @@ def stored_times(end: float, every: float) -> list[float]:
     return [index * base.numerator / base.denominator for index in range(number + 1)]
 
 
-def default_interval(end: float, step: float | None) -> float:
-    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones; step None: that many,
-    steps choose their length."""
-    if step is None:
+def default_interval(end: float, steps: Sequence[float], ends: Sequence[float] = ()) -> float:
+    """The shortest output interval which divides the run into at most MOST_INTERVALS equal ones, each a whole number of
+    these steps, as far as they suit each other and all ends, the first one above all; without steps that many."""
+    if not steps:
         return float(exact(end) / MOST_INTERVALS)
-    steps = count(end, step)
-    assert steps is not None, "checked before"
-    intervals = next(number for number in range(MOST_INTERVALS, 0, -1) if steps % number == 0)
-    return float(exact(step) * (steps // intervals))
+    number = count(end, steps[0])
+    assert number is not None, "checked before"
+    common = gcd(number, *(other for s in steps if (other := count(end, s)) and all(count(e, s) for e in ends)))
+    divisors = [n for n in range(MOST_INTERVALS, 0, -1) if common % n == 0]
+    found = [float(exact(steps[0]) * (number // n)) for n in divisors]
+    return next((interval for interval in found if all(count(e, interval) for e in ends)), found[-1])
 
 
 def nearest_divisor(durations: list[float], step: float) -> float:

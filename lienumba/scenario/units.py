@@ -23,6 +23,12 @@ ABOUT = {
     "offset": "rad", "ratio": "1",
 }  # fmt: skip
 DRIVEN = {"point": "m", "orientation": "rad", "angular_velocity": "rad s-1", "angle": "rad", "displacement": "m"}
+SETTINGS = {
+    "integrator.step": "s",
+    "integrator.end_time": "s",
+    "integrator.tolerance": "1",
+    "projection.tolerance": "m",
+}
 RATES = {"angle": "rad s-1", "displacement": "m s-1"}
 
 

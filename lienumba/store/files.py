@@ -64,6 +64,23 @@ def _may_be_dataset(path: Path) -> bool:
     return first in (b"", b"\x89HDF") or first.startswith(b"CDF")
 
 
+def read(path: Path) -> xr.Dataset:
+    """Open a dataset that `lienumba run` wrote; a ScenarioError for any other file."""
+    import xarray as xr
+
+    if not path.is_file():
+        raise ScenarioError(f"{path} does not exist; check the path")
+    try:
+        with _NETCDF:
+            dataset = xr.open_dataset(path, engine="netcdf4")
+    except OSError as error:
+        raise ScenarioError(f"{path} cannot be opened as netCDF ({error}); is it complete?") from None
+    if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
+        dataset.close()
+        raise ScenarioError(f"{path} is a netCDF file but not of lienumba; give one that lienumba run wrote")
+    return dataset
+
+
 def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Write the dataset in one step: at any moment `path` is the old file, or none, or the whole new one.
 

@@ -64,7 +64,7 @@ VARIABLES: dict[str, Variable] = {
 REACTIONS = {"joint_force", "joint_torque", "multiplier", "driver_effort"}
 # Counts are NaN after a failure, as everything is; the file holds them as integers, and NaN as this.
 NO_COUNT = -1
-COUNTS = ("position_iterations", "velocity_iterations")
+COUNTS = ("position_iterations", "velocity_iterations", "max_position_iterations", "max_velocity_iterations")
 
 COORDINATES = {
     "run": ("1", "label of the run (-1: the nominal run)"),
@@ -116,7 +116,7 @@ def dataset(
     }
     known = VARIABLES | dict(quantities or {})
     data = {
-        name: _variable(name, known[name], array)
+        name: variable(name, known[name], array)
         for name, array in variables.items()
         if all(len(labels[dim]) for dim in known[name].dims)
     }
@@ -125,22 +125,35 @@ def dataset(
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", "time", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, Any] = {
-        name: xr.Variable(name, values, _texts(*COORDINATES[name]), {"_FillValue": None})
+        name: xr.Variable(name, values, texts(*COORDINATES[name]), {"_FillValue": None})
         for name, values in labels.items()
         if name in used
     }
-    for path, samples in inputs.items():
-        texts = _texts(input_units[path], f"sampled input {path}") | {"role": "input"}
-        values = np.asarray(samples, dtype=np.float64)
-        coordinates[path] = xr.Variable("run", values, texts, {"_FillValue": None})
-    return xr.Dataset(data, coordinates, dict(attributes))
+    return xr.Dataset(data, coordinates | input_coordinates(inputs, input_units), dict(attributes))
 
 
-def _variable(name: str, spec: Variable, array: np.ndarray) -> xr.Variable:
+def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]) -> dict[str, xr.Variable]:
+    """The samples (runs,) of each varied path, by path."""
     import numpy as np
     import xarray as xr
 
-    attributes: dict[str, Any] = _texts(spec.units, spec.long_name)
+    return {
+        path: xr.Variable(
+            "run",
+            np.asarray(samples, dtype=np.float64),
+            texts(units[path], f"sampled input {path}") | {"role": "input"},
+            {"_FillValue": None},
+        )
+        for path, samples in inputs.items()
+    }
+
+
+def variable(name: str, spec: Variable, array: np.ndarray) -> xr.Variable:
+    """A variable of the dataset with its texts and encoding; a count below 0 is none."""
+    import numpy as np
+    import xarray as xr
+
+    attributes: dict[str, Any] = texts(spec.units, spec.long_name)
     if spec.frame is not None:
         attributes["frame"] = spec.frame
     if name == "status":
@@ -167,7 +180,8 @@ def _encoding(spec: Variable, name: str, shape: tuple[int, ...]) -> dict[str, An
     }
 
 
-def _texts(units: str, long_name: str) -> dict[str, str]:
+def texts(units: str, long_name: str) -> dict[str, str]:
+    """The attributes that every variable and coordinate has."""
     return {"units": units, "long_name": long_name}
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import platform
+import sys
 import tomllib
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -38,3 +40,9 @@ def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict
         **{f"{name.lower()}_version": version(name) for name in PACKAGES},
         "cpu": config.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
     }
+
+
+def command() -> str:
+    """What was called."""
+    name = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "python"
+    return " ".join(["lienumba" if name == "__main__.py" else name, *sys.argv[1:]])

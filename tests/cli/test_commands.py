@@ -165,6 +165,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "projection",
         "output",
         "sweep",
+        "study",
     }
     assert schema["additionalProperties"] is False
 

@@ -1,5 +1,6 @@
 """Every block of the documents that names a file is one, and works."""
 
+import os
 import re
 import subprocess
 import sys
@@ -7,11 +8,14 @@ from pathlib import Path
 
 import pytest
 
+import lienumba
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.runner import check_initial
+from lienumba.scenario.study import check
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "your_own_laws.md"
-BLOCKS = dict(re.findall(r"```\w+\n# (\w+\.\w+)\n(.*?)```", DOCUMENT.read_text(), re.DOTALL))
+DOCUMENTS = [Path(__file__).parents[2] / "docs" / name for name in ("your_own_laws.md", "studies.md")]
+TEXT = "".join(document.read_text() for document in DOCUMENTS)
+BLOCKS = dict(re.findall(r"```\w+\n# (\w+\.\w+)\n(.*?)```", TEXT, re.DOTALL))
 
 
 @pytest.fixture
@@ -22,20 +26,32 @@ def folder(tmp_path):
 
 
 def test_there_are_blocks():
-    assert {"pointing.toml", "engine.toml", "engine.csv", "arm.py", "arm.toml", "system.py"} == set(BLOCKS)
+    laws = {"pointing.toml", "engine.toml", "engine.csv", "arm.py", "arm.toml", "system.py"}
+    assert laws | {"study.toml", "study.py", "known.toml"} == set(BLOCKS)
 
 
 @pytest.mark.parametrize("name", [name for name in BLOCKS if name.endswith(".toml")])
 def test_scenarios_are_valid(folder, name):
     scenario = resolve(folder / name)
     assert scenario.warnings == []
-    check_initial(scenario)
+    check(scenario)
 
 
-def test_the_program_runs(folder):
-    done = subprocess.run([sys.executable, "system.py"], cwd=folder, capture_output=True, text=True, check=False)
+@pytest.mark.parametrize(
+    ("program", "said"), [("system.py", "travel.displacement"), ("study.py", "time of one core per run")]
+)
+def test_the_programs_run(folder, program, said):
+    path = {**os.environ, "PYTHONPATH": str(Path(lienumba.__file__).parents[1])}
+    done = subprocess.run([sys.executable, program], cwd=folder, capture_output=True, text=True, check=False, env=path)
     assert done.returncode == 0, done.stderr
-    assert "travel.displacement" in done.stdout
+    assert said in done.stdout
+
+
+def test_the_motion_is_as_known(folder):
+    found = lienumba.run(folder / "known.toml")
+    assert (found["position_error"] < 1e-5).all()
+    order = lienumba.analysis.orders(found)["order"].sel(error="position")
+    assert float(order) == pytest.approx(4.0, abs=0.2)
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,7 @@ def test_the_gallery_is_complete() -> None:
         "gyroscope_in_gimbals",
         "heavy_top",
         "heavy_top_monte_carlo",
+        "heavy_top_study",
         "n_four_bar",
         "pendulum_chain",
         "rolling_disc",

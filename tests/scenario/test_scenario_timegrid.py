@@ -34,7 +34,7 @@ def test_default_interval_divides_the_run(steps: int, step: float) -> None:
     end = steps * step
     if timegrid.count(end, step) != steps:
         return
-    every = timegrid.default_interval(end, step)
+    every = timegrid.default_interval(end, [step])
     intervals = timegrid.count(end, every)
     assert intervals is not None
     assert intervals <= timegrid.MOST_INTERVALS

@@ -28,6 +28,7 @@ def example(
     bodies=("top",),
     joints=("pivot",),
     efforts=("motor",),
+    events=("far",),
     seed=0,
     scenario="",
     shared=(),
@@ -35,7 +36,7 @@ def example(
 ):
     """Three constraint equations per joint, one per effort; `replaced` are arrays to put in."""
     constraints = [*(f"{joint}[{k}]" for joint in joints for k in range(3)), *(f"{name}[0]" for name in efforts)]
-    labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts}
+    labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts, "event": events}
     sizes = {dim: len(names) for dim, names in labels.items()}
     variables = arrays(seed, run=runs, time=len(times), **sizes) | replaced
     return dataset(
@@ -46,6 +47,7 @@ def example(
         joints=joints,
         constraints=constraints,
         efforts=efforts,
+        events=events,
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
         shared=shared,

@@ -38,6 +38,7 @@ def test_dims_and_labels(written):
     assert opened.joint_force.dims == ("run", "time", "joint", "axis")
     assert opened.multiplier.dims == ("run", "time", "constraint")
     assert opened.driver_effort.dims == ("run", "time", "effort")
+    assert opened.event_time.dims == ("run", "event")
     assert opened.status.dims == ("run",)
     assert opened.run.dtype == np.int64
     assert list(opened.body.values) == ["top", "tip"]

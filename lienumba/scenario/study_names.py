@@ -1,0 +1,50 @@
+"""The names and labels of the points of a study in its dataset."""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+from lienumba.scenario import paths
+from lienumba.scenario.loading import tokens_of
+from lienumba.scenario.toml import value_text
+from lienumba.scenario.units import SETTINGS, units
+from lienumba.store.study_layout import CASE, TAKEN, Coordinate
+
+Grid = dict[str, list[Any]]
+
+
+def coordinates(grids: list[Grid], model: dict[str, Any]) -> list[Coordinate]:
+    """One for each path, known by its last part, if that is enough; model: of a resolved scenario."""
+    paths_of = [{_canonical(path, model): values for path, values in grid.items()} for grid in grids]
+    every = list(dict.fromkeys(path for grid in paths_of for path in grid))
+    short = {path: paths.last_part(paths.parse(path)) for path in every}
+    names = {
+        path: path if last in TAKEN or list(short.values()).count(last) > 1 else last for path, last in short.items()
+    }
+    found = []
+    for path in every:
+        given = [value for grid in paths_of for value in grid.get(path, ())]
+        numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in given)
+        label: Any = float if numbers else _label
+        missing = float("nan") if numbers else ""
+        if len(grids) == 1:
+            dim, values = names[path], list(map(label, given))
+        else:
+            points = [point for grid in paths_of for point in combinations(grid)]
+            dim, values = CASE, [label(point[path]) if path in point else missing for point in points]
+        unit = (SETTINGS.get(path) or units(path, model)) if numbers else "1"
+        found.append(Coordinate(names[path], dim, values, unit, path))
+    return found
+
+
+def combinations(grid: Grid) -> Iterator[dict[str, Any]]:
+    """Every point of a grid, by path."""
+    return (dict(zip(grid, values, strict=True)) for values in product(*grid.values()))
+
+
+def _label(value: Any) -> str:
+    return value if isinstance(value, str) else value_text(value)
+
+
+def _canonical(path: str, model: dict[str, Any]) -> str:
+    return paths.text_of(paths.named(tokens_of(path), model))

@@ -1,0 +1,180 @@
+"""The points of a study, every combination of the values of a grid, each a scenario of its own, and references."""
+
+import copy
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario import paths
+from lienumba.scenario.loading import put_setting, tokens_of
+from lienumba.scenario.study_checks import numerical
+from lienumba.scenario.study_errors import STATE
+from lienumba.scenario.study_names import coordinates
+from lienumba.scenario.words import listed, plural, show
+from lienumba.store.study_layout import Coordinate
+
+if TYPE_CHECKING:
+    from lienumba.scenario.resolve import Scenario
+
+    Attempt = Callable[["Settings"], Scenario]
+
+Settings = dict[str, Any]  # values by path
+Choice = tuple[int, ...]  # which value of each path of a grid
+LOOSER = 10.0  # times the tolerance of a reference that its judge has
+
+
+@dataclass(frozen=True)
+class Point:
+    """place: how messages name it; problem: what it solves, beside how; `scenario`: of this point alone."""
+
+    place: str
+    problem: str
+    scenario: "Scenario"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """points: in the order of the grids; shape: of the one grid, or of the cases of several; `references`: by problem,
+    a scenario and another one by which it is judged; none where formulas or a file say what is true."""
+
+    points: list[Point]
+    shape: tuple[int, ...]
+    coordinates: list[Coordinate]
+    references: "dict[str, tuple[Scenario, Scenario]]"
+
+    def headline(self) -> str:
+        """How many points there are, of what."""
+        return f"{plural(len(self.points), 'point', 'points')}: {', '.join(c.path for c in self.coordinates)}"
+
+
+def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Callable[[dict[str, Any]], Scenario]") -> Plan:
+    """The points of a scenario with a study; raw: as it is written; base: the same, resolved."""
+    study = base.data.study
+    assert study is not None
+    plain = {key: section for key, section in raw.items() if key != "study"}
+    every = {"every": base.data.output.every} if base.data.output.times is None else {}
+    whole = {**plain, "output": {**plain.get("output", {}), **every}}
+
+    def attempt(settings: Settings) -> "Scenario":
+        try:
+            return resolve(changed(whole, settings))
+        except ScenarioError:
+            resolve(changed(plain, settings))  # says nothing of an interval that nobody wrote
+            raise
+
+    found: list[Point] = []
+    problems: list[str] = []
+    solved: dict[str, Settings] = {}
+    for number, grid in enumerate(study.grid):
+        attempts = _Attempts(f"study.grid[{number}]", grid, attempt)
+        problems += attempts.problems()
+        for choice, scenario in attempts.resolved.items():
+            problem = {
+                path: value for path, value in attempts.settings(choice).items() if not numerical(tokens_of(path))
+            }
+            key = json.dumps(problem)
+            solved[key] = problem
+            found.append(Point(attempts.name(choice), key, scenario))
+    if problems:
+        raise ScenarioError("\n".join(problems))
+    references = _references(study.reference, solved, attempt)
+    shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
+    model = base.data.model.model_dump()
+    return Plan(found, shape, coordinates(study.grid, model), references)
+
+
+class _Attempts:
+    """Resolves every point of a grid; a point that is no scenario is told by the value that is to blame."""
+
+    def __init__(self, place: str, grid: dict[str, list[Any]], attempt: "Attempt") -> None:
+        self.place, self.grid, self.attempt = place, grid, attempt
+        self.resolved: dict[Choice, Scenario] = {}
+        self.failed: dict[Choice, list[str]] = {}
+        for choice in self.choices():
+            try:
+                self.resolved[choice] = attempt(self.settings(choice))
+            except ScenarioError as error:
+                self.failed[choice] = str(error).splitlines()
+
+    def choices(self) -> Iterator[Choice]:
+        return product(*(range(len(values)) for values in self.grid.values()))
+
+    def settings(self, choice: Choice) -> Settings:
+        return {path: self.grid[path][i] for path, i in zip(self.grid, choice, strict=True)}
+
+    def name(self, choice: Choice) -> str:
+        """How messages name a point."""
+        parts = [f'"{path}" = {show(value)}' for path, value in self.settings(choice).items()]
+        return f"{self.place} at {listed(parts)}"
+
+    def problems(self) -> list[str]:
+        told: list[str] = []
+        for sentence in dict.fromkeys(s for sentences in self.failed.values() for s in sentences):
+            left = {choice for choice, sentences in self.failed.items() if sentence in sentences}
+            for position, path in enumerate(self.grid):
+                blamed = [i for i in range(len(self.grid[path])) if self._is_to_blame(position, i, sentence, left)]
+                left = {choice for choice in left if choice[position] not in blamed}
+                told += self._blame(path, blamed, sentence)
+            if left:
+                more = f" (and {plural(len(left) - 1, 'more point', 'more points')})" if len(left) > 1 else ""
+                told.append(f"{self.name(min(left))}{more}: {sentence}")
+        return told
+
+    def _is_to_blame(self, position: int, value: int, sentence: str, left: set[Choice]) -> bool:
+        """Whether all points with this value fail in this way, and so does the scenario with this value alone."""
+        path = list(self.grid)[position]
+        if not {choice for choice in self.choices() if choice[position] == value} <= left:
+            return False
+        try:
+            self.attempt({path: self.grid[path][value]})
+        except ScenarioError as error:
+            return sentence in str(error).splitlines()
+        return False
+
+    def _blame(self, path: str, values: Sequence[int], sentence: str) -> list[str]:
+        if len(values) == len(self.grid[path]) > 1 or (values and sentence.startswith(f"the path {path} ")):
+            return [f'{self.place}."{path}": {sentence}']
+        return [f'{self.place}."{path}"[{i}] = {show(self.grid[path][i])}: {sentence}' for i in values]
+
+
+def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """A scenario with other settings."""
+    raw = copy.deepcopy(plain)
+    for path, value in settings.items():
+        try:
+            put_setting(raw, tokens_of(path), copy.deepcopy(value))
+        except paths.PathError as error:
+            raise ScenarioError(f"the path {path} {error}") from None
+    return raw
+
+
+def _references(
+    reference: dict[str, Any], solved: dict[str, Settings], attempt: "Attempt"
+) -> "dict[str, tuple[Scenario, Scenario]]":
+    """For each problem the reference with these settings, and its judge: with half the step, or a looser tolerance."""
+    if reference.keys() & {"file", *STATE}:
+        return {}
+    settings = {key if "." in key else f"integrator.{key}": value for key, value in reference.items()}
+    found = {}
+    try:
+        for key, problem in solved.items():
+            first = attempt({**problem, **settings})
+            integrator = first.to_dict()["integrator"]
+            if "step" in integrator:
+                judge = {"integrator.step": 0.5 * integrator["step"]}
+            else:
+                judge = {"integrator.tolerance": _looser(integrator["tolerance"])}
+            found[key] = first, attempt({**problem, **settings, **judge})
+    except ScenarioError as error:
+        raise ScenarioError("\n".join(f"study.reference: {line}" for line in str(error).splitlines())) from None
+    return found
+
+
+def _looser(tolerance: Any) -> Any:
+    """A tolerance, or a table of them."""
+    if isinstance(tolerance, dict):
+        return {key: _looser(value) for key, value in tolerance.items()}
+    return LOOSER * tolerance

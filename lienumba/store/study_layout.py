@@ -1,0 +1,107 @@
+"""The layout of the dataset of a study: errors, costs and times at every point of its grid, for every run."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lienumba.store import layout
+from lienumba.store.layout import RUN, Variable
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+CASE = "case"  # the dimension of several grids
+ERRORS = {
+    "position": ("m", "position error"),
+    "rotation": ("rad", "rotation error (angle between the rotations)"),
+    "velocity": ("m s-1", "velocity error"),
+    "angular_velocity": ("rad s-1", "angular velocity error"),
+}
+SAME = (
+    "max_position_violation", "max_velocity_violation", "max_energy_drift", "status", "end_time", "steps",
+    "rejected_steps",
+)  # fmt: skip  # as in the dataset of runs
+TIMES = {
+    "time_per_run": Variable((), "s", "time of one core per run, median of the repetitions"),
+    "time_per_run_spread": Variable((), "s", "largest minus smallest time of one core per run of the repetitions"),
+}
+# The dimensions of the grid follow those given here.
+VARIABLES: dict[str, Variable] = {
+    **{f"{n}_error": Variable(RUN, u, f"largest {text} at the stored times") for n, (u, text) in ERRORS.items()},
+    **{f"final_{n}_error": Variable(RUN, u, f"{text} at the last stored time") for n, (u, text) in ERRORS.items()},
+    **{f"reference_{n}_error": Variable(RUN, u, f"{text} of the reference itself") for n, (u, text) in ERRORS.items()},
+    **{name: layout.VARIABLES[name] for name in SAME},
+    "max_position_iterations": Variable(RUN, "1", "most iterations of the position projection", dtype="int32"),
+    "max_velocity_iterations": Variable(RUN, "1", "most iterations of the velocity projection", dtype="int32"),
+    "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps", dtype="int64"),
+    **TIMES,
+}  # fmt: skip
+TAKEN = {*VARIABLES, *layout.COORDINATES, CASE}  # what no coordinate of a grid may be called
+TRUSTED = 100.0  # an error below this many times that of the reference is doubtful
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """The values of one path of a grid along `dim`, which is its own or that of the cases."""
+
+    name: str
+    dim: str
+    values: Sequence[Any]
+    units: str
+    path: str
+
+
+def dataset(
+    arrays: Mapping[str, np.ndarray],
+    runs: Sequence[int],
+    grid: Sequence[Coordinate],
+    inputs: Mapping[str, np.ndarray],
+    input_units: Mapping[str, str],
+    attributes: Mapping[str, str | int | float],
+) -> xr.Dataset:
+    """The labelled dataset of arrays (runs, points of each dimension of the grid); times have no runs."""
+    import numpy as np
+    import xarray as xr
+
+    dims = tuple(dict.fromkeys(coordinate.dim for coordinate in grid))
+    data = {}
+    for name, array in arrays.items():
+        spec = VARIABLES[name]
+        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype)
+        data[name] = layout.variable(name, whole, array)
+    bare = {"_FillValue": None}
+    labels = np.asarray(runs, dtype=np.int64)
+    coordinates: dict[str, Any] = {"run": xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), bare)}
+    if CASE in dims:
+        texts = layout.texts("1", "number of the point")
+        coordinates[CASE] = xr.Variable(CASE, np.arange(len(grid[0].values)), texts, bare)
+    for entry in grid:
+        values = np.asarray(entry.values, dtype=str if isinstance(entry.values[0], str) else np.float64)
+        texts = layout.texts(entry.units, entry.path) | {"role": "grid", "path": entry.path}
+        coordinates[entry.name] = xr.Variable(entry.dim, values, texts, bare)
+    return xr.Dataset(data, coordinates | layout.input_coordinates(inputs, input_units), dict(attributes))
+
+
+def is_study(ds: xr.Dataset) -> bool:
+    """Whether a dataset is that of a study."""
+    return bool(grid_of(ds))
+
+
+def grid_of(ds: xr.Dataset) -> dict[str, str]:
+    """The coordinates of the grid of a study, with their paths."""
+    return {str(name): str(x.attrs["path"]) for name, x in ds.coords.items() if x.attrs.get("role") == "grid"}
+
+
+def typical(ds: xr.Dataset, name: str) -> xr.DataArray:
+    """The median of a variable over the runs that succeeded, at every point; NaN where none did."""
+    import numpy as np
+
+    good = np.where(ds["status"].values == 0, ds[name].values, np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # points without a good run
+        median = np.nanmedian(good, axis=0)
+    return ds[name].isel(run=0, drop=True).copy(data=median)
