@@ -23,13 +23,17 @@ from lienumba.integrators.free_lanes import (
     BUSY,
     COUNTS,
     DUE,
+    END,
     FRESH,
     GRID,
     LANDING,
+    LONGEST,
     NEVER,
     PICKED,
     STALE,
     STATUS,
+    STEP,
+    TOLERANCE,
     TRIAL,
     UNTIL,
     Queue,
@@ -45,11 +49,10 @@ from lienumba.integrators.free_lanes import (
 )  # fmt: skip
 from lienumba.integrators.happenings import find_events, start_events, stop_runs
 from lienumba.integrators.scratch import OPTIONS, SIZES, addresses, layout, slope_row, table_rows
-from lienumba.integrators.stored import keep_due, observe
+from lienumba.integrators.stored import keep_between, keep_ends, observe
 
 FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
 RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5 + [types.float64[:, :, ::1]] * 2, Runs)  # type: ignore[attr-defined]
-END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
 @njit(**OPTIONS)
@@ -210,21 +213,26 @@ def drive(
         else:
             good = good & (load(at.control, 0) <= 1.0)
             store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))
-            reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace[SHORTEST])
+            reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace)
             accept(lanes, at.control, length, good, pace[LONGEST])
             store(at.clock, codes.MEMORY, choose(good, load(at.control, 3), load(at.clock, codes.MEMORY)))
         stopped = splat(NEVER)
         if sizes.events > 0:
             stopped = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, stops, good, t, length)
             until = choose(stopped < until, stopped, until)
-        if any_lane(good & (load(lanes, DUE) <= until)):
-            keep_due(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
+        due, end = load(lanes, DUE), load(lanes, UNTIL)
+        if any_lane(good & (due <= until) & (due < end)):
+            keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
         _move(kernels, sizes, at, good, table, pace)
         stop_runs(at, stopped, good)
         landed = good & (load(lanes, T) == load(lanes, LANDING))
         if any_lane(landed):
             store(at.clock, codes.TIME, load(lanes, T))
             _land(kernels, sizes, at, first, rows, runs, queue, landed)
+        due = load(lanes, DUE)
+        ended = good & (due == load(lanes, T)) & (due == end)
+        if any_lane(ended):
+            keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
         over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
         if any_lane(over):
             store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))

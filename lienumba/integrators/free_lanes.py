@@ -20,7 +20,8 @@ from lienumba.integrators.scratch import LANES, OPTIONS
 COUNTS, T, H, LANDING, GRID, UNTIL, DUE, BUSY = 0, 2, 3, 4, 5, 6, 7, 8
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED = 9, 10, 11, 12, 13, 14, 15, 16
 NEVER = float("inf")
-ROUNDING = 1e-15  # of the time: no step is shorter
+ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step is shorter
+END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
 class Runs(NamedTuple):
@@ -146,10 +147,11 @@ def propose(lanes: int, clock: int, end: float, h: float) -> None:
 
 
 @njit(**OPTIONS)
-def reject(lanes: int, control: int, length: Any, lost: Any, shortest: float) -> None:
+def reject(lanes: int, control: int, length: Any, lost: Any, pace: Any) -> None:
     """In the lanes `lost` the step is tried again, shorter; where it would be too short, the run is over."""
     trial, t = load(lanes, TRIAL), load(lanes, T)
     shorter = length * choose(trial == 0.0, load(control, 2), 0.25)
+    shortest = max(pace[SHORTEST], FIRST_ROUNDING * pace[END])
     least = choose(splat(shortest) > ROUNDING * t, splat(shortest), ROUNDING * t)
     over = lost & ((shorter < least) | (trial == codes.EXCHANGED))
     store(lanes, STATUS, choose(over, choose(trial == 0.0, splat(codes.TOO_SHORT), trial), load(lanes, STATUS)))

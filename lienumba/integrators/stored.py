@@ -9,7 +9,6 @@ from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import advance, codes
-from lienumba.integrators.advance import commit
 from lienumba.integrators.free_lanes import COUNTS, DUE, PICKED, STATUS, UNTIL, Queue, Runs, keep
 from lienumba.integrators.scratch import OPTIONS
 
@@ -22,29 +21,37 @@ def between(kernels: Any, at: Any, fraction: Any) -> None:
 
 
 @njit(**OPTIONS)
-def keep_due(
+def _keep(
+    at: Any, first: Any, sizes: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any, lanes: Any, source: int,
+    done: bool,
+) -> None:  # fmt: skip
+    """Store what is due in these lanes, from the rows that begin at `source`."""
+    store(at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
+    for lane in range(W):
+        if rows[first.lanes + PICKED, lane] != 0.0:
+            keep(lane, rows, first, sizes, runs, queue, outputs, source, done)
+
+
+@njit(**OPTIONS)
+def keep_between(
     kernels: Any, sizes: Any, nodes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any,
     good: Any, t: Any, length: Any, until: Any,
 ) -> None:  # fmt: skip
-    """Store what lies within the step in the lanes `good`, up to `until` and with it."""
-    state = ELEMENT * sizes.elements + sizes.held
-    due = load(at.lanes, DUE)
-    pending = good & (due <= until)
-    end, extended = load(at.lanes, UNTIL), False
+    """Store what is due within the open step in the lanes `good`, up to `until` and with it."""
+    due, end = load(at.lanes, DUE), load(at.lanes, UNTIL)
+    advance.extend(kernels, sizes, nodes, at, t, length, end)
+    pending = good & (due <= until) & (due < end)
     while any_lane(pending):
-        if any_lane(pending & (due < end)):
-            if not extended:
-                advance.extend(kernels, sizes, nodes, at, t, length, end)
-                extended = True
-            between(kernels, at, (due - t) / length)
-        commit(due == end, at.now, at.new, state)
-        store(at.lanes, PICKED, choose(pending, splat(1.0), splat(0.0)))
-        for lane in range(W):
-            if rows[first.lanes + PICKED, lane] != 0.0:
-                done = rows[first.lanes + DUE, lane] == rows[first.lanes + UNTIL, lane]
-                keep(lane, rows, first, sizes, runs, queue, outputs, first.now, done)
+        between(kernels, at, (due - t) / length)
+        _keep(at, first, sizes, rows, runs, queue, outputs, pending, first.now, False)
         due = load(at.lanes, DUE)
-        pending = good & (due <= until)
+        pending = good & (due <= until) & (due < end)
+
+
+@njit(**OPTIONS)
+def keep_ends(at: Any, first: Any, sizes: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any, lanes: Any) -> None:
+    """Store the states to which a step has led in these lanes."""
+    _keep(at, first, sizes, rows, runs, queue, outputs, lanes, first.state, True)
 
 
 @njit(**OPTIONS)

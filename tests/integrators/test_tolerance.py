@@ -3,6 +3,7 @@
 import copy
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,12 @@ import lienumba
 from lienumba.batch import statuses
 from lienumba.integrators import step_kernels
 from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.scenario.system import System
 
 from .mechanisms import TOP, chain
 from .test_landing import END, TIMES, exact, off, rod
 
+ARM = Path(__file__).parents[2] / "scenarios" / "arm_sampled.toml"
 PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
 TOLERANCES = {"bs32": range(4, 9), "dp54": range(4, 13), "tsit54": range(4, 13), "dop853": range(4, 13)}
 SWEEP: dict[str, Any] = {
@@ -174,3 +177,14 @@ def test_every_lane_lands_on_its_own_times():
     ds = run(data)
     truths = [exact("hold", float(delay)) for delay in ds["parameters.delay"].values[:3]]
     assert off(ds.isel(run=slice(3)), *truths).max() < 1e-8
+
+
+@pytest.mark.parametrize("how", [{"tolerance": 1e-11}, {"step": 1e-3, "method": "dop853"}])
+def test_what_a_sampled_law_holds_is_stored_behind_the_sample(how):
+    """Where samples and outputs meet, whichever driver makes the steps."""
+    base = {"integrator.end_time": 0.3, "output.every": 0.015, "sweep.runs": 2}
+    known = run(ARM, {**base, "integrator.step": 1e-3, "integrator.method": "dop853"})
+    watched = System.from_toml(ARM).event("never", "t > 10")
+    other = run(watched, {**base, **{f"integrator.{key}": value for key, value in how.items()}})
+    for name in ("shoulder_motor.integral", "elbow_motor.integral", "position"):
+        assert np.abs(known[name] - other[name]).max() < 1e-9, name
