@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.analysis.summary import FINAL, QUANTILES
+from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.words import show, suggestion
 from lienumba.store.layout import VARIABLES
@@ -81,7 +82,7 @@ def axis_label(name: str, units: str) -> str:
 
 
 def _run_figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
-    good = ds.isel(run=(ds["status"].values == 0).nonzero()[0])
+    good = ds.isel(run=ds["status"].isin(GOOD).values.nonzero()[0])
     if not good.sizes["run"]:
         raise ScenarioError("no run of the dataset succeeded, so there is nothing to draw; lienumba info says why")
     panels = [panel for name in names or _telling(ds) for panel in _panels(good[name])]
@@ -99,6 +100,16 @@ def _run_figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     title = f"{ds.attrs['title']}: " if ds.attrs.get("title") else ""
     drawn.suptitle(f"{title}{spread}" + (f", {failed:,} failed" if failed else ""))
     return drawn
+
+
+def _over_runs(values: np.ndarray) -> np.ndarray:
+    """Quantiles and the largest (4, times) of values (runs, times), over the runs that an event has not ended."""
+    import numpy as np
+
+    here = np.isfinite(values).any(axis=0)
+    found = np.full((len(QUANTILES) + 1, len(here)), np.nan)
+    found[:, here] = [*np.nanquantile(values[:, here], QUANTILES, axis=0), np.nanmax(values[:, here], axis=0)]
+    return found
 
 
 def _telling(ds: xr.Dataset) -> list[str]:
@@ -129,9 +140,9 @@ def _fan(ax: Axes, variable: xr.DataArray) -> None:
     time, logarithmic = variable["time"].values, variable.name in LOGARITHMIC
     for n, (label, values) in enumerate(_lines(variable)):
         color, dashes = COLORS[n % len(COLORS)], STYLES[n // len(COLORS) % len(STYLES)]
-        low, median, high = np.quantile(values, QUANTILES, axis=0)
+        low, median, high, largest = _over_runs(values)
         if logarithmic:
-            low, median, high = (np.where(x > 0.0, x, np.nan) for x in (low, median, values.max(axis=0)))
+            low, median, high = (np.where(x > 0.0, x, np.nan) for x in (low, median, largest))
             ax.plot(time, high, color=color, lw=0.8, ls=":", label="largest of all runs" if len(values) > 1 else None)
         elif len(values) > 1:
             ax.fill_between(time, low, high, color=color, alpha=0.25, lw=0)

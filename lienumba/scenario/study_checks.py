@@ -44,6 +44,13 @@ def check_study(
     for number, grid in enumerate(grids if isinstance(grids, list) else []):
         if isinstance(grid, dict):
             _check_grid(f"study.grid[{number}]", grid, "file" in (study.get("reference") or ()), model, report)
+    events = model.get("events")
+    for event in events if isinstance(events, list) else []:
+        if isinstance(event, dict) and event.get("action") == "stop":
+            report.problems.append(
+                f'model.events.{event.get("name")}.action = "stop": a study compares motions to their end; give '
+                '"record"'
+            )
     stored = output.get("variables") if isinstance(output, dict) else None
     if isinstance(stored, list) and not set(VARIABLES) <= set(map(str, stored)):
         report.warnings.append("output.variables: has no meaning in a study, which stores errors; leave it out")
