@@ -70,6 +70,8 @@ def _orders(ds: "xr.Dataset") -> "Table":
 def _order(order: float, low: float, high: float) -> str:
     if order != order:
         return "-"
+    if high - low > order:
+        return "none seen"
     return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
 
 

@@ -19,8 +19,12 @@ SLIPS = (
         "has a unit; numbers are in SI units, without it",
     ),
     (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
+    (r".*[!=]=", "asks whether numbers are equal, which they hardly ever are; compare them by <, <=, > or >="),
     (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
-    (r".*(?<![\w.])(\d[\d.]*|\.\d+)\s*(?!e[-+]?\d)[A-Za-z(]", "multiplies without a star; write 2*t, 30*deg"),
+    (
+        r".*(?<![\w.])(\d[\d.]*|\.\d+)\s*(?!e[-+]?\d|and\b|or\b|not\b)[A-Za-z(]",
+        "multiplies without a star; write 2*t, 30*deg",
+    ),
 )
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
 BOUNDS = ("first_step", "max_step", "min_step")
+MOST_STEPS = 1e12  # of a run: so many take hours at least
 
 
 def method_of(integrator: Integrator) -> str:
@@ -39,6 +40,13 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
             )
     else:
         _check_bounds(integrator, given, report)
+    for key in ("step", "max_step"):
+        step = getattr(integrator, key)
+        if step is not None and integrator.end_time / step > MOST_STEPS:
+            report.problems.append(
+                f"integrator.{key} = {step!r}: asks for {integrator.end_time / step:.2g} steps until "
+                f"integrator.end_time = {integrator.end_time!r}, at most {MOST_STEPS:g} are possible; give a longer one"
+            )
     return len(report.problems) == before
 
 

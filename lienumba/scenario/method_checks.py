@@ -23,16 +23,16 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'{chosen}: have no exponentials for integrator.method = "cf4" to compose; give the method "rk4", which it '
             "is in a vector space"
         )
-    between = "integrator.tolerance" if integrator.tolerance is not None else "events" if events else None
+    between = "integrator.tolerance" if integrator.tolerance is not None else "[[events]]" if events else None
     if between and as_vectors:
         report.problems.append(
-            f'{chosen}: are followed at the ends of given steps only, not between them as {between} needs; give "lie", '
+            f'{chosen}: says where a body is at the ends of given steps only, but {between} asks for more; give "lie", '
             f"or leave {between} out"
         )
-    if between == "events" and integrator.method == "cf4":
+    if between == "[[events]]" and integrator.method == "cf4":
         report.problems.append(
-            'integrator.method = "cf4": says nothing of what lies between the ends of a step, as events need; give '
-            '"rk4", or leave events out'
+            'integrator.method = "cf4": says where a body is at the ends of steps only, but [[events]] asks for more; '
+            'give "rk4", or leave [[events]] out'
         )
     if integrator.dexpinv is None:
         return

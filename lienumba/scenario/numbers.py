@@ -116,6 +116,9 @@ class _Taking:
             self.problems += [f"{at}: {problem}"] if problem else []
         elif TIME in formula.used:
             number = formula.bound(self.values)
+        elif tokens[0] == "events":
+            number = NEVER
+            self.problems.append(f"{at}: never changes; name a quantity in it, or the time t")
         else:
             number = float(value_of(formula, self.values))
             if not abs(number) <= LARGEST:

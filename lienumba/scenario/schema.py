@@ -106,7 +106,7 @@ DexpInv = Annotated[
 ]
 
 
-Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=1.0), WithJsonSchema(WRITTEN)]
+Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=0.01), WithJsonSchema(WRITTEN)]
 
 
 class Absolute(Section):
@@ -124,7 +124,7 @@ class Absolute(Section):
 class Tolerance(Section):
     """Of the error of one step: absolute plus relative times the size; rotations have no size."""
 
-    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 1")
+    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 0.01")
     absolute: Absolute = Field(
         default_factory=Absolute,
         description="{ position = ..., rotation = ..., velocity = ..., angular_velocity = ..., state = ... }",
@@ -147,7 +147,7 @@ class Integrator(Section):
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,
-        description="the error of one step, from 1e-14 to 1, or { relative = ..., absolute = { rotation = ... } }",
+        description="the error of one step, from 1e-14 to 0.01, or { relative = ..., absolute = { rotation = ... } }",
     )
     first_step: Positive | None = Field(default=None, description="the first step in s that is tried, above 0")
     max_step: Positive | None = Field(default=None, description="the longest step in s, above 0")
@@ -179,7 +179,9 @@ class Projection(Section):
         default="mass", description='the weight of the correction: "mass" or "identity", or "none"'
     )
     tolerance: Positive = Field(default=1e-11, description="the largest violation left over, in m, above 0")
-    max_iterations: Count = Field(default=10, description="a whole number of iterations, at least 1")
+    max_iterations: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        default=10, description="a whole number of iterations, from 1 to 1000"
+    )
     chord: Annotated[bool, Field(strict=True)] = Field(
         default=False,
         description="whether later iterations for the positions use the elimination of the first: true or false",

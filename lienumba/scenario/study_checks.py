@@ -124,6 +124,10 @@ def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict
                     "changes what is solved, but study.reference.file has one motion; give the reference as settings "
                     "or formulas"
                 )
+            if tokens[0] in ("model", "events") and tokens[-1] == "action" and "stop" in values:
+                raise paths.PathError(
+                    'stops runs at a value, but a study compares motions to their end; leave "stop" out'
+                )
             named = tuple(paths.named(tokens, model))
             if named in seen:
                 raise paths.PathError(f'is the same as "{seen[named]}"; give it once')

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from lienumba.scenario.report import Report
 
+MOST_STORED = 1_000_000  # times: a state of one body takes half a gigabyte then
 MOST_TIMES = 200_000  # at which a formula is looked at
 WITHOUT_GRID = 20_000  # of these, where steps choose their length
 
@@ -69,6 +70,11 @@ def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "
     if every > end * (1 + timegrid.TOLERANCE):
         report.problems.append(
             f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter interval"
+        )
+    elif end / every > MOST_STORED:
+        report.problems.append(
+            f"output.every = {every!r}: stores {end / every:.3g} states until integrator.end_time = {end!r}, at most "
+            f"{MOST_STORED:,} are possible; give a longer interval, or output.times"
         )
     elif step is not None and timegrid.count(every, step) is None:
         report.problems.append(

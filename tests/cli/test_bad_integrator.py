@@ -38,17 +38,17 @@ CASES = {
     ),
     "a text": (
         integrator('tolerance = "fine"'),
-        'integrator.tolerance = "fine": must be a number; give the error of one step, from 1e-14 to 1, or '
+        'integrator.tolerance = "fine": must be a number; give the error of one step, from 1e-14 to 0.01, or '
         "{ relative = ..., absolute = { rotation = ... } }",
     ),
     "below rounding": (
         integrator("tolerance = 1e-17"),
-        "integrator.tolerance = 1e-17: must be at least 1e-14; give the error of one step, from 1e-14 to 1, or "
+        "integrator.tolerance = 1e-17: must be at least 1e-14; give the error of one step, from 1e-14 to 0.01, or "
         "{ relative = ..., absolute = { rotation = ... } }",
     ),
     "only absolute": (
         integrator("tolerance = { absolute = { rotation = 1e-9 } }"),
-        "integrator.tolerance.relative is missing; give the error of a step relative to the size, from 1e-14 to 1",
+        "integrator.tolerance.relative is missing; give the error of a step relative to the size, from 1e-14 to 0.01",
     ),
     "unknown kind": (
         integrator("tolerance = { relative = 1e-9, absolute = { attitude = 1e-9 } }"),
@@ -91,6 +91,44 @@ CASES = {
     "an unknown action": (
         event('name = "far"', 'when = "t > 1"', 'action = "halt"'),
         'events.far.action = "halt": must be "record" or "stop"; give one of them',
+    ),
+    "an event of parameters alone": (
+        "[parameters]\nk = 1\n" + event('name = "far"', 'when = "k > 50"'),
+        'events.far.when = "k > 50": never changes; name a quantity in it, or the time t',
+    ),
+    "equal numbers": (
+        event('name = "far"', 'when = "tip.x == 0"'),
+        'events.far.when = "tip.x == 0": asks whether numbers are equal, which they hardly ever are; compare them by '
+        "<, <=, > or >=",
+    ),
+    "an unfinished condition": (
+        event('name = "far"', 'when = "tip.x > 0 and"'),
+        'events.far.when = "tip.x > 0 and": is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"',
+    ),
+    "too many steps": (
+        integrator("tolerance = 1e-6", "max_step = 1e-30"),
+        "integrator.max_step = 1e-30: asks for 1e+28 steps until integrator.end_time = 0.01, at most 1e+12 are "
+        "possible; give a longer one",
+    ),
+    "too many stored times": (
+        integrator("tolerance = 1e-6") + "[output]\nevery = 1e-12\n",
+        "output.every = 1e-12: stores 1e+10 states until integrator.end_time = 0.01, at most 1,000,000 are possible; "
+        "give a longer interval, or output.times",
+    ),
+    "too many iterations": (
+        RIG + "[projection]\nmax_iterations = 100000000000000000000\n",
+        "projection.max_iterations = 100000000000000000000: must be at most 1000; give a whole number of iterations, "
+        "from 1 to 1000",
+    ),
+    "events of a method that sees ends alone": (
+        event('name = "far"', 'when = "t > 1"').replace("step = 1e-3", 'step = 1e-3\nmethod = "cf4"'),
+        'integrator.method = "cf4": says where a body is at the ends of steps only, but [[events]] asks for more; give '
+        '"rk4", or leave [[events]] out',
+    ),
+    "a tolerance of other coordinates": (
+        integrator("tolerance = 1e-6", 'coordinates = "quaternion"'),
+        'integrator.coordinates = "quaternion": says where a body is at the ends of given steps only, but '
+        'integrator.tolerance asks for more; give "lie", or leave integrator.tolerance out',
     ),
     "two events of one name": (
         event('name = "far"', 'when = "t > 1"', "[[events]]", 'name = "far"', 'when = "t > 2"'),

@@ -158,6 +158,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "extends",
         "parameters",
         "quantities",
+        "events",
         "tables",
         "files",
         "model",
