@@ -16,6 +16,7 @@ from lienumba.integrators.codes import EXCHANGED
 
 CHUNK_BYTES = 32 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
+LONG_CHUNKS_PER_WORKER = 3  # where lanes are filled again: only the end of a chunk leaves some empty
 POLL = 0.1  # s between two looks at the progress
 FINE = (*GOOD, EXCHANGED)  # codes of no failure
 
@@ -61,6 +62,7 @@ def _slices(batch: Batch, workers: int) -> Iterator[slice]:
     blocks = -(-batch.runs // W)
     landings = 2 * sum(len(landing.knots) for landing in batch.landings)
     record = 8 * W * (len(batch.outputs) * batch.record_rows + landings)
-    per_chunk = max(1, min(CHUNK_BYTES // record, blocks // (CHUNKS_PER_WORKER * workers)))
+    chunks = workers * (LONG_CHUNKS_PER_WORKER if batch.machine.free else CHUNKS_PER_WORKER)
+    per_chunk = max(1, min(CHUNK_BYTES // record, blocks // chunks))
     for first in range(0, batch.runs, per_chunk * W):
         yield slice(first, min(first + per_chunk * W, batch.runs))
