@@ -14,7 +14,7 @@ def text(x: float, rounding: bool = False, digits: int = 4) -> str:
     if rounding and 0.0 < x < ROUNDING:
         return f"< {text(bound(x))}"
     if not x or 0.1 <= abs(x) < 1e4:
-        return f"{x:.{digits}g}"
+        return f"{float(f'{x:.{digits}g}'):g}"
     mantissa, power = f"{x:.{digits - 1}e}".split("e")
     return f"{float(mantissa):g}e{int(power)}"
 
