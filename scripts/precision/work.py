@@ -7,7 +7,7 @@ interpolated on logarithmic axes, and what is found is run again: its errors and
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import ceil
+from math import ceil, log
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,6 +21,7 @@ from precision.cases import METHODS, PAIRS, gallery, simulated, study
 EXACT = {"integrator.method": "dop853", "integrator.tolerance": 1e-13}
 QUANTILE = 0.9
 MOST = 50_000  # steps of a run
+AT_ONCE = 3  # points of a scan in one study
 ROUNDS = 5  # of timing
 
 
@@ -36,9 +37,10 @@ class Case:
     tolerances: tuple[float, float]
 
 
+LEVELS = (1e-3, 1e-6, 1e-9)
 CASES = {
-    "heavy top": Case(gallery("heavy_top_monte_carlo"), 2.0, 100, (1e-3, 1e-6, 1e-9), (1e-1, 1e-13)),
-    "satellite": Case(gallery("satellite_monte_carlo", sweep={"runs": 64}), 10.0, 10, (1e-3, 1e-6, 1e-9), (1e-1, 1e-12)),
+    "heavy top": Case(gallery("heavy_top_monte_carlo"), 2.0, 100, LEVELS, (1e-1, 1e-13)),
+    "satellite": Case(gallery("satellite_monte_carlo", sweep={"runs": 64}), 10.0, 10, LEVELS, (1e-1, 1e-12)),
 }
 
 
@@ -74,17 +76,18 @@ def scan(name: str, method: str, adaptive: bool) -> tuple[np.ndarray, dict[bool,
     """Numbers of steps, or reciprocal tolerances, and the errors (of the worst run, or the quantile) that they give:
     until the smallest level is met, or there are too many steps."""
     case = CASES[name]
-    tried, errors = [], {False: [], True: []}
-    x = 1.0 / case.tolerances[0] if adaptive else float(case.coarsest)
-    most = 1.0 / case.tolerances[1] if adaptive else MOST
-    while x <= 1.001 * most:
-        ds = points(name, [setting(case, method, x, adaptive)])
-        tried.append(x)
+    first, last = (1.0 / x for x in case.tolerances) if adaptive else (float(case.coarsest), MOST)
+    factor = 10.0**0.5 if adaptive else 2.0**0.5
+    wanted = [first * factor**n for n in range(1 + int(log(last / first, factor) + 1e-9))]
+    tried: list[float] = []
+    errors: dict[bool, list[float]] = {False: [], True: []}
+    for some in (wanted[n : n + AT_ONCE] for n in range(0, len(wanted), AT_ONCE)):
+        ds = points(name, [setting(case, method, x, adaptive) for x in some])
+        tried += some
         for worst, values in errors.items():
-            values.append(float(error_of(ds, worst)[0]))
+            values += error_of(ds, worst).tolist()
         if errors[True][-1] < case.levels[-1] or float(ds["steps"].max()) > MOST:
             break
-        x *= 10.0**0.5 if adaptive else 2.0**0.5
     return np.array(tried), {worst: np.array(values) for worst, values in errors.items()}
 
 
