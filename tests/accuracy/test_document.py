@@ -64,9 +64,7 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
-@pytest.mark.parametrize(
-    ("name", "method"), [("satellite", "dop853"), pytest.param("heavy top", "dop853", marks=slow)]
-)
+@pytest.mark.parametrize(("name", "method"), [("satellite", "dop853"), pytest.param("heavy top", "dop853", marks=slow)])
 def test_steps_for_an_error(name: str, method: str) -> None:
     same(work.steps_row(name, method), row(f"steps, {name}", method))
 
@@ -78,7 +76,7 @@ def test_adaptive_steps() -> None:
         same(found, cells)
 
 
-@pytest.mark.parametrize("method", ["dp54", "dop853"])
+@pytest.mark.parametrize("method", [pytest.param("dp54", marks=slow), "dop853"])
 def test_tolerances(method: str) -> None:
     n = tolerances.PAIRS.index(method)
     same(tolerances.column("heavy top", method), [cells[n + 1] for cells in rows("tolerances, heavy top")])
