@@ -127,12 +127,12 @@ def steps_table(name: str) -> str:
 
 
 def both(name: str, method: str, level: float, worst: bool) -> list[dict[str, Any]] | None:
-    """The cheapest fixed step and the tolerance that meet a level; None where either does not."""
+    """The cheapest fixed step and the tolerance that meet a level; None where either does not, or the coarsest does."""
     fixed, free = (needed(name, method, level, adaptive, worst) for adaptive in (False, True))
     case = CASES[name]
-    return None if fixed is None or free is None else [
-        setting(case, method, fixed, False), setting(case, method, free, True)
-    ]  # fmt: skip
+    if fixed is None or free is None or fixed == case.coarsest:
+        return None
+    return [setting(case, method, fixed, False), setting(case, method, free, True)]
 
 
 def adaptive_rows(name: str, method: str) -> list[list[str]]:
@@ -172,7 +172,7 @@ def times_table(name: str) -> str:
     there = [(method, level, x) for method, level, x in wanted if x is not None]
     found = seconds(name, [setting(case, method, x, False) for method, _, x in there])
     cells = {
-        (method, level): f"{1e6 * own.min():.3g} ({1e6 * np.median(own):.3g})"
+        (method, level): f"{_us(own.min())} ({_us(np.median(own))})"
         for (method, level, _), own in zip(there, found.T, strict=True)
     }
     lines = [[method, *(cells.get((method, level), "") for level in case.levels)] for method in METHODS]
@@ -193,8 +193,13 @@ def ratios_table(name: str) -> str:
     lines = []
     for n, (method, level, worst, _) in enumerate(there):
         fixed, free = 2 * n, 2 * n + 1
-        times = [f"{1e6 * least[x]:.3g}" for x in (fixed, free)]
+        times = [_us(least[x]) for x in (fixed, free)]
         ratios = [f"{x[free] / x[fixed]:.2f}" for x in (least, middle)]
         lines.append([method, text(level), "worst" if worst else "90 %", *times, *ratios])
     head = ["", "error, m", "of", "fixed, us", "adaptive, us", "ratio of minima", "ratio of medians"]
     return markdown(head, lines)
+
+
+def _us(seconds: float) -> str:
+    """In microseconds, three digits."""
+    return text(1e6 * seconds, digits=3)
