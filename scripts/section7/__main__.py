@@ -14,6 +14,7 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, default=Path("paper_figures"), help="of the figures, made if need be")
     parser.add_argument("--figures", default=None, metavar="3,15", help="these alone, and no tables")
     given = parser.parse_args()
+    import document
     from section7 import figures, tables
 
     every = list(figures.FIGURES)
@@ -25,7 +26,7 @@ def main() -> int:
     for number in wanted:
         print(figures.draw(given.folder, number), flush=True)
     if given.figures is None:
-        tables.renew()
+        document.renew(tables.DOCUMENT, tables.TABLES)
         print(tables.DOCUMENT)
     return 0
 

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from document import text
 from section7 import measures
-from section7.numbers import shoulder_errors, state, text, top_errors
+from section7.numbers import shoulder_errors, state, top_errors
 from section7.runs import simulated
 
 WIDE, TALL = 7.5, 4.2  # inches

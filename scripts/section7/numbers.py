@@ -1,7 +1,6 @@
 """The numbers that the paper prints in section 7, and what lienumba gives for each."""
 
 from dataclasses import dataclass
-from math import ceil, log10
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ import numpy as np
 from section7 import measures
 from section7.runs import simulated
 
-ROUNDING = 1e-13  # below this a number is rounding, and only the power of ten above it is said
 State = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # r, R, v, w over time
 
 
@@ -24,22 +22,6 @@ class Row:
     paper: float | str
     here: float
     note: str = ""
-
-
-def text(x: float, rounding: bool = False) -> str:
-    """A number with four digits, small ones as the paper writes them; of one that is rounding, where it may be, a
-    bound."""
-    if rounding and 0.0 < x < ROUNDING:
-        return f"< {text(bound(x))}"
-    if not x or 0.1 <= abs(x) < 1e4:
-        return f"{x:.4g}"
-    digits, power = f"{x:.3e}".split("e")
-    return f"{float(digits):g}e{int(power)}"
-
-
-def bound(x: float) -> float:
-    """The power of ten above."""
-    return float(f"1e{ceil(log10(x))}")
 
 
 def state(run: Any, body: str) -> State:

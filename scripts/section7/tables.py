@@ -1,13 +1,13 @@
-"""The tables of docs/paper.md, in Markdown. Each stands there between its name and an end, as comments."""
+"""The tables of docs/paper.md."""
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
+from document import ROUNDING, bound, markdown, text
 from section7 import measures, numbers
-from section7.numbers import ROUNDING, Row, bound, text
+from section7.numbers import Row
 from section7.runs import ROOT, error, simulated
 
 DOCUMENT = ROOT / "docs" / "paper.md"
@@ -70,32 +70,6 @@ TABLES: dict[str, Callable[[], str]] = {
 }
 
 
-def markdown(head: list[str], lines: list[list[str]]) -> str:
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *lines))
-
-
 def ratio(here: float, paper: float | str) -> str:
     assert not isinstance(paper, str)
     return f"< {text(bound(here) / paper)}" if here < ROUNDING else f"{here / paper:.3f}"
-
-
-def in_document(name: str, document: Path = DOCUMENT) -> str:
-    """A table as the document has it."""
-    found = _place(name).search(document.read_text(encoding="utf-8"))
-    if found is None:
-        raise ValueError(f"{document} has no table between <!-- {name} --> and <!-- end -->")
-    return found[2].strip()
-
-
-def renew(document: Path = DOCUMENT) -> None:
-    """Write all tables into the document."""
-    for name, table in TABLES.items():
-        in_document(name, document)
-        new = table()
-        whole = document.read_text(encoding="utf-8")
-        document.write_text(_place(name).sub(lambda m, new=new: f"{m[1]}{new}\n{m[3]}", whole), encoding="utf-8")
-
-
-def _place(name: str) -> re.Pattern[str]:
-    """Where a table stands."""
-    return re.compile(rf"(<!-- {name} -->\n)(.*?)(<!-- end -->)", re.DOTALL)

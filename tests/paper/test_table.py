@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 try:
+    import document
     from section7 import measures, numbers, runs, tables
 finally:
     sys.path.remove(str(ROOT / "scripts"))
@@ -21,7 +22,7 @@ SHOWN = ("03", "04", "05", "07", "08", "10", "15", "19", "22")  # of the figures
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in tables.TABLES])
 def test_the_document_has_what_is_computed(name: str) -> None:
-    assert tables.in_document(name) == tables.TABLES[name](), "scripts/paper renews docs/paper.md"
+    assert document.in_document(tables.DOCUMENT, name) == tables.TABLES[name](), "scripts/paper renews docs/paper.md"
 
 
 def test_every_number_of_section_7_is_there() -> None:
@@ -85,9 +86,9 @@ def test_measures_against_scipy() -> None:
 
 
 def test_numbers_as_words() -> None:
-    found = [numbers.text(x) for x in (7.393e-8, 4.44e-11, 1e-3, 5e-4, 0.5, 2.0, 1e8, 0.0)]
+    found = [document.text(x) for x in (7.393e-8, 4.44e-11, 1e-3, 5e-4, 0.5, 2.0, 1e8, 0.0)]
     assert found == ["7.393e-8", "4.44e-11", "1e-3", "5e-4", "0.5", "2", "1e8", "0"]
-    assert numbers.text(3.1e-16, rounding=True) == "< 1e-15"
+    assert document.text(3.1e-16, rounding=True) == "< 1e-15"
     assert tables.ratio(4.4358e-7, 7.393e-8) == "6.000"
     assert tables.ratio(3e-16, 1e-7) == "< 1e-8"
 

@@ -1,0 +1,1 @@
+"""docs/accuracy.md is true."""
