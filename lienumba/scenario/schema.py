@@ -106,7 +106,7 @@ DexpInv = Annotated[
 ]
 
 
-Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=0.01), WithJsonSchema(WRITTEN)]
+Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=0.1), WithJsonSchema(WRITTEN)]
 
 
 class Absolute(Section):
@@ -124,7 +124,7 @@ class Absolute(Section):
 class Tolerance(Section):
     """Of the error of one step: absolute plus relative times the size; rotations have no size."""
 
-    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 0.01")
+    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 0.1")
     absolute: Absolute = Field(
         default_factory=Absolute,
         description="{ position = ..., rotation = ..., velocity = ..., angular_velocity = ..., state = ... }",
@@ -147,7 +147,7 @@ class Integrator(Section):
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,
-        description="the error of one step, from 1e-14 to 0.01, or { relative = ..., absolute = { rotation = ... } }",
+        description="the error of one step, from 1e-14 to 0.1, or { relative = ..., absolute = { rotation = ... } }",
     )
     first_step: Positive | None = Field(default=None, description="the first step in s that is tried, above 0")
     max_step: Positive | None = Field(default=None, description="the longest step in s, above 0")

@@ -38,17 +38,17 @@ CASES = {
     ),
     "a text": (
         integrator('tolerance = "fine"'),
-        'integrator.tolerance = "fine": must be a number; give the error of one step, from 1e-14 to 0.01, or '
+        'integrator.tolerance = "fine": must be a number; give the error of one step, from 1e-14 to 0.1, or '
         "{ relative = ..., absolute = { rotation = ... } }",
     ),
     "below rounding": (
         integrator("tolerance = 1e-17"),
-        "integrator.tolerance = 1e-17: must be at least 1e-14; give the error of one step, from 1e-14 to 0.01, or "
+        "integrator.tolerance = 1e-17: must be at least 1e-14; give the error of one step, from 1e-14 to 0.1, or "
         "{ relative = ..., absolute = { rotation = ... } }",
     ),
     "only absolute": (
         integrator("tolerance = { absolute = { rotation = 1e-9 } }"),
-        "integrator.tolerance.relative is missing; give the error of a step relative to the size, from 1e-14 to 0.01",
+        "integrator.tolerance.relative is missing; give the error of a step relative to the size, from 1e-14 to 0.1",
     ),
     "unknown kind": (
         integrator("tolerance = { relative = 1e-9, absolute = { attitude = 1e-9 } }"),
