@@ -179,7 +179,9 @@ def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     count = runs.stop - runs.start
     every = [landing.part(runs).times(count) for landing in batch.landings]
     times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
-    times = np.where((times > 0.0) & (times <= batch.end), times, np.inf)
+    end = batch.end if batch.h is None else np.rint(batch.end / batch.h) * batch.h
+    times = np.where(np.abs(times - end) <= SAME * end, end, times)
+    times = np.where((times > 0.0) & (times <= end), times, np.inf)
     if batch.h is not None:
         finite = np.where(np.isfinite(times), times, 0.0)
         ends = np.round(finite / batch.h) * batch.h

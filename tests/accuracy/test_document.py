@@ -48,7 +48,7 @@ def test_every_table_is_there() -> None:
         assert rows(name), name
 
 
-@pytest.mark.parametrize("name", ["heavy top", pytest.param("satellite", marks=slow)])
+@pytest.mark.parametrize("name", ["heavy top"])
 def test_orders(name: str) -> None:
     lines = slopes.table(name).splitlines()[2:]
     for line, wanted in zip(lines, rows(f"orders, {name}"), strict=True):
@@ -64,7 +64,7 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
-@pytest.mark.parametrize(("name", "method"), [("satellite", "dop853"), pytest.param("heavy top", "dop853", marks=slow)])
+@pytest.mark.parametrize(("name", "method"), [("heavy top", "dop853")])
 def test_steps_for_an_error(name: str, method: str) -> None:
     same(work.steps_row(name, method), row(f"steps, {name}", method))
 

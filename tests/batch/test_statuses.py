@@ -52,17 +52,18 @@ def check_failed(dataset: Any, label: int, code: int, *, last_good_step: int, st
 
 
 def test_the_drivers_codes_are_statuses() -> None:
-    assert (codes.NON_FINITE, codes.NOT_CONVERGED, codes.SINGULAR, codes.ROTATION) == (
-        statuses.NON_FINITE, statuses.NOT_CONVERGED, statuses.SINGULAR, statuses.ROTATION
+    assert (codes.NON_FINITE, codes.NOT_CONVERGED, codes.SINGULAR, codes.ROTATION, codes.TOO_SHORT, codes.STOPPED) == (
+        statuses.NON_FINITE, statuses.NOT_CONVERGED, statuses.SINGULAR, statuses.ROTATION, statuses.STEP_TOO_SHORT,
+        statuses.STOPPED,
     )  # fmt: skip
-    assert [status.code for status in statuses.STATUSES] == list(range(7))
-    assert codes.EXCHANGED not in range(7)  # such a run goes again
+    assert [status.code for status in statuses.STATUSES] == [*range(7), 8, 9]
+    assert codes.EXCHANGED == 7  # such a run goes again
 
 
 def test_the_dataset_names_its_statuses() -> None:
     attributes = run(top(runs=1))["status"].attrs
     assert attributes["flag_meanings"].split() == [status.name for status in statuses.STATUSES]
-    np.testing.assert_array_equal(attributes["flag_values"], range(7))
+    np.testing.assert_array_equal(attributes["flag_values"], [*range(7), 8, 9])
 
 
 @pytest.mark.parametrize("spin", [1e4, -1e5, 1e8])

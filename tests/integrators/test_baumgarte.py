@@ -48,7 +48,7 @@ def test_a_violation_decays_as_it_should(drivers: list[dict[str, Any]]) -> None:
 
     phi, rate = violations(x, 0.0)
     for n in range(steps):
-        x, _, _ = munthe_kaas.step(chart, TABLEAUS["rk4"], x, n * h, h, stage)
+        x, *_ = munthe_kaas.step(chart, TABLEAUS["rk4"], x, n * h, h, stage)
     t = steps * h
     decay = np.exp(-RATE * t)
     levels = [c.level for c in constraints.constraints_of(model) for _ in range(c.rows)]

@@ -43,6 +43,6 @@ def test_a_staged_machine_has_no_step_kernel(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(step_kernels, "INLINE", 0)
     model, _ = start_of(scenario(TOP, 1e-3, 1e-3))
     machine = compile_program(program.build(model, program.Method("rk38", "none", "none")))
-    assert machine.kernels[0] == machine.kernels[1] == machine.kernels[2] == 0
+    assert machine.kernels[0] == machine.kernels[1] == machine.kernels[2] == machine.kernels[3] == 0
     assert np.count_nonzero(machine.kernels) == 7  # observe, first, stage, advance, three arguments of stages
-    np.testing.assert_allclose(machine.nodes, [0, 1 / 3, 2 / 3, 1])
+    np.testing.assert_allclose(machine.nodes, [0, 1 / 3, 2 / 3, 1, 1])

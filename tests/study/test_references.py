@@ -106,9 +106,9 @@ def test_files_of_other_motions_are_refused(tmp_path):
     def refused(path, data, **options):
         with pytest.raises(lienumba.ScenarioError) as error:
             lienumba.run(data, **options)
-        start = f'study.reference.file = "{path.as_posix()}": '
-        assert str(error.value).startswith(start)
-        return str(error.value).removeprefix(start)
+        start, _, told = str(error.value).partition(": ")
+        assert start.startswith('study.reference.file = "')
+        return told
 
     def study(path, **more):
         return top({"integrator.step": [1e-3]}, reference={"file": str(path)}, **more)
