@@ -64,11 +64,6 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
-@pytest.mark.parametrize(("name", "method"), [("heavy top", "dop853")])
-def test_steps_for_an_error(name: str, method: str) -> None:
-    same(work.steps_row(name, method), row(f"steps, {name}", method))
-
-
 @slow
 def test_adaptive_steps() -> None:
     wanted = [cells for cells in rows("adaptive, satellite") if cells[0] == "dop853"]
