@@ -109,14 +109,8 @@ def _try(kernels: Any, sizes: Any, nodes: Any, at: Any, table: Any, limit: int, 
     store(trial, 0, load(new, ELEMENT * sizes.elements + sizes.held))
     store(at.clock, codes.TIME, load(lanes, UNTIL))
     busy = load(lanes, BUSY) != 0.0
-    if kernels[advance.POSITION] != 0:
-        good = busy & (load(trial, 0) == 0.0)
-        used = advance.project(kernels, sizes, p, new, at, trial, good, table, limit, tolerance)
-        store(lanes, COUNTS, choose(used > load(lanes, COUNTS), used, load(lanes, COUNTS)))
-    if kernels[advance.VELOCITY] != 0:
-        good = busy & (load(trial, 0) == 0.0)
-        used = advance.project_velocities(kernels, sizes, p, new, at, trial, good, limit, tolerance)
-        store(lanes, COUNTS + 1, choose(used > load(lanes, COUNTS + 1), used, load(lanes, COUNTS + 1)))
+    counts = lanes + ROW * COUNTS
+    advance.project_both(kernels, sizes, p, new, at, trial, busy, counts, table, limit, tolerance)
     if not paced:
         return
     call(kernels[advance.FIRST], new, p, at.clock, 0, last, at.work)

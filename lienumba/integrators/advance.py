@@ -147,6 +147,22 @@ def project_velocities(
 
 
 @njit(**OPTIONS)
+def project_both(
+    kernels: Any, sizes: Any, p: int, new: int, at: Any, status: int, going: Any, counts: int, table: Any, limit: int,
+    tolerance: float,
+) -> None:  # fmt: skip
+    """Project positions and velocities of `new` in the lanes `going`; the most iterations so far go to two `counts`."""
+    if kernels[POSITION] != 0:
+        pending = going & (load(status, 0) == 0.0)
+        used = project(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
+        store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
+    if kernels[VELOCITY] != 0:
+        pending = going & (load(status, 0) == 0.0)
+        used = project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
+        store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
+
+
+@njit(**OPTIONS)
 def stage(kernels: Any, sizes: Any, nodes: Any, s: int, x: int, p: int, at: Any, t: Any, h: Any) -> Any:
     """The slopes of stage s of a step; returns the largest squared rotation of its argument."""
     size, combine = sizes.slope, kernels[len(ORDER) + s]

@@ -109,14 +109,8 @@ def drive(
                 code = load(new, rows + held)
                 margin = load(new, rows + held + 1)
                 store(status, 0, choose(going, code, load(status, 0)))
-                if kernels[advance.POSITION] != 0:
-                    pending = going & (load(status, 0) == 0.0)
-                    used = advance.project(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
-                    store(lanes, COUNTS, choose(used > load(lanes, COUNTS), used, load(lanes, COUNTS)))
-                if kernels[advance.VELOCITY] != 0:
-                    pending = going & (load(status, 0) == 0.0)
-                    used = advance.project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
-                    store(lanes, COUNTS + 1, choose(used > load(lanes, COUNTS + 1), used, load(lanes, COUNTS + 1)))
+                counts = lanes + ROW * COUNTS
+                advance.project_both(kernels, sizes, p, new, at, status, going, counts, table, limit, tolerance)
                 good = going & (load(status, 0) == 0.0)
                 commit(good, x, new, rows + held)
                 if sizes.q > 0:
