@@ -144,8 +144,7 @@ def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, .
     every = Runs(
         states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored, times, counts
     )  # fmt: skip
-    outputs = batch.outputs if batch.h is None else np.rint(batch.outputs / batch.h) * batch.h
-    pace = _pace(batch)
+    outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, stops, batch.iterations, batch.tolerance,
         machine.buffer(), progress, stop,
@@ -154,10 +153,15 @@ def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, .
     return np.where(ends == pace[0], batch.end, ends), steps, rejected, *happened
 
 
+def _on_grid(times: Any, h: float | None) -> Any:
+    """The nearest ends of steps of one length; the times themselves where a tolerance chooses steps."""
+    return times if h is None else np.rint(times / h) * h
+
+
 def _pace(batch: Batch) -> np.ndarray:
     """See `adaptive.drive`."""
     if batch.h is not None:
-        return np.array([np.rint(batch.end / batch.h) * batch.h, batch.h, 0.0, 0.0])
+        return np.array([_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0])
     assert batch.pace is not None
     pace = batch.pace
     return np.array([batch.end, 0.0, pace.longest, pace.shortest, *pace.tolerance.numbers])
@@ -179,12 +183,12 @@ def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     count = runs.stop - runs.start
     every = [landing.part(runs).times(count) for landing in batch.landings]
     times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
-    end = batch.end if batch.h is None else np.rint(batch.end / batch.h) * batch.h
+    end = _on_grid(batch.end, batch.h)
     times = np.where(np.abs(times - end) <= SAME * end, end, times)
     times = np.where((times > 0.0) & (times <= end), times, np.inf)
     if batch.h is not None:
         finite = np.where(np.isfinite(times), times, 0.0)
-        ends = np.round(finite / batch.h) * batch.h
+        ends = _on_grid(finite, batch.h)
         times = np.where(np.isfinite(times) & (np.abs(finite - ends) <= SAME * batch.h), ends, times)
     times.sort(axis=1)
     used = int(np.isfinite(times).sum(axis=1).max()) + 1

@@ -63,7 +63,7 @@ def _inline(tracer: Tracer) -> Kernel:
     if tracer.method.paced:
         first = tuple(graph.inputs("extra", tracer.chart.size, tracer.slope_row(i)) for i in range(tracer.elements))
         reports.read(graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements)), tracer)
-    F = _vector_field(tracer, model, held, reports, h, graph.input("clock", 3))
+    F = _vector_field(tracer, model, held, reports, h, graph.input("clock", codes.MIDDLE))
     new, rotation, square, slopes = munthe_kaas.step(
         tracer.chart,
         tracer.tableau,
@@ -100,9 +100,9 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     """
     graph, model = tracer.graph()
     reports = _Reports()
-    t = graph.input("clock", 0)
-    node = 0.0 if name == "first" else graph.input("clock", 2)
-    h, within = graph.input("clock", 1), graph.input("clock", 3)
+    t = graph.input("clock", codes.TIME)
+    node = 0.0 if name == "first" else graph.input("clock", codes.NODE)
+    h, within = graph.input("clock", codes.LENGTH), graph.input("clock", codes.MIDDLE)
     F = _vector_field(tracer, model, tracer.held_rows(graph), reports, h, within, node)
     chart, every = tracer.chart, range(tracer.elements)
     zero = munthe_kaas.origin(chart)
@@ -143,7 +143,7 @@ def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
         graph, _ = tracer.graph()
         exponentials = tracer.tableau.exponentials(s)
         slopes = _slopes(chart, graph, s)[: len(exponentials[0])]
-        u, rotation = munthe_kaas.combination(chart, graph.input("clock", 1), exponentials, slopes)
+        u, rotation = munthe_kaas.combination(chart, graph.input("clock", codes.LENGTH), exponentials, slopes)
         kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     return kernels
 
@@ -153,7 +153,9 @@ def _advance(tracer: Tracer) -> Kernel:
     graph, _ = tracer.graph()
     x = tuple(graph.inputs("state", ELEMENT))
     slopes = _slopes(tracer.chart, graph, tracer.stages)
-    new, rotation, square = munthe_kaas.advanced(tracer.chart, graph.input("clock", 1), tracer.tableau, x, slopes)
+    new, rotation, square = munthe_kaas.advanced(
+        tracer.chart, graph.input("clock", codes.LENGTH), tracer.tableau, x, slopes
+    )
     return tracer.kernel("advance", (*new, tracer.strict(rotation), square))
 
 

@@ -74,17 +74,14 @@ def observe(
                     store(to, row, splat(np.nan))
                 continue
             advance.copy(x, to, state)
-            advance.copy(lanes + ROW * COUNTS, to + ROW * (state + sizes.seen), 2)
             store(at.clock, codes.TIME, splat(outputs[n]))
             store(at.clock, codes.LENGTH, splat(0.0))
             store(lanes, STATUS, splat(0.0))
-            status = lanes + ROW * STATUS
+            status, counts = lanes + ROW * STATUS, lanes + ROW * COUNTS
             loose = picked & (load(to, state) == 0.0)
-            if kernels[advance.POSITION] != 0 and any_lane(loose):
-                advance.project(kernels, sizes, p, x, at, status, loose, table, limit, tolerance)
-            if kernels[advance.VELOCITY] != 0 and any_lane(loose):
-                alive = loose & (load(status, 0) == 0.0)
-                advance.project_velocities(kernels, sizes, p, x, at, status, alive, limit, tolerance)
+            if any_lane(loose):
+                advance.project_both(kernels, sizes, p, x, at, status, loose, counts, table, limit, tolerance)
+            advance.copy(counts, to + ROW * (state + sizes.seen), 2)  # those of the steps
             picked = picked & (load(status, 0) == 0.0)
             if any_lane(load(status, 0) != 0.0):
                 for lane in range(W):
@@ -92,4 +89,4 @@ def observe(
                     if code != 0.0:
                         runs.statuses[block, lane], runs.stored[block, lane] = code, n
                         runs.ends[block, lane] = outputs[n - 1] if n > 0 else 0.0
-            advance.record(to, kernels[advance.OBSERVE], x, p, at, state, sizes.seen, picked, lanes + ROW * COUNTS)
+            advance.record(to, kernels[advance.OBSERVE], x, p, at, state, sizes.seen, picked, counts)
