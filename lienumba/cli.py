@@ -1,6 +1,6 @@
 """The command line: run, validate, info, plot, schema, doctor.
 
-Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted.
+Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
@@ -76,19 +76,29 @@ def run(
         str | None,
         typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with an interrupted sweep, or add runs to a finished one.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
+    max_failures: Annotated[
+        str,
+        typer.Option(
+            "--max-failures", metavar="N|P%", help="How many runs may fail before the exit code is 1, such as 10 or 5%."
+        ),
+    ] = "0",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
-        from lienumba.scenario.arguments import parse_assignments, parse_labels
+        from lienumba.scenario.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
         target = output if output is not None else Path(scenario.stem + ".nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
-        check_target(target, overwrite)
+        allowed = parse_share(max_failures, "--max-failures ")
+        check_target(target, overwrite, resume)
         if not quiet:
             console.print_warnings(resolved.warnings)
 
@@ -97,13 +107,19 @@ def run(
 
         with console.progress(quiet) as report:
             dataset = runner.run(
-                resolved, output=target, workers=workers, runs=labels, overwrite=overwrite, progress=report
+                resolved,
+                output=target,
+                workers=workers,
+                runs=labels,
+                resume=resume,
+                overwrite=overwrite,
+                progress=report,
             )
         failed = int((~dataset["status"].isin(GOOD)).sum())
         if not quiet:
             with console.unheard():
                 _tell(dataset, target)
-        if failed:
+        if failed > allowed(dataset["status"].size):
             raise typer.Exit(console.SOME_FAILED)
 
 
@@ -133,7 +149,7 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         console.print_warnings(resolved.warnings)
 
-        from lienumba.scenario.study import check
+        from lienumba.scenario.study_start import check
 
         check(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import signal
 import sys
 import threading
 import time
@@ -43,8 +44,10 @@ STAGES = {
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are."""
+    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are. A request to
+    terminate is an interrupt."""
     try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         yield
     except ScenarioError as error:
         for line in str(error).splitlines():
@@ -57,8 +60,8 @@ def exit_codes() -> Iterator[None]:
             raise
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(SOME_FAILED) from None
-    except KeyboardInterrupt:
-        typer.echo("interrupted: no dataset was written", err=True)
+    except KeyboardInterrupt as error:
+        typer.echo(str(error) or "interrupted: no dataset was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 

@@ -1,60 +1,78 @@
-"""A batch of runs on a pool of threads: runs fill lanes, lanes fill blocks, a few blocks are a chunk.
+"""Tasks on a pool of threads, a few more at a time than can run.
 
 The kernels release the interpreter, so plain threads share the cores. How runs are dealt out changes nothing in any
 run's result.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from lienumba.batch.integrate import Batch, Chunk, integrate
-from lienumba.batch.statuses import GOOD
 from lienumba.compiler.rows import W
-from lienumba.integrators.codes import EXCHANGED
 
-CHUNK_BYTES = 32 * 2**20  # of records in one chunk
+CHUNK_BYTES = 8 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
 LONG_CHUNKS_PER_WORKER = 3  # where lanes are filled again: only the end of a chunk leaves some empty
 POLL = 0.1  # s between two looks at the progress
-FINE = (*GOOD, EXCHANGED)  # codes of no failure
+
+T = TypeVar("T")
 
 
-def execute(batch: Batch, workers: int, report: Callable[[float, int], None]) -> Iterator[Chunk]:
-    """Yield the chunks as they finish. `report(runs done, runs failed)` is called a few times per second.
+@dataclass(frozen=True)
+class Task(Generic[T]):
+    """work(progress, stop) integrates so many runs; progress[0] grows to `whole`, stop[0] is set from outside."""
 
-    An interrupt stops all workers at their next step and is raised again.
+    runs: int
+    whole: int
+    work: Callable[[np.ndarray, np.ndarray], T]
+
+
+def execute(tasks: Iterable[Task[T]], workers: int, report: Callable[[float], None]) -> Iterator[T]:
+    """Yield what the tasks give as they finish. `report(runs done)` is called a few times per second.
+
+    Tasks are taken when they are needed, which may prepare them while others run. An interrupt, or nobody who asks
+    for more, stops all workers at their next step.
     """
     stop = np.zeros(1, np.int64)
-    slices = list(_slices(batch, workers))
-    counters = [np.zeros(1, np.int64) for _ in slices]
-    failed = 0
+    waiting, finished = iter(tasks), 0
     with ThreadPoolExecutor(workers) as pool:
-        waiting = iter(range(len(slices)))
-        active: set[Future[Chunk]] = set()
+        active: dict[Future[T], tuple[Task[T], np.ndarray]] = {}
 
         def submit() -> None:
-            for i in waiting:
-                active.add(pool.submit(integrate, batch, slices[i], counters[i], stop))
+            for task in waiting:
+                counter = np.zeros(1, np.int64)
+                active[pool.submit(task.work, counter, stop)] = task, counter
                 return
 
         try:
-            for _ in range(workers + 1):  # one more than can run: what is in flight bounds the memory
+            for _ in range(2 * workers):  # more than can run, so that none waits; what is in flight bounds the memory
                 submit()
             while active:
                 done, _ = wait(active, timeout=POLL, return_when=FIRST_COMPLETED)
                 for future in done:
-                    active.discard(future)
-                    chunk = future.result()
-                    failed += int(np.count_nonzero(~np.isin(chunk.codes, FINE)))
-                    yield chunk
+                    finished += active.pop(future)[0].runs
                     submit()
-                blocks = sum(int(c[0]) for c in counters) / len(batch.outputs)
-                report(min(blocks * W, batch.runs - bool(active)), failed)  # all are done once all are counted
+                    yield future.result()
+                report(finished + sum(task.runs * (counter[0] / task.whole) for task, counter in active.values()))
         except BaseException:
             stop[0] = 1
             raise
+
+
+def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T]) -> Iterator[Task[T]]:
+    """One task for each chunk: integrate it, and then what is to be done with it."""
+    for runs in _slices(batch, workers):
+        whole = len(batch.outputs) * -(-(runs.stop - runs.start) // W)
+        yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then))
+
+
+def _chunk(batch: Batch, runs: slice, then: Callable[[Chunk], T], progress: np.ndarray, stop: np.ndarray) -> T:
+    return then(integrate(batch, runs, progress, stop))
 
 
 def _slices(batch: Batch, workers: int) -> Iterator[slice]:

@@ -79,9 +79,9 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows); states (runs, 18 k + held): where each run ended; (runs,): codes,
-    simulated time (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how
-    many; seconds: how long a core was busy with them."""
+    """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; states (runs,
+    18 k + held): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events): the
+    time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -113,10 +113,9 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     seconds = thread_time() - started
     ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
     last = states.transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
-    by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
-    return Chunk(runs, by_run, last, codes, ends, steps, rejected, times, counts, seconds)
+    return Chunk(runs, records, last, codes, ends, steps, rejected, times, counts, seconds)
 
 
 def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -1,25 +1,23 @@
 """What a record holds: the variables of the dataset, from rows of numbers."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.held import Held
 from lienumba.integrators.program import Program
 from lienumba.mechanics import quantities
 from lienumba.mechanics.constraints import constraints_of
 from lienumba.mechanics.model import Model
 from lienumba.mechanics.quantities import Part, joined
 
-Values = dict[str, np.ndarray]
 STATE = {
     "position": (0, 3, (3,)),
     "rotation": (3, 12, (3, 3)),
     "velocity": (12, 15, (3,)),
     "angular_velocity": (15, 18, (3,)),
 }
+ITERATIONS = ("position_iterations", "velocity_iterations")  # the last rows
 SUMMARIES = {
     "max_position_violation": "position_violation",
     "max_velocity_violation": "velocity_violation",
@@ -32,16 +30,13 @@ class Layout:
     """Names and shapes (behind run and time) of every variable that a record of this model gives."""
 
     bodies: int
-    elements: int
     joints: int
     constraints: list[str]
     efforts: list[str]
     quantities: dict[str, Part]
-    held: Held
-    observed: dict[str, tuple[int, int]]
 
     @staticmethod
-    def of(model: Model, program: Program) -> "Layout":
+    def of(model: Model) -> "Layout":
         every = constraints_of(model)
         constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
         efforts = [
@@ -51,18 +46,14 @@ class Layout:
         for force in model.forces:
             for state in force.initial:
                 parts[f"{force.name}.{state}"] = Part(state, "1", f"state of the law {force.name}")
-        return Layout(
-            len(model.bodies), program.elements, len(model.joints), constraints, efforts, parts, program.held,
-            program.observed,
-        )  # fmt: skip
+        return Layout(len(model.bodies), len(model.joints), constraints, efforts, parts)
 
     @property
     def names(self) -> list[str]:
         return [
             *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort",
             "energy", "kinetic_energy", "potential_energy", "work", "energy_residual",
-            "position_violation", "velocity_violation", "position_iterations", "velocity_iterations",
-            *self.quantities,
+            "position_violation", "velocity_violation", *ITERATIONS, *self.quantities,
         ]  # fmt: skip
 
     @property
@@ -79,28 +70,46 @@ class Layout:
         labels = {"multiplier": self.constraints, "driver_effort": self.efforts}
         return (len(labels[name]),) if name in labels else ()
 
-    def unpack(self, records: np.ndarray) -> Values:
-        """Every variable of records (runs, times, rows)."""
-        runs, times, _ = records.shape
-        state = records[:, :, : ELEMENT * self.bodies].reshape(runs, times, self.bodies, ELEMENT)
-        values: Values = {
-            name: state[..., first:end].reshape(runs, times, self.bodies, *shape)
-            for name, (first, end, shape) in STATE.items()
-        }
-        start = ELEMENT * self.elements + self.held.rows
-        for name, (first, rows) in self.observed.items():
-            values[name] = records[:, :, start + first : start + first + rows].reshape(runs, times, *self.shape(name))
-        values["position_iterations"] = records[:, :, -2]
-        values["velocity_iterations"] = records[:, :, -1]
-        values["energy"] = values["kinetic_energy"] + values["potential_energy"]
-        energy = values["energy"]
-        work = records[:, :, ELEMENT * self.elements + len(self.held.angles)] if self.held.work else 0.0
-        values["work"] = np.where(np.isnan(energy), np.nan, work)
-        with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
-            values["energy_residual"] = energy - values["work"] - energy[:, :1]
-        return values
+    def lanes(self, name: str, records: np.ndarray, program: Program) -> np.ndarray:
+        """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
+        blocks, outputs, _, width = records.shape
+        if name in STATE:
+            first, end, shape = STATE[name]
+            rows = records[:, :, : ELEMENT * self.bodies].reshape(blocks, outputs, self.bodies, ELEMENT, width)
+            return rows[:, :, :, first:end].reshape(blocks, outputs, self.bodies, *shape, width)
+        if name in ITERATIONS:
+            return records[:, :, ITERATIONS.index(name) - len(ITERATIONS)]
+        if name == "energy":
+            kinetic: np.ndarray = self.lanes("kinetic_energy", records, program) + self.lanes(
+                "potential_energy", records, program
+            )
+            return kinetic
+        if name == "work":
+            row = ELEMENT * program.elements + len(program.held.angles)
+            work = records[:, :, row] if program.held.work else 0.0
+            return np.where(np.isnan(self.lanes("energy", records, program)), np.nan, work)
+        if name == "energy_residual":
+            energy = self.lanes("energy", records, program)
+            with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
+                residual: np.ndarray = energy - self.lanes("work", records, program) - energy[:, :1]
+                return residual
+        first, count = program.observed[name]
+        first += ELEMENT * program.elements + program.held.rows
+        return records[:, :, first : first + count].reshape(blocks, outputs, *self.shape(name), width)
 
-    def summarise(self, name: str, values: Values) -> np.ndarray:
+    def summary(self, name: str, records: np.ndarray, program: Program, runs: int) -> np.ndarray:
         """The largest absolute value over the stored times (runs,); NaN for a run without any."""
-        series: Any = np.abs(values[SUMMARIES[name]])
-        return np.where(np.isnan(series).all(axis=1), np.nan, np.nanmax(np.nan_to_num(series, nan=-1.0), axis=1))
+        largest = np.fmax.reduce(np.abs(self.lanes(SUMMARIES[name], records, program)), axis=1)
+        return per_run(largest, runs)
+
+    def last(self, name: str, states: np.ndarray) -> np.ndarray:
+        """A variable of the states (runs, rows) where runs ended (runs, bodies, ...)."""
+        first, end, shape = STATE[name]
+        rows = states[:, : ELEMENT * self.bodies].reshape(-1, self.bodies, ELEMENT)
+        return rows[:, :, first:end].reshape(len(states), self.bodies, *shape)
+
+
+def per_run(lanes: np.ndarray, runs: int) -> np.ndarray:
+    """What lanes have, (blocks, ..., W), by run (runs, ...)."""
+    by_run: np.ndarray = np.moveaxis(lanes, -1, 1).reshape(lanes.shape[0] * lanes.shape[-1], *lanes.shape[1:-1])[:runs]
+    return by_run

@@ -1,7 +1,7 @@
 """What the command line gives as text: run labels (`3,17` or `0:500`) and settings (`path=value`)."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from lienumba.errors import ScenarioError
 
@@ -9,18 +9,24 @@ from lienumba.errors import ScenarioError
 def parse_labels(text: str, runs: int) -> list[int]:
     """The labels of `--runs` in a sweep of `runs`, ascending and each once; a range leaves its end out."""
     labels: set[int] = set()
+    for part in parse_ranges(text, "--runs "):
+        check_labels([part[-1]], runs)
+        labels.update(part)
+    return sorted(labels)
+
+
+def parse_ranges(text: str, at: str) -> list[range]:
+    """What runs a text such as "3,17" or "0:500" names; at: the key or option that gives it."""
+    ranges = []
     for part in text.split(","):
         match = re.fullmatch(r"\s*(-1|\d+)(?::(\d+))?\s*", part)
         if match is None:
-            raise ScenarioError(
-                f'--runs {text}: "{part}" is not a run; give labels such as 3,17 or a range such as 0:500'
-            )
+            raise ScenarioError(f'{at}{text}: "{part}" is not a run; give labels such as 3,17 or a range such as 0:500')
         start, end = int(match.group(1)), match.group(2)
         if end is not None and int(end) <= start:
-            raise ScenarioError(f'--runs {text}: the range "{part}" is empty; put its end above its start')
-        check_labels([start if end is None else int(end) - 1], runs)
-        labels.update(range(start, start + 1 if end is None else int(end)))
-    return sorted(labels)
+            raise ScenarioError(f'{at}{text}: the range "{part}" is empty; put its end above its start')
+        ranges.append(range(start, start + 1 if end is None else int(end)))
+    return ranges
 
 
 def check_labels(labels: Sequence[int], runs: int) -> None:
@@ -39,6 +45,15 @@ def check_labels(labels: Sequence[int], runs: int) -> None:
             f"run {wrong[0]} does not exist: the sweep has sweep.runs = {runs}; "
             f"give labels from 0 to {runs - 1} (-1: the nominal run), or raise sweep.runs"
         )
+
+
+def parse_share(text: str, at: str) -> Callable[[int], float]:
+    """How many of so many runs "10" or "5%" allows."""
+    match = re.fullmatch(r"(\d+)|(\d+(?:\.\d+)?)%", text.strip())
+    if match is None or (match.group(2) and float(match.group(2)) > 100.0):
+        raise ScenarioError(f"{at}{text}: is neither a number of runs nor a share of them; give it such as 10 or 5%")
+    number, share = match.groups()
+    return lambda runs: float(number) if number else runs * float(share) / 100.0
 
 
 def parse_assignments(settings: Sequence[str]) -> dict[str, str]:

@@ -9,10 +9,12 @@ from lienumba.scenario.integrator_checks import check_integrator
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
 from lienumba.scenario.method_checks import check_method, check_projection
+from lienumba.scenario.output_checks import check_output
 from lienumba.scenario.parameters import Parameters
-from lienumba.scenario.quantity_checks import check_quantity, check_variables
+from lienumba.scenario.quantity_checks import check_quantity
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
-from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Output, Projection, section_of
+from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Projection, section_of
+from lienumba.scenario.schema_output import Output
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.study_checks import check_study
 from lienumba.scenario.sweep_checks import check_sweep
@@ -51,7 +53,8 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
         output = read(Output, raw.get("output", {}))
         if check_integrator(integrator, report):
             check_times(integrator, output, report)
-        check_variables(output.variables if output is not None else [], lists, report)
+        if output is not None:
+            check_output(output, lists, parameters, report)
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)

@@ -1,6 +1,6 @@
 """Before anything runs: the samples, the model with its numbers, the initial states, and whether they fit together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -165,22 +165,36 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
     ]
 
 
-def prepare(scenario: Scenario, labels: Sequence[int]) -> Prepared:
-    """Sample, build and assemble these runs. A run that does not fit is marked; if none of a sweep fits, that is an
-    error of the scenario."""
-    import numpy as np
-
-    nominal = check_initial(scenario)
+def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
+    """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
     data: Any = scenario.data
     samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
     check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
+    return samples
+
+
+def prepare(
+    scenario: Scenario,
+    labels: Sequence[int],
+    samples: "Mapping[str, np.ndarray] | None" = None,
+    nominal: Nominal | None = None,
+    asked: int | None = None,
+) -> Prepared:
+    """Build and assemble these runs. A run that does not fit is marked; if none of a sweep fits, that is an error of
+    the scenario. samples, nominal: if they are known; asked: how many runs there are in all."""
+    import numpy as np
+
+    data: Any = scenario.data
+    nominal = nominal or check_initial(scenario)
+    samples = dict(design(scenario, labels) if samples is None else samples)
+    asked = len(labels) if asked is None else asked
     model, start = build(scenario, samples)
     runs = len(labels)
     done = assembly.assemble(model, start, runs)
     bad = unphysical(model, start, runs)
     good = done.good & _same_rank(done, nominal.rank)
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
-    if runs > 1 and runs == data.sweep.runs and np.all(codes == NOT_ASSEMBLED):
+    if runs > 1 and asked == data.sweep.runs and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
         reasons = "\n".join(violations(done, start, 0))
         raise ScenarioError(

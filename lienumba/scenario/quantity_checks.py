@@ -5,9 +5,8 @@ from typing import Any
 from lienumba.mechanics.joints import COORDINATES
 from lienumba.scenario.body_checks import check_rotation
 from lienumba.scenario.report import GROUND, Report, check_name, read
-from lienumba.scenario.schema import VARIABLES as STORED
 from lienumba.scenario.schema_quantities import QUANTITIES
-from lienumba.scenario.words import listed, show, suggestion
+from lienumba.scenario.words import listed, show
 from lienumba.store.layout import COORDINATES as DIMENSIONS
 from lienumba.store.layout import VARIABLES
 
@@ -21,7 +20,7 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         report.problems.append(
             f"{place}.name = {show(name)}: the dataset has a variable of this name already; give another name"
         )
-    if name in _with_states(lists):
+    if name in with_states(lists):
         report.problems.append(
             f"{place}.name = {show(name)}: is also the name of model.forces.{name}, whose states are stored; "
             "give another name"
@@ -57,15 +56,7 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         )
 
 
-def check_variables(variables: list[str], lists: Lists, report: Report) -> None:
-    """Check that what is to be stored exists: variables, quantities, and laws with states."""
-    known = [*STORED, *(str(q.get("name")) for q in lists["quantities"]), *_with_states(lists)]
-    for i, name in enumerate(variables):
-        if name not in known:
-            report.problems.append(f"output.variables[{i}] = {show(name)}: is not known; {suggestion(name, known)}")
-
-
-def _with_states(lists: Lists) -> list[str]:
+def with_states(lists: Lists) -> list[str]:
     """The forces whose states are stored by their names."""
     return [str(f.get("name")) for f in lists["forces"] if f.get("states") and f.get("name") not in VARIABLES]
 

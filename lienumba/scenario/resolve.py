@@ -22,7 +22,8 @@ from lienumba.scenario.messages import sentences
 from lienumba.scenario.numbers import take
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.reference_formulas import used
-from lienumba.scenario.schema import BESIDE, LISTS, VARIABLES, ScenarioData, Tolerance
+from lienumba.scenario.schema import BESIDE, LISTS, ScenarioData, Tolerance
+from lienumba.scenario.schema_output import VARIABLES
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.scenario.words import plural
 

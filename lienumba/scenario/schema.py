@@ -10,6 +10,7 @@ from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
 from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driver_form
 from lienumba.scenario.schema_joints import JOINTS, Joint
+from lienumba.scenario.schema_output import Output
 from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema_types import (
     NAME_RULE,
@@ -19,7 +20,6 @@ from lienumba.scenario.schema_types import (
     Euler,
     Inertia,
     Name,
-    Number,
     Positive,
     Rotation,
     RotationVector,
@@ -33,11 +33,6 @@ from lienumba.sweep.distributions import Distribution, Normal, Uniform
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
 Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
-VARIABLES = (
-    "position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque", "multiplier",
-    "driver_effort", "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation",
-    "velocity_violation", "position_iterations", "velocity_iterations",
-)  # fmt: skip
 
 
 class Matter(Section):
@@ -190,17 +185,6 @@ class Projection(Section):
         default=None,
         description='the rate in 1/s at which violations are damped, above 0, with position and velocity "none" '
         "(or omit it: no damping)",
-    )
-
-
-class Output(Section):
-    every: Positive | None = Field(default=None, description="the interval between stored times in s, above 0")
-    times: Annotated[list[Number], Field(min_length=1)] | None = Field(
-        default=None, description="the stored times in s, ascending, from 0 to integrator.end_time"
-    )
-    variables: list[str] = Field(
-        default=list(VARIABLES),
-        description="names of the variables and quantities to store: " + ", ".join(VARIABLES),
     )
 
 

@@ -7,7 +7,8 @@ from lienumba.scenario import paths, reference_formulas
 from lienumba.scenario.extends import replaced_by
 from lienumba.scenario.loading import MODEL_KEYS, tokens_of
 from lienumba.scenario.report import Report
-from lienumba.scenario.schema import VARIABLES, Integrator
+from lienumba.scenario.schema import Integrator
+from lienumba.scenario.schema_output import VARIABLES
 from lienumba.scenario.study_errors import STATE
 from lienumba.scenario.words import printable, show, suggestion
 

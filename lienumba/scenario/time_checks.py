@@ -5,7 +5,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from lienumba.scenario import timegrid
-from lienumba.scenario.schema import Integrator, Output
+from lienumba.scenario.schema import Integrator
+from lienumba.scenario.schema_output import Output
 
 if TYPE_CHECKING:
     import numpy as np

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
-_NETCDF = threading.Lock()
+NETCDF = threading.Lock()
 
 
 class WriteError(OSError):
@@ -25,7 +25,7 @@ class WriteError(OSError):
         return str(self.args[0])
 
 
-def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
+def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = False) -> None:
     """Refuse, before anything is computed, a file that could not be written or must not be replaced."""
     target = Path(path)
     folder = target.parent
@@ -37,13 +37,23 @@ def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
         raise ScenarioError(f"output = {target}: {folder} is not a folder; choose another")
     if target.exists() and not target.is_file():
         raise ScenarioError(f"output = {target}: is not a regular file; choose another name")
-    if target.exists() and not overwrite:
-        raise ScenarioError(f"output = {target}: exists already; choose another name, or replace it with --overwrite")
+    if overwrite and resume:
+        raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
+    if target.exists() and not (overwrite or resume):
+        raise ScenarioError(
+            f"output = {target}: exists already; choose another name, replace it with --overwrite, or add runs to it "
+            "with --resume"
+        )
+    if folder_of(target).exists() and not (overwrite or resume):
+        raise ScenarioError(
+            f"output = {target}: an interrupted sweep has left its runs in {folder_of(target)}; go on with --resume, "
+            "or start again with --overwrite"
+        )
     if target.exists() and not _may_be_dataset(target):
         raise ScenarioError(
             f"output = {target}: is a file of another kind, not a dataset to be replaced; choose another name"
         )
-    probe = _partial(target.resolve())
+    probe = partial_of(target.resolve())
     try:
         probe.open("xb").close()  # asking for permissions is not enough: root has them all, on a read-only disk too
         probe.unlink()
@@ -52,6 +62,11 @@ def check_target(path: str | os.PathLike[str], overwrite: bool) -> None:
             f"output = {target}: cannot be written to {folder} ({error.strerror});"
             " change its permissions or choose another folder"
         ) from error
+
+
+def folder_of(target: Path) -> Path:
+    """Where the runs of a sweep are that is not finished."""
+    return target.with_name(f"{target.name}.runs")
 
 
 def _may_be_dataset(path: Path) -> bool:
@@ -71,7 +86,7 @@ def read(path: Path) -> xr.Dataset:
     if not path.is_file():
         raise ScenarioError(f"{path} does not exist; check the path")
     try:
-        with _NETCDF:
+        with NETCDF:
             dataset = xr.open_dataset(path, engine="netcdf4")
     except OSError as error:
         raise ScenarioError(f"{path} cannot be opened as netCDF ({error}); is it complete?") from None
@@ -87,13 +102,13 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     A process that is killed on the way leaves at most a `*.partial` beside it, which may be deleted.
     """
     target = Path(path).resolve()
-    partial = _partial(target)
+    partial = partial_of(target)
     try:
-        with _NETCDF:
+        with NETCDF:
             dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
-        _to_disk(partial)
+        to_disk(partial)
         os.replace(partial, target)
-        _to_disk(target.parent)
+        to_disk(target.parent)
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
         free = shutil.disk_usage(target.parent).free if target.parent.is_dir() else 0
         raise WriteError(
@@ -102,21 +117,21 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
             " or store fewer times or variables"
         ) from error
     finally:
-        _discard(partial)
+        discard(partial)
 
 
-def _discard(partial: Path) -> None:
+def discard(partial: Path) -> None:
     """Remove what is left of a failed write; nothing to do after a good one."""
     if partial.exists():
         os.truncate(partial, 0)  # HDF5 may hold a file open that it failed to write: give its room back all the same
         partial.unlink()
 
 
-def _partial(target: Path) -> Path:
+def partial_of(target: Path) -> Path:
     return target.with_name(f"{target.name}.{secrets.token_hex(4)}.partial")
 
 
-def _to_disk(path: Path) -> None:
+def to_disk(path: Path) -> None:
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

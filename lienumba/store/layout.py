@@ -12,8 +12,10 @@ if TYPE_CHECKING:
 
 STATE = ("run", "time", "body", "axis")
 JOINT = ("run", "time", "joint", "axis")
+LAST = ("run", "body", "axis")
 SERIES = ("run", "time")
 RUN = ("run",)
+FULL = "full_run"  # the dimension of the runs whose course is stored where that of others is not
 CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
 
 
@@ -57,6 +59,10 @@ VARIABLES: dict[str, Variable] = {
     "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
     "max_position_violation": Variable(RUN, "m", "largest position violation at the stored times"),
     "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation at the stored times"),
+    "last_position": Variable(LAST, "m", "position of the mass centre at the end of the run", "global"),
+    "last_rotation": Variable((*LAST, "body_axis"), "1", "rotation matrix at the end of the run", "body to global"),
+    "last_velocity": Variable(LAST, "m s-1", "velocity of the mass centre at the end of the run", "global"),
+    "last_angular_velocity": Variable(LAST, "rad s-1", "angular velocity at the end of the run", "body"),
     "event_time": Variable(("run", "event"), "s", "time at which the condition first became true"),
     "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int64"),
     "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual at the stored times"),
@@ -68,6 +74,7 @@ COUNTS = ("position_iterations", "velocity_iterations", "max_position_iterations
 
 COORDINATES = {
     "run": ("1", "label of the run (-1: the nominal run)"),
+    FULL: ("1", "label of a run whose course is stored"),
     "time": ("s", "elapsed simulation time"),
     "body": ("1", "name of the body"),
     "joint": ("1", "name of the joint"),
@@ -93,10 +100,13 @@ def dataset(
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
     shared: Sequence[str] = (),
-    quantities: Mapping[str, Variable] | None = None,
+    own: Mapping[str, Variable] | None = None,
+    full_runs: Sequence[int] = (),
+    total: int | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
-    drivers whose reactions are not unique; `quantities`: what the scenario's own variables are.
+    drivers whose reactions are not unique; `own`: variables that are not those of every scenario; `total`: of how many
+    runs it will be, if it has none of them yet.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -105,6 +115,7 @@ def dataset(
 
     labels: dict[str, np.ndarray] = {
         "run": np.asarray(runs, dtype=np.int64),
+        FULL: np.asarray(full_runs, dtype=np.int64),
         "time": np.asarray(times, dtype=np.float64),
         "body": np.asarray(bodies, dtype=str),
         "joint": np.asarray(joints, dtype=str),
@@ -114,25 +125,26 @@ def dataset(
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
-    known = VARIABLES | dict(quantities or {})
+    known, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
     data = {
-        name: variable(name, known[name], array)
+        name: variable(name, known[name], array, total)
         for name, array in variables.items()
-        if all(len(labels[dim]) for dim in known[name].dims)
+        if all(len(labels[dim]) for dim in known[name].dims[1:])
     }
     if shared:
         for name in REACTIONS & data.keys():
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
-    used = {"run", "time", *(dim for variable in data.values() for dim in variable.dims)}
+    used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, Any] = {
-        name: xr.Variable(name, values, texts(*COORDINATES[name]), {"_FillValue": None})
+        name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, total))
         for name, values in labels.items()
         if name in used
     }
-    return xr.Dataset(data, coordinates | input_coordinates(inputs, input_units), dict(attributes))
+    columns = input_coordinates(inputs, input_units, total)
+    return xr.Dataset(data, coordinates | columns, dict(attributes))
 
 
-def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]) -> dict[str, xr.Variable]:
+def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str], total: int) -> dict[str, xr.Variable]:
     """The samples (runs,) of each varied path, by path."""
     import numpy as np
     import xarray as xr
@@ -142,14 +154,21 @@ def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]
             "run",
             np.asarray(samples, dtype=np.float64),
             texts(units[path], f"sampled input {path}") | {"role": "input"},
-            {"_FillValue": None},
+            _bare("run", total),
         )
         for path, samples in inputs.items()
     }
 
 
-def variable(name: str, spec: Variable, array: np.ndarray) -> xr.Variable:
-    """A variable of the dataset with its texts and encoding; a count below 0 is none."""
+def _bare(dim: str, total: int) -> dict[str, Any]:
+    """The encoding of a coordinate: as it is; those of runs in few parts."""
+    return {"_FillValue": None} | (
+        {"chunksizes": (max(min(total, CHUNK_BYTES // 8), 1),)} if dim in ("run", FULL) else {}
+    )
+
+
+def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Variable:
+    """A variable of the dataset with its texts and encoding; a count below 0 is none; total: number of runs."""
     import numpy as np
     import xarray as xr
 
@@ -161,15 +180,15 @@ def variable(name: str, spec: Variable, array: np.ndarray) -> xr.Variable:
     if name in COUNTS:
         array = np.where(array < 0, np.nan, array)
     array = np.asarray(array, dtype=np.float64 if name in COUNTS else spec.dtype)
-    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape))
+    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape, total))
 
 
-def _encoding(spec: Variable, name: str, shape: tuple[int, ...]) -> dict[str, Any]:
+def _encoding(spec: Variable, name: str, shape: tuple[int, ...], total: int) -> dict[str, Any]:
     import numpy as np
 
     fill_value = NO_COUNT if name in COUNTS else np.nan if spec.dtype == "float64" else None
     run_bytes = int(np.prod(shape[1:])) * np.dtype(spec.dtype).itemsize
-    runs_per_chunk = min(max(CHUNK_BYTES // run_bytes, 1), shape[0])
+    runs_per_chunk = max(min(CHUNK_BYTES // max(run_bytes, 1), total), 1)
     return {
         "dtype": spec.dtype,
         "_FillValue": fill_value,

@@ -72,7 +72,7 @@ def dataset(
     for name, array in arrays.items():
         spec = VARIABLES[name]
         whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype)
-        data[name] = layout.variable(name, whole, array)
+        data[name] = layout.variable(name, whole, array, len(runs))
     bare = {"_FillValue": None}
     labels = np.asarray(runs, dtype=np.int64)
     coordinates: dict[str, Any] = {"run": xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), bare)}
@@ -83,7 +83,7 @@ def dataset(
         values = np.asarray(entry.values, dtype=str if isinstance(entry.values[0], str) else np.float64)
         texts = layout.texts(entry.units, entry.path) | {"role": "grid", "path": entry.path}
         coordinates[entry.name] = xr.Variable(entry.dim, values, texts, bare)
-    return xr.Dataset(data, coordinates | layout.input_coordinates(inputs, input_units), dict(attributes))
+    return xr.Dataset(data, coordinates | layout.input_coordinates(inputs, input_units, len(runs)), dict(attributes))
 
 
 def is_study(ds: xr.Dataset) -> bool:

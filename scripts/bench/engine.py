@@ -1,14 +1,15 @@
 """The engine on the heavy top and on chains: batches to time, and the kernels' own operation counts."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import njit
 
-from lienumba.batch.execute import execute
-from lienumba.batch.integrate import Batch
+from lienumba.batch.execute import execute, tasks
+from lienumba.batch.integrate import Batch, Chunk
 from lienumba.compiler import native
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.lanes import call
@@ -94,19 +95,24 @@ def top_batch(sample: Tops, projection: str, h: float = STEP, steps: int = 20000
     return batch(program, compile_program(program), sample.states, h, steps, stored)
 
 
+def _chunks(work: Batch, workers: int) -> Iterator[Chunk]:
+    return execute(tasks(work, workers, lambda chunk: chunk), workers, lambda done: None)
+
+
 def integrate(work: Batch, workers: int) -> np.ndarray:
     """States (runs, outputs, 18 k) at the stored steps; NaN where a run failed."""
     runs, rows = work.states.shape
     found = np.empty((runs, len(work.outputs), rows))
-    for chunk in execute(work, workers, lambda done, failed: None):
-        found[chunk.runs] = chunk.records[:, :, :rows]
+    for chunk in _chunks(work, workers):
+        by_run = chunk.records[:, :, :rows].transpose(0, 3, 1, 2).reshape(-1, *found.shape[1:])
+        found[chunk.runs] = by_run[: len(chunk.codes)]
     return found
 
 
 def seconds(work: Batch, workers: int) -> float:
     """Wall time of the integration alone: threads, kernels and records, no dataset."""
     start = time.perf_counter()
-    for chunk in execute(work, workers, lambda done, failed: None):
+    for chunk in _chunks(work, workers):
         if np.any(chunk.codes):
             raise RuntimeError(f"runs of the benchmark failed with the codes {np.unique(chunk.codes)}")
     return time.perf_counter() - start

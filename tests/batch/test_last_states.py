@@ -9,6 +9,7 @@ import pytest
 from integrators.test_events import LOW, pendulum
 
 from lienumba.batch import execute, statuses
+from lienumba.batch.records import per_run
 
 from .sweeps import edit_samples, loop, run, top
 
@@ -23,7 +24,8 @@ def ended(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch, **options: Any)
 
     def watched(batch: Any, runs: slice, *rest: Any) -> Any:
         chunk = original(batch, runs, *rest)
-        found.append((batch.states[runs], chunk.records[:, :, : chunk.states.shape[1]], chunk.states))
+        stored = per_run(chunk.records, len(chunk.codes))[:, :, : chunk.states.shape[1]]
+        found.append((batch.states[runs], stored, chunk.states))
         return chunk
 
     with monkeypatch.context() as patch:

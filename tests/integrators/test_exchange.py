@@ -9,9 +9,9 @@ from mechanics import linkages
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.batch.execute import execute
+from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch
-from lienumba.batch.records import Layout
+from lienumba.batch.records import Layout, per_run
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.exchange import UNIQUE, Choice, choose_rows, first_choice
@@ -52,11 +52,12 @@ def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: in
     outputs = np.arange(0, steps + 1, 10)
     machine, codes = compile_program(program), np.zeros(1, np.int8)
     batch = Batch(machine, program.parameters, states, codes, step * steps, step, step * outputs, 1e-11, 10)
-    (chunk,) = execute(batch, 1, lambda *_: None)
+    (chunk,) = execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None)
     first = ELEMENT * program.elements + held.first_mask
-    values = Layout.of(model, program).unpack(chunk.records)
-    masks = chunk.records[0, :, first : first + len(held.masks)]
-    return int(chunk.codes[0]), int(chunk.steps[0]), masks, {name: array[0] for name, array in values.items()}
+    layout = Layout.of(model)
+    values = {name: per_run(layout.lanes(name, chunk.records, program), 1)[0] for name in layout.names}
+    masks = chunk.records[0, :, first : first + len(held.masks), 0]
+    return int(chunk.codes[0]), int(chunk.steps[0]), masks, values
 
 
 def test_as_many_rows_are_chosen_as_the_rank_needs() -> None:

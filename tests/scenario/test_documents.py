@@ -11,7 +11,7 @@ import pytest
 import lienumba
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.runner import check_initial
-from lienumba.scenario.study import check
+from lienumba.scenario.study_start import check
 
 DOCUMENTS = [Path(__file__).parents[2] / "docs" / name for name in ("your_own_laws.md", "studies.md")]
 TEXT = "".join(document.read_text() for document in DOCUMENTS)

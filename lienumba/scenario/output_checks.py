@@ -1,0 +1,37 @@
+"""What is wrong with the section [output]: names of what is to be stored, and runs; one sentence each."""
+
+from collections import Counter
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.arguments import parse_ranges
+from lienumba.scenario.parameters import Parameters
+from lienumba.scenario.quantity_checks import Lists, with_states
+from lienumba.scenario.report import Report
+from lienumba.scenario.schema_output import VARIABLES, Output
+from lienumba.scenario.words import show, suggestion
+
+
+def check_output(output: Output, lists: Lists, parameters: Parameters, report: Report) -> None:
+    """Check that what is to be stored exists: variables, quantities and their components, and laws with states."""
+    known = [*VARIABLES, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
+    for i, name in enumerate(output.variables):
+        if name not in known:
+            report.problems.append(f"output.variables[{i}] = {show(name)}: is not known; {suggestion(name, known)}")
+    parts = [*known, *sorted(parameters.quantities - {*known})]
+    for name, statistics in output.summary.items():
+        if name not in parts:
+            report.problems.append(f"output.summary.{show(name)}: is not known; {suggestion(name, parts)}")
+        for statistic, number in Counter(statistics).items():
+            if number > 1:
+                report.problems.append(f'output.summary.{show(name)}: names "{statistic}" {number} times; name it once')
+    if output.full_runs is None:
+        return
+    if output.mode == "full":
+        report.problems.append(
+            f'output.full_runs = {show(output.full_runs)}: has no meaning in the mode "full", which stores the course '
+            'of all runs; give mode = "summary", or leave it out'
+        )
+    try:
+        parse_ranges(output.full_runs, "output.full_runs = ")
+    except ScenarioError as error:
+        report.problems.append(str(error))

@@ -1,0 +1,64 @@
+"""Whether what is there already belongs to the sweep that is asked for: a sentence names the first difference."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from lienumba import __version__
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.words import show
+
+INDIFFERENT = {"title", "sweep.runs"}  # what may be otherwise
+WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
+LONGEST = 40  # characters of a value in a sentence
+
+
+def manifest(resolved: Scenario) -> dict[str, Any]:
+    """What a sweep is, for those who want to go on with it."""
+    return {"lienumba_version": __version__, "scenario": resolved.to_toml()}
+
+
+def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None:
+    """A ScenarioError if `there`, a manifest or the attributes of a dataset, is another sweep."""
+    remedy = "go on with what is there, choose another output, or start again with --overwrite"
+    if there.get("lienumba_version") != __version__:
+        raise ScenarioError(
+            f"{where}: was begun by lienumba {there.get('lienumba_version')}, but this is {__version__}, whose results "
+            f"may differ; go on with that version, or start again with --overwrite"
+        )
+    old, new = _flat(tomllib.loads(str(there["scenario"]))), _flat(tomllib.loads(resolved.to_toml()))
+    for key in sorted(old.keys() | new.keys()):
+        if key not in INDIFFERENT and old.get(key) != new.get(key):
+            raise ScenarioError(
+                f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
+                f"{remedy}"
+            )
+    sampler, before, runs = str(new["sweep.sampler"]), old["sweep.runs"], new["sweep.runs"]
+    if sampler in WHOLE and before != runs:
+        raise ScenarioError(
+            f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler)} "
+            f"{WHOLE[sampler]}, so that samples would not fit together; start again with --overwrite, or use the "
+            'sampler "sobol"'
+        )
+
+
+def _shown(values: Mapping[str, Any], key: str) -> str:
+    if key not in values:
+        return "nothing"
+    text = show(values[key])
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def _flat(value: Any, path: str = "") -> dict[str, Any]:
+    """Every value by its path; tables of a list by their names, so that a sentence says them."""
+    if isinstance(value, Mapping):
+        items = [(str(key), item) for key, item in value.items()]
+    elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+        items = [(str(item.get("name", n)), item) for n, item in enumerate(value)]
+    else:
+        return {path: value}
+    found: dict[str, Any] = {}
+    for key, item in items:
+        found |= _flat(item, f"{path}.{key}" if path else key)
+    return found

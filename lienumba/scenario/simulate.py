@@ -1,0 +1,135 @@
+"""Simulates the runs of a scenario: prepared portion by portion, compiled once, dealt out in chunks."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.execute import Task, execute, tasks
+from lienumba.batch.statuses import GOOD
+from lienumba.integrators.codes import EXCHANGED
+from lienumba.integrators.tracer import split
+from lienumba.scenario.batches import batch_of, program_of
+from lienumba.scenario.prepare import Nominal, Prepared, prepare
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.results import Piece, Results
+from lienumba.store.shards import LABEL
+
+if TYPE_CHECKING:
+    from lienumba.batch.integrate import Chunk
+    from lienumba.integrators.machine import Machine
+    from lienumba.integrators.program import Program
+
+PORTION = 2**15  # runs of one body that are prepared at a time
+
+Code = tuple["Program", "Machine"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total,
+    which grows where some go again."""
+
+    stage: str
+    done: int
+    total: int
+    failed: int
+
+
+Tell = Callable[[Progress], None]
+
+
+def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> Code:
+    """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.program.build`."""
+    from lienumba.integrators.machine import compile_program
+
+    program = program_of(resolved, prepared, fixed)
+    machine = compile_program(program)
+    return replace(program, kernels={}), machine  # graphs are large, and have done their work
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs to be simulated: labels (runs,), samples by path (runs,), and where the scenario starts."""
+
+    labels: np.ndarray
+    samples: dict[str, np.ndarray]
+    nominal: Nominal
+
+    def part(self, which: Any) -> "Runs":
+        return Runs(self.labels[which], {path: x[which] for path, x in self.samples.items()}, self.nominal)
+
+    def portions(self, bodies: int) -> "Iterator[Runs]":
+        size = max(PORTION // bodies, 64)
+        for first in range(0, len(self.labels), size):
+            yield self.part(slice(first, first + size))
+
+
+def simulate(
+    resolved: Scenario,
+    runs: Runs,
+    workers: int,
+    tell: Tell,
+    prepared: Callable[[Runs], Iterable[Prepared]] | None = None,
+    code: Callable[[bool, Prepared], Code] | None = None,
+    before: tuple[int, int] = (0, 0),
+) -> Iterator[Piece]:
+    """Yield the runs as they finish; of each the status is final.
+
+    prepared, code: where portions and machine code come from, if they are known; before: runs done and failed already.
+    """
+    prepared = prepared or partial(_prepared, resolved)
+    code = code or (lambda fixed, first: compiled(resolved, first, fixed))
+    (done, failed), remaining = before, runs
+    total = done + len(runs.labels)
+
+    def report(count: float) -> None:
+        tell(Progress("run", done + int(count), total, failed))
+
+    for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
+        tell(Progress("compile", done, total, failed))
+        again: list[np.ndarray] = []
+        for piece in execute(_tasks(resolved, prepared(remaining), code, fixed, workers, report), workers, report):
+            going = piece.codes == EXCHANGED
+            failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
+            if going.any():
+                again.append(piece.tables["run"][LABEL][going])
+                piece = piece.of(~going)
+            yield piece
+        if not again:
+            return
+        done = total
+        remaining = remaining.part(np.isin(remaining.labels, np.concatenate(again)))
+        total += len(remaining.labels)
+
+
+def _prepared(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
+    data: Any = resolved.data
+    for portion in runs.portions(len(data.model.bodies)):
+        yield prepare(resolved, portion.labels.tolist(), portion.samples, runs.nominal, len(runs.labels))
+
+
+def _tasks(
+    resolved: Scenario,
+    portions: Iterable[Prepared],
+    code: Callable[[bool, Prepared], Code],
+    fixed: bool,
+    workers: int,
+    report: Callable[[float], None],
+) -> Iterator[Task[Piece]]:
+    """The chunks of all portions; the first of these is what is compiled."""
+    program = None
+    for prepared in portions:
+        if program is None:
+            program, machine = code(fixed, prepared)
+            results = Results(resolved, prepared.nominal)
+            report(0)
+        own = replace(program, parameters=split(prepared.model)[1])
+        batch = batch_of(resolved, prepared, own, machine)
+        yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)))
+
+
+def _piece(results: Results, program: "Program", labels: np.ndarray, chunk: "Chunk") -> Piece:
+    return results.piece(chunk, program, labels[chunk.runs])

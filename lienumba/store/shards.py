@@ -1,0 +1,214 @@
+"""What is safe of a sweep that is not finished: a folder of tables beside the dataset that it will be.
+
+A shard is a NumPy file of records, one for each run; its name has the labels and a checksum, and it has its name only
+when all of it is on the disk. What a shard of runs says is complete: the courses of its runs were written before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import re
+import shutil
+import time
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.store.files import WriteError, folder_of, to_disk
+
+if TYPE_CHECKING:
+    import numpy as np
+
+MANIFEST = "sweep.json"
+NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{16})\.npy")
+LABEL = "label"  # the field that says which run a record is of
+PAUSE = 1.0  # s: so much work at most is not yet on the disk
+SHARD_BYTES = 32 * 2**20  # a shard is written when there is so much of it
+OPEN = 8  # shards that are kept open
+
+
+class Shard:
+    """A table of some runs: labels (runs,), and its records."""
+
+    def __init__(self, path: Path, labels: np.ndarray) -> None:
+        self.path, self.labels = path, labels
+
+    def read(self, part: slice) -> Any:
+        return _mapped(self.path)[part]
+
+
+@lru_cache(maxsize=OPEN)
+def _mapped(path: Path) -> Any:
+    import numpy as np
+
+    return np.load(path, mmap_mode="r")
+
+
+class Held:
+    """A table of some runs that is in memory."""
+
+    def __init__(self, records: np.ndarray) -> None:
+        self.records, self.labels = records, records[LABEL]
+
+    def read(self, part: slice) -> Any:
+        return self.records[part]
+
+
+class Shards:
+    """The folder of a sweep; `damaged`: names of shards that were not what they should be, and have been removed."""
+
+    def __init__(self, target: Path) -> None:
+        self.folder = folder_of(target)
+        self.tables: dict[str, list[Shard | Held]] = {}
+        self.pending: dict[str, list[np.ndarray]] = {}
+        self.bytes, self.since = 0, time.monotonic()
+        self.damaged: list[str] = []
+        self.manifest: dict[str, Any] = {}
+        self._lock: Any = None
+
+    @property
+    def exists(self) -> bool:
+        return (self.folder / MANIFEST).is_file()
+
+    def load(self) -> dict[str, Any]:
+        """The manifest of a folder that exists; its shards are taken over, those that are damaged are removed."""
+        self._acquire()
+        try:
+            manifest: dict[str, Any] = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise ScenarioError(
+                f"{self.folder / MANIFEST} cannot be read ({error}); remove the folder, or start again with --overwrite"
+            ) from None
+        for path in sorted(self.folder.iterdir()):
+            match = NAME.fullmatch(path.name)
+            if path.suffix == ".partial":
+                path.unlink()
+            elif match is not None:
+                labels = _sound(path, match["sum"])
+                if labels is None:
+                    self.damaged.append(path.name)
+                    path.unlink()
+                else:
+                    self.tables.setdefault(match["table"], []).append(Shard(path, labels))
+        self.manifest = manifest
+        return manifest
+
+    def begin(self, manifest: dict[str, Any]) -> None:
+        """What the sweep is; it is written with the first shard."""
+        self.manifest = manifest
+
+    def labels(self) -> np.ndarray:
+        """The runs that are there, ascending."""
+        import numpy as np
+
+        found = [source.labels for source in self.tables.get("run", [])]
+        return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
+
+    def take(self, tables: dict[str, np.ndarray]) -> None:
+        """Keep finished runs; they are on the disk a second later at most."""
+        for name, records in tables.items():
+            if len(records):
+                self.pending.setdefault(name, []).append(records)
+                self.bytes += records.nbytes
+        if self.bytes >= SHARD_BYTES or (self.bytes and time.monotonic() - self.since >= PAUSE):
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what is not yet on the disk."""
+        import numpy as np
+
+        try:
+            if self.pending and self._lock is None:
+                self.folder.mkdir(exist_ok=True)
+                self._acquire()
+                self._write(MANIFEST, json.dumps(self.manifest, indent=1).encode())
+            for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
+                records = np.concatenate(self.pending[table])
+                records = records[np.argsort(records[LABEL], kind="stable")]
+                self.tables.setdefault(table, []).append(self._save(table, records))
+        except OSError as error:
+            free = shutil.disk_usage(self.folder.parent).free
+            raise WriteError(
+                f"{self.folder}: could not be written ({error.strerror}): {self.folder.parent} has {free / 1e6:.1f} MB "
+                "free; make room there and go on with --resume, which needs what is in this folder"
+            ) from error
+        self.pending, self.bytes, self.since = {}, 0, time.monotonic()
+
+    def sources(self, table: str) -> list[Shard | Held]:
+        """What there is of a table, what is not yet on the disk too."""
+        return [*self.tables.get(table, []), *map(Held, self.pending.get(table, []))]
+
+    def remove(self) -> None:
+        """The dataset is safe: the folder has done its work."""
+        _mapped.cache_clear()
+        if self.folder.is_dir():
+            shutil.rmtree(self.folder)
+        self.close()
+
+    def close(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def _save(self, table: str, records: np.ndarray) -> Shard:
+        import numpy as np
+
+        stream = io.BytesIO()
+        np.save(stream, records, allow_pickle=False)
+        labels = records[LABEL].copy()
+        name = f"{table}-{labels[0]}-{labels[-1]}-{_checksum(stream.getbuffer())}.npy"
+        return Shard(self._write(name, stream.getbuffer()), labels)
+
+    def _write(self, name: str, content: Any) -> Path:
+        """Whole or not at all."""
+        path = self.folder / name
+        partial = path.with_name(f"{name}.partial")
+        try:
+            with partial.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(partial, path)
+            to_disk(self.folder)
+        except OSError:
+            partial.unlink(missing_ok=True)
+            raise
+        return path
+
+    def _acquire(self) -> None:
+        """Nobody else may write here; the system lets go of the lock when this process ends, however it ends."""
+        try:
+            import fcntl
+        except ImportError:  # not on Windows
+            return
+        lock = (self.folder / "lock").open("w")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+            raise ScenarioError(
+                f"{self.folder}: another process is writing this sweep; wait until it is done, or choose another output"
+            ) from None
+        self._lock = lock
+
+
+def _checksum(content: Any) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _sound(path: Path, checksum: str) -> np.ndarray | None:
+    """The labels of a shard; None if it is damaged."""
+    import numpy as np
+
+    try:
+        content = path.read_bytes()
+        if _checksum(content) != checksum:
+            return None
+        labels: np.ndarray = np.load(io.BytesIO(content), allow_pickle=False)[LABEL].copy()
+    except (OSError, ValueError, KeyError, IndexError):
+        return None
+    return labels
