@@ -1,4 +1,4 @@
-"""What a person sees of a sensitivity analysis: for each output a tornado with rank correlations, and Sobol' indices."""
+"""What a person sees of a sensitivity analysis: of each output a tornado with rank correlations, and Sobol' indices."""
 
 import sys
 from collections.abc import Iterator
@@ -61,7 +61,7 @@ def _tornado(one: "xr.Dataset") -> "Table":
 def _sobol(one: "xr.Dataset") -> "Table":
     """The inputs with the largest total indices first."""
     order = _largest(one["total_order"].values)
-    of = f"Sobol' indices of {one['output'].item()}, {plural(int(one['rows']), 'row', 'rows')}"
+    of = f"Sobol' indices of {one['output'].item()}, {int(one['rows']):,} of {one.attrs['rows']:,} rows"
     table = _table(f"{of}; the first add up to {float(one['first_order'].sum()):.2f}{_more(order)}", ["first", "total"])
     for k in order[:MOST_INPUTS]:
         row = {str(name): float(x[k]) for name, x in one.data_vars.items() if "input" in x.dims}

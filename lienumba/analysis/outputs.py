@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
@@ -145,5 +145,5 @@ def _read(
     scale = float(np.nanmax(abs(values), initial=0.0))
     units, long_name = (str(variable.attrs.get(key, default)) for key, default in (("units", "1"), ("long_name", "")))
     for name in wanted:
-        column = values[(slice(None), *(n - x[0] for n, x in zip(places[name], needed, strict=True)))]
-        yield Output(name, units, long_name, column, time, scale)
+        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(places[name], needed, strict=True)))
+        yield Output(name, units, long_name, values[place], time, scale)

@@ -26,7 +26,7 @@ INDEPENDENT = (
     "rank correlations and changes are of samples A and B alone, since the other runs of a saltelli sweep repeat their "
     "numbers"
 )
-DEPENDENT = "rank correlations and changes hold the effects of correlated inputs too, which move along"
+DEPENDENT = "rank correlations and changes of inputs that depend on one another hold the effects of all of these"
 NO_SOBOL = "Sobol' indices are left out, since [[sweep.correlate]] makes inputs depend on one another"
 NOT_LAID_OUT = (
     "Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the dataset as "
@@ -59,6 +59,8 @@ OF_OUTPUT = {
     "rows": ("1", "complete rows that count for Sobol' indices"),
 }
 
+COUNTS = ("runs", "rows")
+
 
 def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None) -> xr.Dataset:
     """How outputs of a sweep depend on its inputs, over the good runs: rank correlations, a tornado, and of a sweep
@@ -87,6 +89,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
         failed=int((~ds["status"].isin(GOOD).values & sampled).sum()),
+        rows=0 if rows is None else len(rows.table),
         notes="\n".join([*notes, *of_plan, *left_out]),
     )
 
@@ -119,13 +122,15 @@ def _plan(
     every, saltelli = np.flatnonzero(labels >= 0), sweep.get("sampler") == sobol.SAMPLER
     rows = sobol.rows_of(labels, sweep, samples) if saltelli else None
     runs, notes = (every, []) if rows is None else (rows.independent, [INDEPENDENT])
+    if sweep.get("correlate") or any({"expression", "column"} & set(entry) for entry in sweep.get("vary", {}).values()):
+        notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
-        return runs, None, [*notes, DEPENDENT, NO_SOBOL]
+        return runs, None, [*notes, NO_SOBOL]
     if saltelli:
-        return runs, rows, notes or [NOT_LAID_OUT]
+        return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
     d = len(sobol.sampled_inputs(sweep)) or len(samples)
     proposal = f"({d} + 2)*2^m runs, such as sweep.runs = {(d + 2) * ROWS}"
-    return runs, None, [f'Sobol\' indices need sweep.sampler = "{sobol.SAMPLER}" and {proposal}']
+    return runs, None, [*notes, f'Sobol\' indices need sweep.sampler = "{sobol.SAMPLER}" and {proposal}']
 
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
@@ -156,7 +161,7 @@ def _dataset(
 
     names = list(dict.fromkeys([*inputs, *(rows.inputs if rows is not None else ())]))
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
-    of_output = {name: np.full(len(found), np.nan) for name in OF_OUTPUT}
+    of_output = {name: np.zeros(len(found), int if name in COUNTS else float) for name in OF_OUTPUT}
     ranks: dict[bytes, list[np.ndarray]] = {}  # of the inputs, by the runs that count
     for n, output in enumerate(found):
         kept = runs[np.isfinite(output.values[runs])]

@@ -57,12 +57,12 @@ class Indices:
 
 
 def sampled_inputs(sweep: Mapping[str, Any]) -> list[str]:
-    """What is drawn, in the order of [sweep.vary]; an expression of other inputs is not."""
-    return [str(path) for path, entry in sweep.get("vary", {}).items() if not _is_derived(entry)]
-
-
-def _is_derived(entry: Any) -> bool:
-    return isinstance(entry, dict) and ("expression" in entry or entry.get("distribution") == "expression")
+    """What is drawn, in the order of [sweep.vary]: no constants, expressions of other inputs or columns of a table."""
+    return [
+        path
+        for path, entry in sweep.get("vary", {}).items()
+        if not {"expression", "column"} & set(entry) and entry.get("distribution") != "constant"
+    ]
 
 
 def columns_of(path: str, columns: Sequence[str]) -> list[str]:
@@ -72,15 +72,10 @@ def columns_of(path: str, columns: Sequence[str]) -> list[str]:
 
 def rows_of(labels: np.ndarray, sweep: Mapping[str, Any], samples: Mapping[str, np.ndarray]) -> Rows | None:
     """The rows of a dataset with these labels (runs,) and samples (runs,); None if they are not laid out so."""
-    import numpy as np
-
-    inputs = [path for path in sampled_inputs(sweep) if columns_of(path, list(samples))]
-    varying = [path for path in inputs if any(np.ptp(samples[x][labels >= 0]) for x in columns_of(path, list(samples)))]
-    for names in (varying, inputs):
-        rows = Rows(names, _table(labels, len(names)))
-        if names and _holds(rows, samples):
-            return rows
-    return None
+    inputs = sampled_inputs(sweep)
+    rows = Rows(inputs, _table(labels, len(inputs)))
+    kept = [path for path, entry in sweep.get("vary", {}).items() if path not in inputs and "expression" not in entry]
+    return rows if inputs and _hold(rows, kept, samples) else None
 
 
 def _table(labels: np.ndarray, d: int) -> np.ndarray:
@@ -93,14 +88,18 @@ def _table(labels: np.ndarray, d: int) -> np.ndarray:
     return table
 
 
-def _holds(rows: Rows, samples: Mapping[str, np.ndarray]) -> bool:
-    """Whether each run has its numbers from A or B as it should."""
+def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) -> bool:
+    """Whether each run has its numbers from A or B as it should, and a row those that are kept in common."""
+    import numpy as np
+
     table = rows.table[(rows.table >= 0).all(axis=1)]
-    for k, path in enumerate(rows.inputs):
+    for path in (*rows.inputs, *kept):
+        source = np.zeros(table.shape[1], int)  # the run of its row from which each has the input
+        if path in rows.inputs:
+            source[[1, 2 + rows.inputs.index(path)]] = 1
         for name in columns_of(path, list(samples)):
             x = samples[name][table]
-            of_a = [0, *(2 + j for j in range(len(rows.inputs)) if j != k)]
-            if not ((x[:, of_a] == x[:, :1]).all() and (x[:, 2 + k] == x[:, 1]).all()):
+            if (x != x[:, source]).any():
                 return False
     return True
 
