@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 FAILED = "failed"
 STATUS = "status"
+LAST = "last_"  # of the name of a state that each run has once
 MOST = 6  # outputs that are chosen where none is asked for
 NEAR = 1e-9  # relative: a time nearer than this to a stored one is that
 
@@ -103,11 +104,11 @@ def _matching(asked: str, known: dict[str, list[str]]) -> list[str]:
 def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) -> list[str]:
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
     names = [name for name in known if name != FAILED and (time is None or "time" in ds[name].dims)]
-    own = [name for name in names if name not in VARIABLES] + [name for name in names if name == "event_time"]
+    own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
     own.sort(key=lambda name: "time" in ds[name].dims)
     outputs = [output for name in own for output in known[name]]
     if not outputs:
-        places = [name for name in ("last_position", "position") if name in names] or names
+        places = [name for name in (f"{LAST}position", "position") if name in names] or names
         outputs = known[places[0]][-3:] if places else []
     failed = [FAILED] if FAILED in known and FAILED not in ds and time is None else []
     if not outputs and not failed:
