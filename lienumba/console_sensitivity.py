@@ -54,7 +54,9 @@ def _tornado(one: "xr.Dataset") -> "Table":
         half = 0.5 * (row["change_high"] - row["change_low"])
         cells = [_number(row[name]) for name in ("input_low", "input_high", "low", "high")]
         change = f"{row['change']:.3g}" + (f" ± {half:.2g}" if half == half else "") if cells[2] != "-" else "-"
-        table.add_row(_name(one.isel(input=k), "input"), _between(row, "rank_correlation"), *cells, change)
+        r, r_low, r_high = (row[f"rank_correlation{end}"] for end in ("", "_low", "_high"))
+        rank = f"{r:.2f} ({r_low:.2f} to {r_high:.2f})"
+        table.add_row(_name(one.isel(input=k), "input"), rank, *cells, change)
     return table
 
 
@@ -65,7 +67,8 @@ def _sobol(one: "xr.Dataset") -> "Table":
     table = _table(f"{of}; the first add up to {float(one['first_order'].sum()):.2f}{_more(order)}", ["first", "total"])
     for k in order[:MOST_INPUTS]:
         row = {str(name): float(x[k]) for name, x in one.data_vars.items() if "input" in x.dims}
-        table.add_row(str(one["input"].values[k]), _between(row, "first_order"), _between(row, "total_order"))
+        indices = (f"{row[x]:.3f} ± {row[f'{x}_high'] - row[x]:.2g}" for x in ("first_order", "total_order"))
+        table.add_row(str(one["input"].values[k]), *indices)
     return table
 
 
@@ -76,10 +79,6 @@ def _largest(values: "np.ndarray") -> list[int]:
 
 def _more(order: list[int]) -> str:
     return f" (the first {MOST_INPUTS} of {len(order)} inputs)" if len(order) > MOST_INPUTS else ""
-
-
-def _between(row: dict[str, float], name: str) -> str:
-    return f"{row[name]:.2f} ({row[f'{name}_low']:.2f} to {row[f'{name}_high']:.2f})"
 
 
 def _number(value: float) -> str:

@@ -105,7 +105,7 @@ def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) ->
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
     names = [name for name in known if name != FAILED and (time is None or "time" in ds[name].dims)]
     own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
-    own.sort(key=lambda name: "time" in ds[name].dims)
+    own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
     outputs = [output for name in own for output in known[name]]
     if not outputs:
         places = [name for name in (f"{LAST}position", "position") if name in names] or names
