@@ -48,17 +48,17 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
     import numpy as np
 
     good = ds[STATUS].isin(GOOD).values & sampled
-    failing = FAILED not in ds and bool(good.any()) and not good[sampled].all()
-    known = {str(name): list(_components(x)) for name, x in ds.data_vars.items() if _is_output(x)}
-    if failing:
-        known[FAILED] = [FAILED]
-    asked = [output for name in names for output in _matching(name, known)] or _telling(ds, known, time)
+    known = {FAILED: [FAILED]} | {str(name): list(_components(x)) for name, x in ds.data_vars.items() if _is_output(x)}
+    asked = [output for name in names for output in _matching(name, known)]
+    if not names:
+        asked = _telling(ds, known, time)
+        asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
     at = _stored(ds, time) if "time" in ds.sizes else 0
     for name in dict.fromkeys(_variable_of(output, known) for output in asked):
         wanted = [output for output in asked if _variable_of(output, known) == name]
-        if time is not None and (name == FAILED or "time" not in ds[name].dims):
+        if time is not None and (name not in ds or "time" not in ds[name].dims):
             raise ScenarioError(f"time = {time:g}: has no meaning for {name}, which each run has once; leave it out")
-        if name == FAILED and failing:
+        if name not in ds:
             values = np.where(sampled, (~good).astype(float), nan)
             yield Output(FAILED, "1", "whether the run failed", values)
         else:
@@ -103,17 +103,16 @@ def _matching(asked: str, known: dict[str, list[str]]) -> list[str]:
 
 def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) -> list[str]:
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
-    names = [name for name in known if name != FAILED and (time is None or "time" in ds[name].dims)]
+    names = [name for name in known if name in ds and (time is None or "time" in ds[name].dims)]
     own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
     own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
     outputs = [output for name in own for output in known[name]]
     if not outputs:
         places = [name for name in (f"{LAST}position", "position") if name in names] or names
         outputs = known[places[0]][-3:] if places else []
-    failed = [FAILED] if FAILED in known and FAILED not in ds and time is None else []
-    if not outputs and not failed:
+    if not outputs:
         raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
-    return outputs[:MOST] + failed
+    return outputs[:MOST]
 
 
 def _stored(ds: xr.Dataset, time: float | None) -> int:
@@ -122,13 +121,13 @@ def _stored(ds: xr.Dataset, time: float | None) -> int:
     if time is None:
         return len(times) - 1
     index = int(abs(times - time).argmin())
-    if not times[0] <= time <= times[-1] and abs(times[index] - time) > NEAR * abs(time):
-        raise ScenarioError(
-            f"time = {time:g}: lies outside the stored times; give one from {times[0]:g} to {times[-1]:g} s"
-        )
-    if abs(times[index] - time) > NEAR * max(abs(time), 1.0):
+    if abs(times[index] - time) <= NEAR * max(abs(time), 1.0):
+        return index
+    if times[0] < time < times[-1]:
         raise ScenarioError(f"time = {time:g}: is not stored; the nearest stored time is {times[index]:g} s")
-    return index
+    raise ScenarioError(
+        f"time = {time:g}: lies outside the stored times; give one from {times[0]:g} to {times[-1]:g} s"
+    )
 
 
 def _read(

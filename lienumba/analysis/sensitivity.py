@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -83,7 +83,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
         else:
             found.append(one)
     if not found:
-        raise ScenarioError(f"{'; '.join(left_out)}; {_remedy(ds)}")
+        raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
     return _dataset(ds, found, inputs, runs, rows).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
@@ -169,7 +169,7 @@ def _dataset(
         table = {name: x[n] for name, x in of_both.items()}
         if kept.tobytes() not in ranks:
             ranks = {kept.tobytes(): [standard_ranks(x[kept]) for x in inputs.values()]}
-        for k, numbers in enumerate(_compare(y, [x[kept] for x in inputs.values()], ranks[kept.tobytes()])):
+        for k, numbers in enumerate(_compare(y, (x[kept] for x in inputs.values()), ranks[kept.tobytes()])):
             _put(table, k, numbers)
         indices = None if rows is None else sobol.indices(output.values, rows)
         for name, numbers in ({} if indices is None else indices.by_input()).items():
@@ -188,7 +188,7 @@ def _put(table: dict[str, np.ndarray], index: int, numbers: dict[str, float]) ->
         table[name][index] = value
 
 
-def _compare(y: np.ndarray, samples: list[np.ndarray], ranks: list[np.ndarray]) -> list[dict[str, float]]:
+def _compare(y: np.ndarray, samples: Iterable[np.ndarray], ranks: list[np.ndarray]) -> list[dict[str, float]]:
     """Ranks and tornado of an output y (n,) over each input (n,)."""
     own, found = standard_ranks(y), []
     for x, rank in zip(samples, ranks, strict=True):
