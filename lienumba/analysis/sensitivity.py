@@ -32,6 +32,7 @@ NOT_LAID_OUT = (
     "Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the dataset as "
     "lienumba run wrote it"
 )
+CHOSEN = "these outputs were chosen; ask for others by name, such as position or tip.z"
 INPUT, OUTPUT = "of the input", "of the output"  # units
 ENDS = {"low": "lower", "high": "upper"}
 INTERVALS = {
@@ -90,7 +91,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
         runs=int(sampled.sum()),
         failed=int((~ds["status"].isin(GOOD).values & sampled).sum()),
         rows=0 if rows is None else len(rows.table),
-        notes="\n".join([*notes, *of_plan, *left_out]),
+        notes="\n".join([*notes, *of_plan, *left_out, *([] if output else [CHOSEN])]),
     )
 
 
