@@ -1,4 +1,4 @@
-"""The command line: run, validate, info, plot, schema, doctor.
+"""The command line: run, validate, info, plot, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
@@ -192,6 +192,46 @@ def plot(
         with read(file) as dataset:
             save(dataset, target, variables or ())
         typer.echo(f"written to {target}")
+
+
+@app.command()
+def analyse(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset of a sweep (.nc).", show_default=False)],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[OUTPUT]...",
+            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
+            show_default=False,
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
+    ] = None,
+) -> None:
+    """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
+    with console.exit_codes():
+        from lienumba.analysis import sensitivity, sensitivity_file
+        from lienumba.console_sensitivity import print_sensitivity
+        from lienumba.store.files import read
+
+        if output is not None:
+            sensitivity_file.check_target(output)
+        with read(file) as dataset:
+            found = sensitivity(dataset, outputs or (), time)
+        if output is not None:
+            sensitivity_file.save(found, output)
+        with console.unheard():
+            print_sensitivity(found)
+            if output is not None:
+                typer.echo(f"written to {output}")
 
 
 @app.command()
