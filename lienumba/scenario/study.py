@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from lienumba.errors import ScenarioError
 from lienumba.scenario import reference_file, reference_formulas, runner
 from lienumba.scenario.batches import method_of
+from lienumba.scenario.design import draw
 from lienumba.scenario.prepare import Prepared, check_initial, prepare
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.runner import Collector, Progress
@@ -21,7 +22,6 @@ from lienumba.scenario.units import units
 from lienumba.scenario.words import listed, plural, show
 from lienumba.store import provenance, study_layout
 from lienumba.store.study_layout import ERRORS, TRUSTED, grid_of, typical
-from lienumba.sweep.design import design_table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,7 +45,7 @@ def check(scenario: Scenario) -> None:
     for point in _problems(scenario.plan):
         _told(point, check_initial)
         labels = range(data.sweep.runs)
-        samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
+        samples = draw(scenario, labels)
         _stated(scenario, point, labels, samples)
 
 

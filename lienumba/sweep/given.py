@@ -12,10 +12,14 @@ Columns = Annotated[list[StrictStr], Field(min_length=1, max_length=6)]
 SHAPES = {1: NUMBER, 3: VECTOR, 4: ROTATION, 6: INERTIA}
 
 
-class Column(Kind):
-    """The values of a column of `sweep.table`; those of several for a rotation (4), an inertia (6) or a vector (3)."""
+class Given(Kind):
+    """It takes no random numbers."""
 
     dimensions: ClassVar[int] = 0
+
+
+class Column(Given):
+    """The values of a column of `sweep.table`; those of several for a rotation (4), an inertia (6) or a vector (3)."""
 
     column: Annotated[
         Annotated[StrictStr, Tag("name")] | Annotated[Columns, Tag("names")],
@@ -33,10 +37,8 @@ class Column(Kind):
         return SHAPES.get(len(self.names), NUMBER)
 
 
-class Expression(Kind):
+class Expression(Given):
     """A formula of parameters and of other varied numbers by their paths, evaluated for each run."""
-
-    dimensions: ClassVar[int] = 0
 
     expression: StrictStr = Field(
         description='a formula of parameters and of other varied numbers, such as "0.0156*bodies.top.mass"'

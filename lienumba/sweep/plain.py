@@ -77,11 +77,14 @@ class TruncatedNormal(Scalar):
         scale = self.scale(nominal)
         mean, std = self.located(self.mean, nominal), self.std * abs(scale)
         bounds = [None if x is None else x * scale for x in (self.low, self.high)]
-        low, high = (bounds[::-1] if scale < 0.0 else bounds)
+        low, high = bounds[::-1] if scale < 0.0 else bounds
         a, b = (None if x is None else (x - mean) / std for x in (low, high))
         if (a is not None and a > FARTHEST) or (b is not None and b < -FARTHEST):
-            key, value = ("low", self.low) if (self.low is not None and scale * (self.low * scale - mean) > 0.0) else (
-                "high", self.high)
+            key, value = (
+                ("low", self.low)
+                if (self.low is not None and scale * (self.low * scale - mean) > 0.0)
+                else ("high", self.high)
+            )
             raise ScenarioError(
                 f"{key} = {value!r}: is more than {FARTHEST:g} standard deviations from the mean {mean:g}, where no "
                 "sample ever lies; correct mean, std or the bound"

@@ -109,7 +109,7 @@ class Direction(Kind):
         length = sqrt(so3.dot(nominal, nominal))
         if not length > 0.0:
             raise ScenarioError(
-                f"distribution: the nominal vector {list(nominal)} has no direction and no length; give one other than 0"
+                f"distribution: the nominal vector {list(nominal)} has no direction; give one other than 0"
             )
         half = sin(0.5 * self.angle)
         depth = 2.0 * (half * half) * u[0]  # 1 - cos of the angle to the nominal direction

@@ -27,7 +27,7 @@ PCG_MULTIPLIER = 0x2360ED051FC65DA44385DF649FCCF645
 SMALLEST = 2.0**-54  # stands for 0, which no unbounded distribution can take
 
 
-def uniforms(path: str, runs: Sequence[int], seed: int) -> np.ndarray:
+def uniforms(path: str, runs: Sequence[int] | np.ndarray, seed: int) -> np.ndarray:
     """The first number in (0, 1) of each run's stream for `path`, shape (runs,); labels are 0 to 2**32 - 1."""
     import numpy as np
 

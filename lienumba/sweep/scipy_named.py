@@ -30,21 +30,23 @@ class SciPy(Scalar):
             kinds = (stats.rv_continuous, stats.rv_discrete)
             names = [name for name in dir(stats) if isinstance(getattr(stats, name), kinds)]
             raise ValueError(
-                f'scipy = "{self.scipy}": is no distribution of scipy.stats of one number; {_nearest(self.scipy, names)}'
+                f'scipy = "{self.scipy}": is no distribution of a number in scipy.stats; {_nearest(self.scipy, names)}'
             )
         shapes = [name.strip() for name in found.shapes.split(",")] if found.shapes else []
         known = [*shapes, "loc", *(["scale"] if isinstance(found, stats.rv_continuous) else [])]
         given = self.__pydantic_extra__ or {}
         for name in given:
             if name not in known:
-                raise ValueError(f"{name} = {given[name]:g}: {self.scipy} has no such parameter; {_nearest(name, known)}")
+                raise ValueError(
+                    f"{name} = {given[name]:g}: {self.scipy} has no such parameter; {_nearest(name, known)}"
+                )
         missing = [name for name in shapes if name not in given]
         if missing:
             raise ValueError(f'scipy = "{self.scipy}": needs {" and ".join(missing)}; give {missing[0]} = ...')
         if not all(x == x for x in found.support(**given)):
             shown = ", ".join(f"{name} = {x:g}" for name, x in given.items())
             raise ValueError(
-                f'scipy = "{self.scipy}": does not exist with {shown}; see the documentation of scipy.stats.{self.scipy}'
+                f'scipy = "{self.scipy}": does not exist with {shown}; its documentation tells what may be given'
             )
         return self
 

@@ -43,7 +43,7 @@ def sobol(paths: Sequence[str], labels: np.ndarray, seed: int, first: int = 0) -
         points = np.zeros(labels.shape, np.uint64)
         for k in range(bits):
             points ^= (gray >> np.uint64(k) & np.uint64(1)) * numbers[k]
-        shift = np.uint64(uniforms(f"{path} shift {first > 0}", [0], seed)[0] * 2.0**DIGITS)
+        shift = np.uint64(uniforms(f"{path} shift{' of B' if first else ''}", [0], seed)[0] * 2.0**DIGITS)
         samples = (points << np.uint64(DIGITS - SOBOL_BITS) ^ shift) * 2.0**-DIGITS
         found[path] = np.maximum(samples, SMALLEST)
     return found

@@ -1,0 +1,186 @@
+"""What the sampler of a sweep needs: as many runs as fit, a table with its columns, correlations that can be."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from lienumba.scenario import paths
+from lienumba.scenario.report import read
+from lienumba.scenario.schema import Correlation
+from lienumba.scenario.words import show, suggestion
+from lienumba.sweep.copula import MatrixError, cholesky
+from lienumba.sweep.given import Column
+from lienumba.sweep.kinds import Kind
+from lienumba.sweep.rotations import Direction, RotationNormal, RotationUniform
+from lienumba.sweep.sequences import MOST_DIMENSIONS
+from lienumba.sweep.table import SampleTable
+
+if TYPE_CHECKING:
+    from lienumba.scenario.report import Report
+
+TABLE, SALTELLI = "table", "saltelli"
+
+
+def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[str, Any], report: "Report") -> None:
+    """Check the sampler with the inputs that vary, by their canonical paths."""
+    sampler, runs = sweep.get("sampler", "random"), sweep.get("runs", 1)
+    factors = sum(kind.dimensions > 0 for kind in vary.values())
+    dimensions = sum(kind.dimensions for kind in vary.values())
+    if sampler == SALTELLI:
+        if not factors:
+            report.problems.append(f'sweep.sampler = "{SALTELLI}": no distribution varies; give at least two')
+        elif isinstance(runs, int) and runs % (factors + 2):
+            below = runs - runs % (factors + 2)
+            nearest = " or ".join(str(n) for n in (below, below + factors + 2) if n)
+            report.problems.append(
+                f'sweep.runs = {runs}: must be a multiple of {factors + 2} for the sampler "{SALTELLI}" with {factors} '
+                f"inputs that vary; give {nearest}"
+            )
+    used = {"sobol": dimensions, SALTELLI: 2 * dimensions}.get(str(sampler), 0)
+    if used > MOST_DIMENSIONS:
+        report.problems.append(
+            f'sweep.sampler = "{sampler}": has at most {MOST_DIMENSIONS} dimensions, but sweep.vary needs {used}; '
+            'take "halton", "latin_hypercube" or "random"'
+        )
+    _check_table(sweep, sampler, vary, report)
+    _check_correlations(sweep, sampler, vary, model, report)
+
+
+def _check_table(sweep: dict[str, Any], sampler: Any, vary: Mapping[str, Kind], report: "Report") -> None:
+    raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
+    if sampler == TABLE and raw is None:
+        report.problems.append('sweep.table is missing; give { file = "design.csv" }, a table of samples')
+        return
+    if raw is None:
+        report.problems += [
+            f'sweep.vary."{path}".column: there is no table; give sweep.sampler = "{TABLE}" and sweep.table'
+            for path in names
+        ]
+        return
+    if sampler != TABLE:
+        report.problems.append(
+            f'sweep.sampler = {show(sampler)}: takes nothing from sweep.table; give sampler = "{TABLE}", or leave the '
+            "table out"
+        )
+    table = read(SampleTable, raw)
+    if table is None:
+        return
+    _check_rows(sweep, table, report)
+    for path, needed in names.items():
+        report.problems += [
+            f'sweep.vary."{path}".column = {show(name)}: is no column of sweep.table; {suggestion(name, table.columns)}'
+            for name in needed
+            if name not in table.columns
+        ]
+    used = {name for needed in names.values() for name in needed}
+    report.problems += [
+        f"sweep.table: nothing varies with its column {show(name)}; take it out, or out of sweep.vary what draws it"
+        for name in table.columns
+        if name not in used and not _is_path(name, report)
+    ]
+
+
+def _is_path(name: str, report: "Report") -> bool:
+    """Whether something has been said of a column already, as a path that leads nowhere."""
+    return any(sentence.startswith(f'sweep.vary."{name}"') for sentence in report.problems)
+
+
+def _check_rows(sweep: dict[str, Any], table: SampleTable, report: "Report") -> None:
+    rows = {name: len(numbers) for name, numbers in table.columns.items()}
+    lengths = rows | ({} if table.runs is None else {"run": len(table.runs)})
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name}: {number}" for name, number in lengths.items())
+        report.problems.append(
+            f"sweep.table: its columns have different lengths ({listed}); give a number for each row"
+        )
+        return
+    if not table.rows():
+        report.problems.append("sweep.table: has no rows; give one for each run")
+        return
+    if table.runs is not None and len(set(table.runs)) < len(table.runs):
+        twice = next(label for label in table.runs if table.runs.count(label) > 1)
+        report.problems.append(f"sweep.table: has two rows for run {twice}; give each run one")
+    runs = sweep.get("runs", 1)
+    if isinstance(runs, int) and runs > table.end():
+        last = "rows" if table.runs is None else "as the end of its column run"
+        report.problems.append(
+            f"sweep.runs = {runs}: sweep.table has only {table.end()} {last}; give at most that many, or leave runs out"
+        )
+
+
+def _check_correlations(
+    sweep: dict[str, Any], sampler: Any, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
+) -> None:
+    groups = sweep.get("correlate", [])
+    streams = {name: kind for path, kind in vary.items() for name in kind.streams(path)}
+    seen: dict[str, str] = {}
+    for index, raw in enumerate(groups if isinstance(groups, list) else ()):
+        at = f"sweep.correlate[{index}]"
+        group = read(Correlation, raw)
+        if group is None:
+            continue
+        if sampler == SALTELLI:
+            report.problems.append(
+                f'{at}: the sampler "{SALTELLI}" is for inputs that vary independently; leave the correlation out, or '
+                'take "sobol"'
+            )
+        for number, path in enumerate(group.paths):
+            here = f"{at}.paths[{number}]"
+            problem = _not_correlated(path, here, vary, streams, model, seen)
+            report.problems += [f"{here} = {show(path)}: {problem}"] if problem else []
+        problem = _wrong_matrix(group)
+        report.problems += [f"{at}.matrix{problem}"] if problem else []
+
+
+def _not_correlated(
+    path: str,
+    here: str,
+    vary: Mapping[str, Kind],
+    streams: Mapping[str, Kind],
+    model: dict[str, Any],
+    seen: dict[str, str],
+) -> str | None:
+    """Why a path cannot be correlated."""
+    try:
+        name = paths.canonical(path, model)
+    except paths.PathError as error:
+        return str(error)
+    if name in seen:
+        return f"is there already as {seen[name]}; put all its correlations into one matrix"
+    seen[name] = here
+    kind = streams.get(name)
+    if kind is None and name in vary:
+        if isinstance(vary[name], RotationNormal):
+            return f"is a rotation; give components of its rotation vector, such as {name}[0]"
+        if not vary[name].dimensions:
+            return "is not drawn from a distribution; correlate what is"
+    whole = vary.get(name.rpartition("[")[0]) if kind is None or name not in vary else None
+    if isinstance(kind or vary.get(name), RotationUniform | Direction) or isinstance(
+        whole, RotationUniform | Direction
+    ):
+        return "is uniform on a sphere or on all rotations, which has no correlations; take it out"
+    if kind is None:
+        return f"does not vary; {suggestion(name, streams)}"
+    if isinstance(kind, RotationNormal) and kind.covariance is not None:
+        return "has correlations in its covariance already; give std instead, and all correlations here"
+    if kind.shape != "number" and not isinstance(kind, RotationNormal):
+        return "is a part of a random inertia, which has no correlations; take it out"
+    return None
+
+
+def _wrong_matrix(group: Correlation) -> str | None:
+    """What is wrong with a matrix of correlations, from behind its name on."""
+    size, matrix = len(group.paths), group.matrix
+    if len(matrix) != size or any(len(row) != size for row in matrix):
+        shape = f"{len(matrix)} rows of {' and '.join(sorted({str(len(row)) for row in matrix})) or 0} numbers"
+        return f": has {shape} for {size} paths; give {size} rows of {size}"
+    for i, row in enumerate(matrix):
+        if row[i] != 1.0:
+            return f"[{i}][{i}] = {row[i]!r}: must be 1, the correlation of a path with itself; write 1"
+        for j, x in enumerate(row):
+            if not abs(x) <= 1.0:
+                return f"[{i}][{j}] = {x!r}: is no correlation; give a number from -1 to 1"
+    try:
+        cholesky(matrix)
+    except MatrixError as error:
+        return f" {error}"
+    return None
