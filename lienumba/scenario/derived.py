@@ -24,6 +24,12 @@ def ordered(vary: Mapping[str, Kind], parameters: "Parameters") -> dict[str, For
     return {path: formulas[path] for path in TopologicalSorter(needs).static_order()}
 
 
+def used(vary: Mapping[str, Kind], parameters: "Parameters") -> set[str]:
+    """The parameters that formulas use, by either of their names."""
+    names = {name for formula in ordered(vary, parameters).values() for name in formula.used}
+    return {name.removeprefix("parameters.") for name in names}
+
+
 def _names(vary: Mapping[str, Kind], parameters: "Parameters") -> frozenset[str]:
     """What a formula may name: every number that varies, by its path, and every parameter."""
     return frozenset(name for path, kind in vary.items() for name in kind.columns(path)) | parameters.values().keys()

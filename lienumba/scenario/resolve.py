@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import paths, timegrid, toml
+from lienumba.scenario import derived, paths, timegrid, toml
 from lienumba.scenario.checks import check
 from lienumba.scenario.code import PYTHON
 from lienumba.scenario.conversions import nominal_numbers
@@ -191,8 +191,10 @@ def _resolved(
         raise ScenarioError("\n".join(map(_as_written, problems)))
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
+    filled = _filled(data)
+    elsewhere = elsewhere | derived.used(filled.sweep.vary, parameters)
     warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
-    return Scenario(_filled(data), list(map(_as_written, warnings)), file, parameters)
+    return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 
 
 def _as_written(sentence: str) -> str:

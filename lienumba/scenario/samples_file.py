@@ -12,6 +12,7 @@ from lienumba.scenario.sample_table import RUN
 from lienumba.scenario.tables import ENDINGS
 from lienumba.scenario.units import units
 from lienumba.store import files
+from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Spread:
-    """Of the samples of one input."""
+    """Of the samples of one input, the nominal run left out."""
 
     path: str
     units: str
@@ -53,9 +54,11 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Sp
         _write_csv(labels, samples, target)
     else:
         _write_netcdf(scenario, labels, samples, of, target)
+    drawn = [label != NOMINAL_RUN for label in labels]
+    spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
     return [
         Spread(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
-        for path, x in samples.items()
+        for path, x in spread.items()
     ]
 
 

@@ -10,6 +10,7 @@ from lienumba.sweep.copula import Rows, correlated
 from lienumba.sweep.given import Column
 from lienumba.sweep.kinds import NUMBER
 from lienumba.sweep.points import uniform_numbers
+from lienumba.sweep.samplers import BLOCK
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +55,7 @@ def design_table(
                 assert table is not None, "checked with the scenario"
                 samples: Sequence[Any] = [np.asarray(table.columns[name])[rows] for name in kind.names]
             else:
-                samples = kind.draw([u[name] for name in kind.streams(path)], nominal[path])
+                samples = _drawn(kind, [u[name] for name in kind.streams(path)], nominal[path])
         except ScenarioError as error:
             problems.append(f'sweep.vary."{path}".{error}')
             continue
@@ -64,3 +65,13 @@ def design_table(
     if problems:
         raise ScenarioError("\n".join(problems))
     return found
+
+
+def _drawn(kind: Kind, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
+    """The columns of a distribution, block by block."""
+    import numpy as np
+
+    if len(u) == 0 or len(u[0]) == 0:
+        return kind.draw(u, nominal)
+    blocks = [kind.draw([x[start : start + BLOCK] for x in u], nominal) for start in range(0, len(u[0]), BLOCK)]
+    return [np.concatenate(column) for column in zip(*blocks, strict=True)]

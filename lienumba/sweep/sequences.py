@@ -35,6 +35,8 @@ def sobol(paths: Sequence[str], labels: np.ndarray, seed: int, first: int = 0) -
     digital shift), which keeps its evenness."""
     import numpy as np
 
+    if not paths:
+        return {}
     gray = labels.astype(np.uint64)
     gray ^= gray >> np.uint64(1)
     bits = int(labels.max(initial=0)).bit_length()
