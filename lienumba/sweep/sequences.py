@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import count
+from math import ceil, log2
 from typing import TYPE_CHECKING
 
 from lienumba.sweep.samplers import SMALLEST, uniforms
@@ -67,7 +68,7 @@ def _direction_numbers(dimensions: int, bits: int) -> np.ndarray:
 def halton(paths: Sequence[str], labels: np.ndarray, seed: int) -> dict[str, np.ndarray]:
     """The Halton sequence, path j in the base of the prime j, each digit permuted at random for each path."""
     return {
-        path: _radical_inverse(f"{path} digit", base, labels, seed)
+        path: _radical_inverse(f"{path} digits", base, labels, seed)
         for path, base in zip(paths, _primes(), strict=False)
     }
 
@@ -75,11 +76,12 @@ def halton(paths: Sequence[str], labels: np.ndarray, seed: int) -> dict[str, np.
 def _radical_inverse(stream: str, base: int, labels: np.ndarray, seed: int) -> np.ndarray:
     import numpy as np
 
-    left, samples, value, k = labels, np.zeros(labels.shape), 1.0, 0
-    while value > 2.0**-DIGITS:  # zeros in front of an index are digits, too
-        order = np.argsort(uniforms(f"{stream} {k}", np.arange(base), seed), kind="stable").astype(float)
-        value, k = value / base, k + 1
+    digits = ceil(DIGITS / log2(base))  # zeros in front of an index are digits, too
+    orders = np.argsort(uniforms(stream, np.arange(digits * base), seed).reshape(digits, base), kind="stable")
+    left, samples, value = labels, np.zeros(labels.shape), 1.0
+    for order in orders:
         left, digit = np.divmod(left, base) if left.any() else (left, left)
+        value /= base
         samples = samples + order[digit] * value
     return np.clip(samples, SMALLEST, LARGEST)
 
