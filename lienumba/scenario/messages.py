@@ -96,7 +96,10 @@ _BOUNDS = {
 
 def _least(loc: Loc) -> str:
     open_ended = (
-        tuple(loc) == ("model", "bodies") or loc[-1] in ("times", "grid") or "momentum" in loc or "python" in loc
+        tuple(loc) == ("model", "bodies")
+        or loc[-1] in ("times", "grid", "paths")
+        or "momentum" in loc
+        or "python" in loc
     )
     return "at least " if open_ended else ""
 

@@ -45,7 +45,7 @@ def check_range(path: str, nominal: Any, given: Kind, runs: int, report: "Report
     else:
         share = _share_of_zero_and_below(given, nominal)
     if share == 1.0:
-        report.problems.append(f"{at}: never draws a value above 0, but others {POSITIVE[key]}; give other numbers")
+        report.problems.append(f"{at}: draws only values of 0 or below, which {POSITIVE[key]}; give values above 0")
     elif share * runs > RARE:
         remedy = "a smaller std, or a uniform distribution" if isinstance(given, Normal) else "other numbers"
         report.warnings.append(

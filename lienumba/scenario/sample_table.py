@@ -7,7 +7,7 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario.formulas import LARGEST
 from lienumba.scenario.tables import ENDINGS, csv_column, csv_rows, reading
-from lienumba.scenario.words import show, suggestion
+from lienumba.scenario.words import show
 
 AT = "sweep.table"
 RUN = "run"  # the column of the labels
@@ -101,8 +101,3 @@ def _netcdf(path: Path) -> Columns:
             )
         read = [*inputs, *([RUN] if RUN in file.variables else [])]
         return {name: np.ma.filled(np.ma.asarray(file.variables[name][:], float), np.nan).tolist() for name in read}
-
-
-def check_column(name: str, columns: Mapping[str, Any]) -> str | None:
-    """What is wrong with the name of a column."""
-    return None if name in columns else f"{AT} has no column {show(name)}; {suggestion(name, list(columns))}"

@@ -1,4 +1,4 @@
-"""What the sampler of a sweep needs: as many runs as fit, a table with its columns, correlations that can be."""
+"""What the sampler of a sweep needs: as many runs as fit, not too many inputs, correlations that can be."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -6,18 +6,16 @@ from typing import TYPE_CHECKING, Any
 from lienumba.scenario import paths
 from lienumba.scenario.report import read
 from lienumba.scenario.schema import Correlation
-from lienumba.scenario.words import show, suggestion
+from lienumba.scenario.words import plural, show, suggestion
 from lienumba.sweep.copula import MatrixError, cholesky
-from lienumba.sweep.given import Column
 from lienumba.sweep.kinds import Kind
 from lienumba.sweep.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.sequences import MOST_DIMENSIONS
-from lienumba.sweep.table import SampleTable
 
 if TYPE_CHECKING:
     from lienumba.scenario.report import Report
 
-TABLE, SALTELLI = "table", "saltelli"
+SALTELLI = "saltelli"
 
 
 def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[str, Any], report: "Report") -> None:
@@ -41,70 +39,7 @@ def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[s
             f'sweep.sampler = "{sampler}": has at most {MOST_DIMENSIONS} dimensions, but sweep.vary needs {used}; '
             'take "halton", "latin_hypercube" or "random"'
         )
-    _check_table(sweep, sampler, vary, report)
     _check_correlations(sweep, sampler, vary, model, report)
-
-
-def _check_table(sweep: dict[str, Any], sampler: Any, vary: Mapping[str, Kind], report: "Report") -> None:
-    raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
-    if sampler == TABLE and raw is None:
-        report.problems.append('sweep.table is missing; give { file = "design.csv" }, a table of samples')
-        return
-    if raw is None:
-        report.problems += [
-            f'sweep.vary."{path}".column: there is no table; give sweep.sampler = "{TABLE}" and sweep.table'
-            for path in names
-        ]
-        return
-    if sampler != TABLE:
-        report.problems.append(
-            f'sweep.sampler = {show(sampler)}: takes nothing from sweep.table; give sampler = "{TABLE}", or leave the '
-            "table out"
-        )
-    table = read(SampleTable, raw)
-    if table is None:
-        return
-    _check_rows(sweep, table, report)
-    for path, needed in names.items():
-        report.problems += [
-            f'sweep.vary."{path}".column = {show(name)}: is no column of sweep.table; {suggestion(name, table.columns)}'
-            for name in needed
-            if name not in table.columns
-        ]
-    used = {name for needed in names.values() for name in needed}
-    report.problems += [
-        f"sweep.table: nothing varies with its column {show(name)}; take it out, or out of sweep.vary what draws it"
-        for name in table.columns
-        if name not in used and not _is_path(name, report)
-    ]
-
-
-def _is_path(name: str, report: "Report") -> bool:
-    """Whether something has been said of a column already, as a path that leads nowhere."""
-    return any(sentence.startswith(f'sweep.vary."{name}"') for sentence in report.problems)
-
-
-def _check_rows(sweep: dict[str, Any], table: SampleTable, report: "Report") -> None:
-    rows = {name: len(numbers) for name, numbers in table.columns.items()}
-    lengths = rows | ({} if table.runs is None else {"run": len(table.runs)})
-    if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{name}: {number}" for name, number in lengths.items())
-        report.problems.append(
-            f"sweep.table: its columns have different lengths ({listed}); give a number for each row"
-        )
-        return
-    if not table.rows():
-        report.problems.append("sweep.table: has no rows; give one for each run")
-        return
-    if table.runs is not None and len(set(table.runs)) < len(table.runs):
-        twice = next(label for label in table.runs if table.runs.count(label) > 1)
-        report.problems.append(f"sweep.table: has two rows for run {twice}; give each run one")
-    runs = sweep.get("runs", 1)
-    if isinstance(runs, int) and runs > table.end():
-        last = "rows" if table.runs is None else "as the end of its column run"
-        report.problems.append(
-            f"sweep.runs = {runs}: sweep.table has only {table.end()} {last}; give at most that many, or leave runs out"
-        )
 
 
 def _check_correlations(
@@ -171,7 +106,8 @@ def _wrong_matrix(group: Correlation) -> str | None:
     """What is wrong with a matrix of correlations, from behind its name on."""
     size, matrix = len(group.paths), group.matrix
     if len(matrix) != size or any(len(row) != size for row in matrix):
-        shape = f"{len(matrix)} rows of {' and '.join(sorted({str(len(row)) for row in matrix})) or 0} numbers"
+        lengths = " and ".join(sorted({str(len(row)) for row in matrix})) or "no"
+        shape = f"{plural(len(matrix), 'row', 'rows')} of {lengths} numbers"
         return f": has {shape} for {size} paths; give {size} rows of {size}"
     for i, row in enumerate(matrix):
         if row[i] != 1.0:

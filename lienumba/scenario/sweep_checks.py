@@ -12,6 +12,7 @@ from lienumba.scenario import paths
 from lienumba.scenario.conversions import nominal_numbers
 from lienumba.scenario.derived import check_derived
 from lienumba.scenario.range_checks import check_range
+from lienumba.scenario.sample_checks import check_table, no_path
 from lienumba.scenario.sampler_checks import check_sampler
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
 from lienumba.scenario.schema_types import Inertia, Rotation, Vec3
@@ -60,7 +61,10 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
             seen[name] = path
         except paths.PathError as error:
             shown = printable(path)
-            report.problems.append(f'sweep.vary."{shown}": the path {shown} {error}')
+            unmapped = isinstance(entry, dict) and entry.get("column") == path
+            report.problems.append(
+                no_path(path, error) if unmapped else f'sweep.vary."{shown}": the path {shown} {error}'
+            )
             continue
         if kind is not None:
             kinds[name] = kind
@@ -68,6 +72,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
                 check_range(name, nominal, kind, runs, report)
     if len(kinds) == len(vary) and len(report.problems) == before:
         check_derived(kinds, parameters, report)
+    check_table(sweep, kinds, report)
     if len(kinds) == len(vary):
         check_sampler(sweep, kinds, model, report)
 

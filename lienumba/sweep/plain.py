@@ -166,7 +166,7 @@ class Choice(Scalar):
             raise ValueError("values = []: is empty; give at least one value")
         if self.weights is not None and len(self.weights) != len(self.values):
             raise ValueError(
-                f"weights = {list(self.weights)}: has {len(self.weights)} entries for {len(self.values)} values; "
+                f"weights = {list(self.weights)}: must be as many as there are values, which is {len(self.values)}; "
                 "give one for each value"
             )
         if self.weights is not None and not sum(self.weights) > 0.0:

@@ -74,5 +74,5 @@ def test_the_exponential_agrees_with_scipy(size, seed):
 
 @pytest.mark.parametrize("nominal", [(1, 1, 2.1, 0, 0, 0), (2, 2, 2, 0.5, 0.9, 0.9), (1, 1, 1, 0.9, 0, 0)])
 def test_an_inertia_that_no_body_has_is_refused(nominal):
-    with pytest.raises(ScenarioError, match="no body has the nominal inertia .*triangle inequality"):
+    with pytest.raises(ScenarioError, match=r"no body has the nominal inertia .*triangle inequality"):
         draw(0.1, nominal)

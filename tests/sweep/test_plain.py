@@ -90,7 +90,10 @@ def test_bounds_hold_to_the_last_bit():
         ({"distribution": "lognormal", "sigma": -1}, "greater than or equal to 0"),
         ({"distribution": "triangular", "low": 1, "high": 1}, "low = 1: must be below high"),
         ({"distribution": "choice", "values": []}, "values = []: is empty; give at least one value"),
-        ({"distribution": "choice", "values": [1], "weights": [1, 2]}, "has 2 entries for 1 values"),
+        (
+            {"distribution": "choice", "values": [1], "weights": [1, 2]},
+            "must be as many as there are values, which is 1",
+        ),
         ({"distribution": "choice", "values": [1], "weights": [0]}, "are all 0; give at least one above 0"),
         ({"distribution": "choice", "values": [1], "weights": [-1]}, "greater than or equal to 0"),
         ({"scipy": "lognrom"}, 'scipy = "lognrom": is no distribution of a number in scipy.stats; the nearest is'),

@@ -80,7 +80,7 @@ def test_directions_within_an_angle_are_uniform_on_the_cap():
 
 
 def test_a_vector_without_length_has_no_direction():
-    with pytest.raises(ScenarioError, match="the nominal vector .* has no direction"):
+    with pytest.raises(ScenarioError, match=r"the nominal vector .* has no direction"):
         draw(kind("direction"), (0.0, 0.0, 0.0), 3)
 
 

@@ -167,7 +167,7 @@ def test_saltellis_runs_exchange_one_input_after_another():
 
 def test_sobols_indices_come_out_of_saltellis_runs():
     """Of a linear function the indices are the shares of the variance."""
-    vary = {path: VARY["a"] for path in ("a", "s", "b")}
+    vary = dict.fromkeys(("a", "s", "b"), VARY["a"])
     x = table("saltelli", range(5 * 1024), vary=vary, correlate=())
     y = (4 * x["a"] + 2 * x["s"] + x["b"]).reshape(-1, 5).T
     result = stats.sobol_indices(func={"f_A": y[:1], "f_B": y[1:2], "f_AB": y[2:, None]}, n=1024, dists=None)
@@ -181,8 +181,12 @@ def test_a_million_runs_need_no_more_than_their_labels():
 
 
 PINS = {
-    "random": "cb01cc1fa0c3c3f9", "latin_hypercube": "9f988232eca06af1", "sobol": "54606031aaa7f200", "halton": "c41221069b5a5103", "saltelli": "2178a654c7d1d680",
-}  # fmt: skip
+    "random": "cb01cc1fa0c3c3f9",
+    "latin_hypercube": "9f988232eca06af1",
+    "sobol": "54606031aaa7f200",
+    "halton": "c41221069b5a5103",
+    "saltelli": "2178a654c7d1d680",
+}
 
 
 @pytest.mark.parametrize("sampler", PINS)
