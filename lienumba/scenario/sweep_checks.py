@@ -178,7 +178,8 @@ def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
     if keys and tokens[-1] not in keys:
         raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
     try:
-        return nominal_numbers(_adapter(kind).validate_python(value), shape)
+        adapter = _adapter(kind)
+        return nominal_numbers(adapter.dump_python(adapter.validate_python(value)), shape)
     except ValidationError:
         if keys:
             return None  # the schema says so
