@@ -8,6 +8,7 @@ from lienumba.scenario.report import read
 from lienumba.scenario.schema import Correlation
 from lienumba.scenario.words import plural, show, suggestion
 from lienumba.sweep.copula import MatrixError, cholesky
+from lienumba.sweep.inertia import Inertia
 from lienumba.sweep.kinds import Kind
 from lienumba.sweep.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.sequences import MOST_DIMENSIONS
@@ -46,7 +47,6 @@ def _check_correlations(
     sweep: dict[str, Any], sampler: Any, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
 ) -> None:
     groups = sweep.get("correlate", [])
-    streams = {name: kind for path, kind in vary.items() for name in kind.streams(path)}
     seen: dict[str, str] = {}
     for index, raw in enumerate(groups if isinstance(groups, list) else ()):
         at = f"sweep.correlate[{index}]"
@@ -60,45 +60,35 @@ def _check_correlations(
             )
         for number, path in enumerate(group.paths):
             here = f"{at}.paths[{number}]"
-            problem = _not_correlated(path, here, vary, streams, model, seen)
+            try:
+                name = paths.canonical(path, model)
+                problem = _not_correlated(name, vary)
+            except paths.PathError as error:
+                name, problem = path, str(error)
+            if name in seen:
+                problem = f"is there already as {seen[name]}; put all its correlations into one matrix"
+            seen.setdefault(name, here)
             report.problems += [f"{here} = {show(path)}: {problem}"] if problem else []
         problem = _wrong_matrix(group)
         report.problems += [f"{at}.matrix{problem}"] if problem else []
 
 
-def _not_correlated(
-    path: str,
-    here: str,
-    vary: Mapping[str, Kind],
-    streams: Mapping[str, Kind],
-    model: dict[str, Any],
-    seen: dict[str, str],
-) -> str | None:
-    """Why a path cannot be correlated."""
-    try:
-        name = paths.canonical(path, model)
-    except paths.PathError as error:
-        return str(error)
-    if name in seen:
-        return f"is there already as {seen[name]}; put all its correlations into one matrix"
-    seen[name] = here
-    kind = streams.get(name)
-    if kind is None and name in vary:
-        if isinstance(vary[name], RotationNormal):
-            return f"is a rotation; give components of its rotation vector, such as {name}[0]"
-        if not vary[name].dimensions:
-            return "is not drawn from a distribution; correlate what is"
-    whole = vary.get(name.rpartition("[")[0]) if kind is None or name not in vary else None
-    if isinstance(kind or vary.get(name), RotationUniform | Direction) or isinstance(
-        whole, RotationUniform | Direction
-    ):
-        return "is uniform on a sphere or on all rotations, which has no correlations; take it out"
+def _not_correlated(name: str, vary: Mapping[str, Kind]) -> str | None:
+    """Why what stands at a path cannot be correlated."""
+    kinds = {inner: kind for path, kind in vary.items() for inner in (path, *kind.streams(path), *kind.columns(path))}
+    kind = kinds.get(name)
     if kind is None:
-        return f"does not vary; {suggestion(name, streams)}"
+        return f"does not vary; {suggestion(name, kinds)}"
+    if not kind.dimensions:
+        return "is not drawn from a distribution; correlate what is"
+    if isinstance(kind, RotationUniform | Direction):
+        return "is uniform on a sphere or on all rotations, which has no correlations; take it out"
+    if isinstance(kind, Inertia):
+        return "is a part of a random inertia, which has no correlations; take it out"
     if isinstance(kind, RotationNormal) and kind.covariance is not None:
         return "has correlations in its covariance already; give std instead, and all correlations here"
-    if kind.shape != "number" and not isinstance(kind, RotationNormal):
-        return "is a part of a random inertia, which has no correlations; take it out"
+    if isinstance(kind, RotationNormal) and not any(name in kind.streams(path) for path in vary):
+        return "is a rotation; give components of its rotation vector, which end with [0], [1] and [2]"
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -76,28 +77,20 @@ class TruncatedNormal(Scalar):
 
         scale = self.scale(nominal)
         mean, std = self.located(self.mean, nominal), self.std * abs(scale)
-        bounds = [None if x is None else x * scale for x in (self.low, self.high)]
-        low, high = bounds[::-1] if scale < 0.0 else bounds
-        a, b = (None if x is None else (x - mean) / std for x in (low, high))
-        if (a is not None and a > FARTHEST) or (b is not None and b < -FARTHEST):
-            key, value = (
-                ("low", self.low)
-                if (self.low is not None and scale * (self.low * scale - mean) > 0.0)
-                else ("high", self.high)
-            )
+        bounds = (-inf if self.low is None else self.low), (inf if self.high is None else self.high)
+        low, high = sorted(scale * x for x in bounds)
+        a, b = (low - mean) / std, (high - mean) / std
+        if a > FARTHEST or b < -FARTHEST:
             raise ScenarioError(
-                f"{key} = {value!r}: is more than {FARTHEST:g} standard deviations from the mean {mean:g}, where no "
-                "sample ever lies; correct mean, std or the bound"
+                f"mean: {mean:g} lies more than {FARTHEST:g} standard deviations outside of the bounds, {low:g} and "
+                f"{high:g}, between which no sample would ever fall; correct mean, std or the bounds"
             )
-        upper = a is not None and a > 0.0  # there the probabilities of the other side are exact
+        upper = a > 0.0  # there the probabilities of the other side are exact
         if upper:
-            a, b = (None if b is None else -b), (None if a is None else -a)
-            u = 1.0 - u
-        below = 0.0 if a is None else float(probability(np.array(a)))
-        until = 1.0 if b is None else float(probability(np.array(b)))
+            a, b, u = -b, -a, 1.0 - u
+        below, until = probability(np.array([a, b]))
         z = inverse(np.maximum(below + u * (until - below), 5e-324))
-        x = mean + std * (-z if upper else z)
-        return np.clip(x, -np.inf if low is None else low, np.inf if high is None else high)
+        return np.clip(mean + std * (-z if upper else z), low, high)
 
 
 class Lognormal(Scalar):

@@ -64,8 +64,8 @@ CASES = {
     ),
     "far bounds": (
         sweep('"bodies.top.mass" = { distribution = "truncated_normal", std = 1, low = 90 }'),
-        'sweep.vary."bodies.top.mass".low = 90.0: is more than 35 standard deviations from the mean 15, where no '
-        "sample ever lies; correct mean, std or the bound",
+        'sweep.vary."bodies.top.mass".mean: 15 lies more than 35 standard deviations outside of the bounds, 90 and inf, '
+        "between which no sample would ever fall; correct mean, std or the bounds",
     ),
     "mode outside": (
         sweep('"bodies.top.mass" = { distribution = "triangular", low = 1, high = 2 }'),
@@ -305,8 +305,8 @@ CASES = {
             MASS,
             '"bodies.top.rotation" = { distribution = "rotation_normal", std = 1 }',
         ),
-        'sweep.correlate[0].paths[1] = "bodies.top.rotation": is a rotation; give components of its rotation '
-        "vector, such as bodies.top.rotation[0]",
+        'sweep.correlate[0].paths[1] = "bodies.top.rotation": is a rotation; give components of its rotation vector, '
+        "which end with [0], [1] and [2]",
     ),
     "correlated uniform rotation": (
         correlated(
