@@ -1,4 +1,4 @@
-"""The command line: run, validate, info, plot, analyse, schema, doctor.
+"""The command line: run, sample, validate, info, plot, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
@@ -37,6 +37,10 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
+RunsOption = Annotated[
+    str | None,
+    typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
+]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 
 
@@ -72,10 +76,7 @@ def run(
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,
-    runs: Annotated[
-        str | None,
-        typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
-    ] = None,
+    runs: RunsOption = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted sweep, or add runs to a finished one.")
     ] = False,
@@ -137,6 +138,42 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
     console.print_warnings(doubts(dataset))
     print_study(dataset, target)
+
+
+@app.command()
+def sample(
+    scenario: ScenarioArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The table to write, .csv or .nc (default: SCENARIO's stem with .samples.csv).",
+        ),
+    ] = None,
+    seed: SeedOption = None,
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing table.")] = False,
+) -> None:
+    """Draw the samples of a sweep and write them as a table, without running anything."""
+    with console.exit_codes():
+        from lienumba.scenario.arguments import parse_assignments, parse_labels
+        from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.samples_file import check_target, sample
+
+        target = output if output is not None else Path(scenario.stem + ".samples.csv")
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
+        check_target(target, overwrite)
+        console.print_warnings(resolved.warnings)
+        spreads = sample(resolved, labels, target)
+
+        from lienumba.console_samples import print_samples
+
+        with console.unheard():
+            print_samples(spreads, len(labels), target)
 
 
 @app.command()

@@ -56,7 +56,7 @@ def run(
         for sentence in resolved.warnings:
             warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
-    labels = all_labels(resolved) if runs is None else list(runs)
+    labels = list(resolved.labels if runs is None else runs)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
     check_labels(labels, data.sweep.runs)
@@ -78,12 +78,6 @@ def run(
         return in_memory(resolved, labels, workers, tell)
     on_disk(resolved, labels, workers, tell, Path(output), resume)
     return read(Path(output))
-
-
-def all_labels(resolved: Scenario) -> list[int]:
-    """The runs of a scenario."""
-    data: Any = resolved.data
-    return list(range(data.sweep.runs))
 
 
 def in_memory(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Tell") -> "xr.Dataset":
