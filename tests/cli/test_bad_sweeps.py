@@ -64,8 +64,8 @@ CASES = {
     ),
     "far bounds": (
         sweep('"bodies.top.mass" = { distribution = "truncated_normal", std = 1, low = 90 }'),
-        'sweep.vary."bodies.top.mass".mean: 15 lies more than 35 standard deviations outside of the bounds, 90 and inf, '
-        "between which no sample would ever fall; correct mean, std or the bounds",
+        'sweep.vary."bodies.top.mass".mean: 15 lies more than 35 standard deviations outside of the bounds, 90 and '
+        "inf, between which no sample would ever fall; correct mean, std or the bounds",
     ),
     "mode outside": (
         sweep('"bodies.top.mass" = { distribution = "triangular", low = 1, high = 2 }'),
