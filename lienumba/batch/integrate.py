@@ -79,11 +79,13 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (runs, outputs, rows); (runs,): codes, simulated time (s), steps, rejected steps; (runs,
-    events): the time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
+    """Finished runs: records (runs, outputs, rows); states (runs, 18 k + held): where each run ended; (runs,): codes,
+    simulated time (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how
+    many; seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
+    states: np.ndarray
     codes: np.ndarray
     ends: np.ndarray
     steps: np.ndarray
@@ -110,10 +112,11 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     counted = drive(batch, runs, states, parameters, landings, records, codes, progress, stop)
     seconds = thread_time() - started
     ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
+    last = states.transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     by_run = records.transpose(0, 3, 1, 2).reshape(blocks * W, len(batch.outputs), -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
-    return Chunk(runs, by_run, codes, ends, steps, rejected, times, counts, seconds)
+    return Chunk(runs, by_run, last, codes, ends, steps, rejected, times, counts, seconds)
 
 
 def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -121,13 +124,13 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
     machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
     assert batch.h is not None
     number, outputs = round(batch.end / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
-    steps = np.zeros_like(codes)
+    steps, ends = np.zeros((2, *codes.shape))
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
-        states, parameters, landings, records, codes, steps, machine.buffer(), progress, stop,
+        states, parameters, landings, records, codes, steps, ends, machine.buffer(), progress, stop,
     )  # fmt: skip
     none = np.zeros((*codes.shape, 0))
-    return np.where(steps == number, batch.end, steps * batch.h), steps, np.zeros_like(codes), none, none
+    return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes), none, none
 
 
 def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -138,11 +141,11 @@ def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, .
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
     first = 0.0 if batch.pace is None else batch.pace.first
     firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
-    ends, steps, rejected, stored = np.zeros((4, *codes.shape))
+    ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
     times = np.full((len(codes), len(batch.stops), W), np.nan)
     counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
     every = Runs(
-        states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored, times, counts
+        states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(

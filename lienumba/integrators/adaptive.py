@@ -49,10 +49,10 @@ from lienumba.integrators.free_lanes import (
 )  # fmt: skip
 from lienumba.integrators.happenings import find_events, start_events, stop_runs
 from lienumba.integrators.scratch import OPTIONS, SIZES, addresses, layout, slope_row, table_rows
-from lienumba.integrators.stored import keep_between, keep_ends, observe
+from lienumba.integrators.stored import between, keep_between, keep_ends, observe
 
 FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
-RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 5 + [types.float64[:, :, ::1]] * 2, Runs)  # type: ignore[attr-defined]
+RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 6 + [types.float64[:, :, ::1]] * 2, Runs)  # type: ignore[attr-defined]
 
 
 @njit(**OPTIONS)
@@ -217,8 +217,10 @@ def drive(
         due, end = load(lanes, DUE), load(lanes, UNTIL)
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
+        if any_lane(good & (stopped < end)):
+            between(kernels, at, (stopped - t) / length)
         _move(kernels, sizes, at, good, table, pace)
-        stop_runs(at, stopped, good)
+        stop_runs(sizes, at, stopped, good)
         landed = good & (load(lanes, T) == load(lanes, LANDING))
         if any_lane(landed):
             store(at.clock, codes.TIME, load(lanes, T))

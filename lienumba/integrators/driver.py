@@ -48,14 +48,15 @@ def _set_clock(clock: int, t: Any, to: Any, begin: float, end: float, h: float) 
         types.int64[::1], types.float64[::1], SIZES,
         types.int64, types.float64, types.int64[::1], types.int64, types.float64,
         types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
-        types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1], types.int64[::1],
+        types.float64[:, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1],
+        types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
     kernels: Any, nodes: Any, sizes: Any, steps: int, h: float, output_steps: Any, limit: int, tolerance: float,
-    states: Any, parameters: Any, landings: Any, records: Any, statuses: Any, end_steps: Any, buffer: Any,
-    progress: Any, stop: Any,
+    states: Any, parameters: Any, landings: Any, records: Any, statuses: Any, end_steps: Any, ends: Any,
+    buffer: Any, progress: Any, stop: Any,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
@@ -63,7 +64,8 @@ def drive(
     parameters (blocks, P, W), invariants prepared; landings (blocks, L, W): the times on which a step must land, those
     of a lane ascending, and an infinite one last;
     records (blocks, outputs, 18 k + held + seen + 2, W): what is stored, at the steps `output_steps`;
-    statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step;
+    statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step; ends
+    (blocks, W): the time of the last good state (s), which is later where a step failed after a landing;
     buffer: as many rows as `scratch.layout` says, and the kernels' work; progress[0]: outputs done so far;
     stop[0]: set from outside to end early. Every array is contiguous.
     """
@@ -80,10 +82,10 @@ def drive(
     for block in range(states.shape[0]):
         x, p = states[block].ctypes.data, parameters[block].ctypes.data
         ours = landings[block]
-        status, ends = statuses[block].ctypes.data, end_steps[block].ctypes.data
+        status, end_step = statuses[block].ctypes.data, end_steps[block].ctypes.data
         store(lanes, COUNTS, splat(0.0))
         store(lanes, COUNTS + 1, splat(0.0))
-        store(ends, 0, splat(0.0))
+        store(end_step, 0, splat(0.0))
         store(clock, codes.TIME, splat(0.0))
         store(lanes, SINCE, splat(0.0))
         passed[:] = 0
@@ -126,7 +128,7 @@ def drive(
                 going = good & (load(lanes, SINCE) < n * h)
             store(clock, codes.TIME, splat(n * h))
             alive = load(status, 0) == 0.0
-            store(ends, 0, choose(alive, splat(float(n)), load(ends, 0)))
+            store(end_step, 0, choose(alive, splat(float(n)), load(end_step, 0)))
             if done < output_steps.size and output_steps[done] == n:
                 to = records[block, done].ctypes.data
                 advance.record(
@@ -138,6 +140,7 @@ def drive(
                 progress[0] += 1
                 if not any_lane(alive):
                     break
+        store(ends[block].ctypes.data, 0, load(lanes, SINCE))
         for rest in range(done, output_steps.size):
             for row in range(rows + held + sizes.seen + 2):
                 store(records[block, rest].ctypes.data, row, splat(np.nan))

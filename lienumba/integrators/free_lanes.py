@@ -25,9 +25,10 @@ END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of step
 
 
 class Runs(NamedTuple):
-    """All runs of a chunk. states (blocks, 18 k + held, W), parameters (blocks, P, W), landings (blocks, L, W), first
-    steps (blocks, W); records (blocks, outputs, rows, W); (blocks, W): statuses, simulated time, steps, rejected steps,
-    and how many outputs are stored; and (blocks, events, W): the time of the first, and how many."""
+    """All runs of a chunk. states (blocks, 18 k + held, W): initial, left at the last good state; parameters
+    (blocks, P, W), landings (blocks, L, W), first steps (blocks, W); records (blocks, outputs, rows, W); (blocks, W):
+    statuses, simulated time, steps, rejected steps, how many outputs are stored, and whether the run ended within a
+    step, where its state is yet to be projected; and (blocks, events, W): the time of the first, and how many."""
 
     states: Any
     parameters: Any
@@ -39,6 +40,7 @@ class Runs(NamedTuple):
     accepted: Any
     rejected: Any
     stored: Any
+    within: Any
     event_times: Any
     event_counts: Any
 
@@ -91,6 +93,10 @@ def finish(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> None:
     runs.accepted[block, place] = rows[own + ACCEPTED, lane]
     runs.rejected[block, place] = rows[own + REJECTED, lane]
     runs.stored[block, place] = queue.output[lane]
+    inside = 0.0 < rows[own + T, lane] < rows[own + UNTIL, lane]
+    runs.within[block, place] = 1.0 if rows[own + STATUS, lane] == codes.STOPPED and inside else 0.0
+    for row in range(runs.states.shape[1]):
+        runs.states[block, row, place] = rows[first.state + row, lane]
 
 
 @njit(**OPTIONS)

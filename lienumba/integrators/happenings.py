@@ -6,6 +6,7 @@ from numba import njit
 
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators import advance, codes
 from lienumba.integrators.free_lanes import FRESH, NEVER, PICKED, STATUS, UNTIL, Queue, Runs, T
 from lienumba.integrators.scratch import OPTIONS
@@ -99,8 +100,9 @@ def find_events(
 
 
 @njit(**OPTIONS)
-def stop_runs(at: Any, stop: Any, good: Any) -> None:
-    """Runs that an event has stopped end there."""
+def stop_runs(sizes: Any, at: Any, stop: Any, good: Any) -> None:
+    """Runs that an event has stopped end there; where that is within the step, in the state that is in `now`."""
     stopped = good & (stop < NEVER)
+    advance.commit(stopped & (stop < load(at.lanes, UNTIL)), at.state, at.now, ELEMENT * sizes.elements + sizes.held)
     store(at.lanes, STATUS, choose(stopped, splat(codes.STOPPED), load(at.lanes, STATUS)))
     store(at.lanes, T, choose(stopped, stop, load(at.lanes, T)))

@@ -55,11 +55,25 @@ def keep_ends(at: Any, first: Any, sizes: Any, rows: Any, runs: Runs, queue: Que
 
 
 @njit(**OPTIONS)
+def _fall_back(block: int, rows: Any, first: Any, runs: Runs, outputs: Any, state: int) -> None:
+    """Runs of a block with a STATUS end where they were stored last."""
+    for lane in range(W):
+        code = rows[first.lanes + STATUS, lane]
+        if code != 0.0:
+            last = int(runs.stored[block, lane]) - 1
+            runs.statuses[block, lane], runs.ends[block, lane] = code, outputs[last]
+            runs.within[block, lane] = 0.0
+            for row in range(state):
+                runs.states[block, row, lane] = runs.records[block, last, row, lane]
+
+
+@njit(**OPTIONS)
 def observe(
     kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, outputs: Any, limit: int, tolerance: float,
     table: Any,
 ) -> None:  # fmt: skip
-    """Project what was stored between the ends of steps, and observe everything, block by block."""
+    """Project what was stored between the ends of steps and where runs ended there, and observe what was stored, block
+    by block."""
     state = ELEMENT * sizes.elements + sizes.held
     x, lanes = at.new, at.lanes
     for block in range(runs.statuses.shape[0]):
@@ -85,8 +99,18 @@ def observe(
             picked = picked & (load(status, 0) == 0.0)
             if any_lane(load(status, 0) != 0.0):
                 for lane in range(W):
-                    code = rows[first.lanes + STATUS, lane]
-                    if code != 0.0:
-                        runs.statuses[block, lane], runs.stored[block, lane] = code, n
-                        runs.ends[block, lane] = outputs[n - 1] if n > 0 else 0.0
+                    if rows[first.lanes + STATUS, lane] != 0.0:
+                        runs.stored[block, lane] = n
+                _fall_back(block, rows, first, runs, outputs, state)
             advance.record(to, kernels[advance.OBSERVE], x, p, at, state, sizes.seen, picked, counts)
+        within = load(runs.within[block].ctypes.data, 0) != 0.0
+        if any_lane(within):
+            advance.copy(x, runs.states[block].ctypes.data, state)
+            store(at.clock, codes.TIME, load(runs.ends[block].ctypes.data, 0))
+            store(lanes, STATUS, splat(0.0))
+            status = lanes + ROW * STATUS
+            advance.project_both(
+                kernels, sizes, p, x, at, status, within, lanes + ROW * COUNTS, table, limit, tolerance
+            )
+            advance.commit(within & (load(status, 0) == 0.0), runs.states[block].ctypes.data, x, state)
+            _fall_back(block, rows, first, runs, outputs, state)
