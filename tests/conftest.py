@@ -1,23 +1,22 @@
 """Tests that take the same mechanism through several runs trace and compile it once.
 
-A program is a function of a model, a method and the choice of rows, so that what it was made from tells whether it is
-another one. Where tests change how programs are made, or say that making one twice gives the same, each is made anew.
+A program is a function of a model, a method, the choice of rows and a few limits, so that these tell whether it is
+another one. Where tests look at how programs are made, or say that making one twice gives the same, each is made anew.
 """
 
 import io
 import pickle
 from collections import OrderedDict
 from collections.abc import Iterator
-from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 import pytest
 
-from lienumba.integrators import program
+from lienumba.compiler import emit, segments
+from lienumba.integrators import program, step_kernels
 from lienumba.integrators.exchange import UNIQUE
 
-ANEW = {"batch", "compiler"}  # the folders of such tests
 KEPT = 8
 BUILD = program.build
 programs: "OrderedDict[bytes, Any]" = OrderedDict()
@@ -42,7 +41,8 @@ def content(*things: Any) -> bytes | None:
 
 
 def build(model: Any, method: Any, choice: Any = UNIQUE, fixed: bool = True) -> Any:
-    key = content(model, method, choice, fixed)
+    limits = step_kernels.INLINE, emit.LONG, segments.SIZE, segments.SHORTEST, segments.LONGEST, segments.MEAN
+    key = content(model, method, choice, fixed, limits)
     if key is None:
         return BUILD(model, method, choice, fixed)
     if key not in programs:
@@ -53,12 +53,16 @@ def build(model: Any, method: Any, choice: Any = UNIQUE, fixed: bool = True) -> 
     return programs[key]
 
 
+@pytest.fixture
+def anew() -> None:
+    """Asked for by tests that make every program anew."""
+
+
 @pytest.fixture(autouse=True)
 def made_once(request: pytest.FixtureRequest) -> Iterator[None]:
     from lienumba.integrators import machine
 
-    folder = request.path.relative_to(Path(__file__).parent).parts[0]
-    if folder in ANEW or "monkeypatch" in request.fixturenames:
+    if "anew" in request.fixturenames:
         yield
         return
     compile_program = machine.compile_program

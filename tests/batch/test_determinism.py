@@ -23,6 +23,7 @@ def test_other_seeds_give_other_bits() -> None:
         assert_same(a, b)
 
 
+@pytest.mark.usefixtures("anew")
 @pytest.mark.parametrize("sweep", [*SWEEPS.values(), linkage], ids=[*SWEEPS, "linkage"])
 def test_one_and_two_workers(sweep: Any) -> None:
     data = sweep(runs=100)
@@ -162,6 +163,7 @@ def test_energy_residual_is_measured_from_the_start_of_the_run(sweep: Any) -> No
     assert_same(end[["energy_residual"]], full[["energy_residual"]].isel(time=[-1]))
 
 
+@pytest.mark.usefixtures("anew")
 def test_a_repeated_call_and_a_file_hold_the_same_bits(tmp_path: Any) -> None:
     import xarray as xr
 
