@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from lienumba.analysis.summary import Summary
+    from lienumba.scenario.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
@@ -177,6 +178,20 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def print_replay(replay: "Replay", why: str, target: Path) -> None:
+    """How the run ended, and whether it is the one of the file."""
+    from lienumba.batch.statuses import GOOD, STATUSES
+
+    ds = replay.dataset
+    status = next(status for status in STATUSES if status.code == ds["status"].item())
+    fate = f"run {ds['run'].item()}: {status.name} at {ds['end_time'].item():g} s"
+    fate += "" if status.code in GOOD else f": {status.sentence}"
+    for line in (why, fate, replay.sentence if replay.same else ""):
+        if line:
+            typer.echo(line)
+    typer.echo(f"written to {target}, with {ds.sizes['time']:,} stored times")
 
 
 def print_summary(summary: "Summary", target: Path) -> None:
