@@ -65,16 +65,16 @@ def _extent(dataset: "xr.Dataset") -> dict[str, str]:
     return {
         "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s" if len(times) else "none: of each run a summary",
         "bodies": _names(dataset, "body"),
-        "joints": _names(dataset, "joint"),
+        "joints": _names(dataset, "joint") if "joint" in dataset.coords or len(times) else "",
     }
 
 
 def _variables(dataset: "xr.Dataset") -> dict[str, str]:
     """What is there beside what every dataset has of each run."""
-    from lienumba.store.layout import FULL, RUN, VARIABLES
+    from lienumba.store.layout import FULL, VARIABLES
 
     kept = {str(name): x.dims for name, x in dataset.data_vars.items()}
-    fates = {name for name, spec in VARIABLES.items() if "time" not in spec.dims and spec.dims[:1] == RUN}
+    fates = {name for name, spec in VARIABLES.items() if "time" not in spec.dims and kept.get(name) == spec.dims}
     if FULL not in dataset.dims:
         return {"variables": ", ".join(name for name in kept if name not in fates)}
     runs = dataset[FULL].values
