@@ -136,8 +136,9 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
     return regular if np.array_equal(times, fine) else _storing(original, {"times": times.tolist()})
 
 
-def _storing(original: Scenario, output: Mapping[str, Any]) -> Scenario:
-    return resolve({**original.to_dict(), "output": output})
+def _storing(original: Scenario, times: Mapping[str, Any]) -> Scenario:
+    """The scenario with the course of everything at these times."""
+    return resolve({**original.to_dict(), "output": {**times, "summary": original.data.output.summary}})
 
 
 def _simulated(

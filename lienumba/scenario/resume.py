@@ -9,7 +9,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.words import show
 
-INDIFFERENT = {"title", "sweep.runs"}  # what may be otherwise
+INDIFFERENT = ("title", "sweep.runs", "sweep.stop.")  # what may be otherwise
 WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
 LONGEST = 40  # characters of a value in a sentence
 
@@ -29,7 +29,7 @@ def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None
         )
     old, new = _flat(tomllib.loads(str(there["scenario"]))), _flat(tomllib.loads(resolved.to_toml()))
     for key in sorted(old.keys() | new.keys()):
-        if key not in INDIFFERENT and old.get(key) != new.get(key):
+        if not key.startswith(INDIFFERENT) and old.get(key) != new.get(key):
             raise ScenarioError(
                 f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
                 f"{remedy}"

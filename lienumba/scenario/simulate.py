@@ -1,6 +1,6 @@
 """Simulates the runs of a scenario: prepared portion by portion, compiled once, dealt out in chunks."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -76,7 +76,7 @@ def simulate(
     code: Callable[[bool, Prepared], Code] | None = None,
     before: tuple[int, int] = (0, 0),
     results: Results | None = None,
-) -> Iterator[Piece]:
+) -> Generator[Piece, None, None]:
     """Yield the runs as they finish; of each the status is final.
 
     prepared, code: where portions and machine code come from, if they are known; before: runs done and failed already;
