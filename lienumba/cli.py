@@ -1,6 +1,7 @@
 """The command line: run, replay, validate, info, plot, schema, doctor.
 
-Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed; 130 interrupted, resumable.
+Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
+130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 

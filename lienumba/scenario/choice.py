@@ -12,7 +12,6 @@ from lienumba.store.layout import FULL, RUN
 from lienumba.store.windows import windows
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 PEAKS = ("_max", "_min")
@@ -47,9 +46,10 @@ def chosen(ds: "xr.Dataset", where: str, run: int | None, name: str | None) -> C
         check_run(ds, where, int(labels[0]))
         return worst(ds, name)
     failed = labels[~ds["status"].isin(GOOD).values.reshape(len(labels), -1).all(axis=1)]
-    first = f"; {len(failed):,} of {len(labels):,} failed, the first of them is --run {failed[0]}" if len(failed) else ""
+    first = f"{len(failed):,} of {len(labels):,} failed, the first is --run {failed[0]}" if len(failed) else ""
     raise ScenarioError(
-        f"{where}: which run? Give --run N, or --worst NAME, such as --worst max_energy_drift{first}"
+        f"{where}: which run? Give --run N, or --worst NAME, such as --worst max_energy_drift"
+        + (f"; {first}" if first else "")
     )
 
 
@@ -106,7 +106,9 @@ def _variables(ds: "xr.Dataset", name: str) -> list[str]:
         return [name]
     if not peaks:
         stems = [x.removesuffix(end) for x in known for end in PEAKS if x.endswith(end)]
-        raise ScenarioError(f"--worst {show(name)}: the dataset has no such variable; {suggestion(name, [*known, *stems])}")
+        raise ScenarioError(
+            f"--worst {show(name)}: the dataset has no such variable; {suggestion(name, [*known, *stems])}"
+        )
     return peaks
 
 
@@ -121,7 +123,7 @@ def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[_Peak]:
 
     dims = [str(dim) for dim in ds[variable].dims]
     for window in windows(ds, [variable], dims[0]):
-        sizes: np.ndarray = abs(window[variable].values.astype(float))
+        sizes = abs(window[variable].values.astype(float))
         sizes[np.isnan(sizes)] = -1.0
         place = np.unravel_index(int(sizes.argmax()), sizes.shape)
         labels = {dim: window[dim].values[n] for dim, n in zip(dims, place, strict=True)}

@@ -8,7 +8,7 @@ import os
 import tomllib
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,9 +75,7 @@ def replay(
     return done.dataset
 
 
-def again(
-    ds: "xr.Dataset", where: str, run: int, every: float | None, allow_code: bool, tell: "Tell"
-) -> Replay:
+def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_code: bool, tell: "Tell") -> Replay:
     """Simulate a run again, and compare; where: what the dataset is called."""
     from lienumba.scenario.choice import check_run
     from lienumba.scenario.same import common, first_difference, of_run, times_of
@@ -120,11 +118,10 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
     import numpy as np
 
     end, step = original.data.integrator.end_time, original.data.integrator.step
-    if every is None and step is None:
-        every = float(timegrid.exact(end) / INTERVALS)
-    elif every is None:
-        assert original.steps is not None
-        every = float(timegrid.exact(step) * -(-original.steps // MOST_STEPS))
+    if every is None:
+        steps = INTERVALS if step is None else original.steps
+        assert steps is not None
+        every = float(timegrid.exact(end) / steps * -(-steps // MOST_STEPS))
     try:
         regular = _storing(original, {"every": every})
     except ScenarioError as error:
@@ -160,7 +157,7 @@ def _simulated(
         every.take(piece)
         kept.take(results.kept(piece))
     both = ((results, every), (results.original, kept))
-    whole, own = (x.dataset(memory.columns(), runs.labels, inputs, 1) for x, memory in both)
+    whole, own = (x.dataset(memory.columns(np.ones(1, bool)), runs.labels, inputs, 1) for x, memory in both)
     return whole, own
 
 
@@ -174,5 +171,5 @@ def _reason(there: "xr.Dataset", here: "xr.Dataset") -> str:
             f"{key.removesuffix('_version')} {there.attrs[key]} there and {here.attrs.get(key)} here" for key in keys
         )
     if here["status"].item() == NOT_CONVERGED and here["end_time"].item() != there["end_time"].item():
-        return "a state within its steps cannot be projected, and the run ends there if it is stored; give every as in the file"
+        return "a state within its steps cannot be projected, where it ends if that is stored; give every as in the file"
     return "the file was changed since it was written, or this is a fault of lienumba: please report it"

@@ -38,9 +38,9 @@ def first_difference(there: "xr.Dataset", here: "xr.Dataset") -> str:
 
     found = []
     for order, name in enumerate(map(str, there.data_vars)):
-        dims = there[name].dims
-        if dims != here[name].dims:
-            return f"{name} has the dimensions {', '.join(map(str, dims))} there, {', '.join(map(str, here[name].dims))} here"
+        dims, others = (tuple(map(str, ds[name].dims)) for ds in (there, here))
+        if dims != others:
+            return f"{name} has the dimensions {', '.join(dims)} there, and {', '.join(others)} here"
         places = np.argwhere(_differ(there[name].values, here[name].values))
         if len(places):
             timed = "time" in dims

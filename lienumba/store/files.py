@@ -25,9 +25,7 @@ class WriteError(OSError):
         return str(self.args[0])
 
 
-def check_target(
-    path: str | os.PathLike[str], overwrite: bool, resume: bool = False, resumable: bool = True
-) -> None:
+def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = False, resumable: bool = True) -> None:
     """Refuse, before anything is computed, a file that could not be written or must not be replaced; resumable: whether
     runs can be added to it."""
     target = Path(path)

@@ -16,6 +16,6 @@ WINDOW_BYTES = 32 * 2**20
 def windows(ds: xr.Dataset, names: Sequence[str], dim: str = RUN[0]) -> Iterator[xr.Dataset]:
     """These variables of consecutive runs, loaded; dim: along which the runs are."""
     few, runs = ds[list(names)], ds.sizes[dim]
-    step = max(1, WINDOW_BYTES * runs // max(few.nbytes, 1))
+    step = max(1, int(WINDOW_BYTES * runs / max(few.nbytes, 1)))
     for first in range(0, runs, step):
         yield few.isel({dim: slice(first, first + step)}).load()

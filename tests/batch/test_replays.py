@@ -126,7 +126,7 @@ def test_a_difference_is_named() -> None:
     assert replayed(ds, 2).same
     ds.attrs |= {"lienumba_version": "0.0.7"}
     assert replayed(ds, 1).sentence.endswith(f"; a reason may be lienumba 0.0.7 there and {lienumba.__version__} here")
-    with pytest.warns(UserWarning) as told:
+    with pytest.warns(UserWarning, match="the dataset") as told:
         lienumba.replay(ds, 1)
     version, different = (str(warning.message) for warning in told)
     assert version.startswith("the dataset: was written by lienumba 0.0.7, and this is ")
