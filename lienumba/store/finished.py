@@ -28,8 +28,14 @@ class Table:
         self.labels: np.ndarray = file.variables[dim][:]
 
     def read(self, part: slice) -> Columns:
-        own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)}
-        return Columns({name: x[part] for name, x in own.items()})
+        with NETCDF:
+            own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)}
+            return Columns({name: x[part] for name, x in own.items()})
+
+    def column(self, name: str) -> np.ndarray:
+        with NETCDF:
+            values: np.ndarray = self.file.variables[name][:]
+            return values
 
 
 class Finished:
@@ -43,10 +49,6 @@ class Finished:
             self.file.set_auto_maskandscale(False)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
             self.tables = {dim: Table(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
-
-    def column(self, name: str) -> np.ndarray:
-        values: np.ndarray = self.file.variables[name][:]
-        return values
 
     def close(self) -> None:
         with NETCDF:

@@ -19,7 +19,7 @@ from lienumba.store.layout import Variable, dataset
 from .sweeps import edit_samples, top
 
 SPIN = "bodies.top.angular_velocity[1]"
-LAW = '''
+LAW = """
 from pathlib import Path
 from lienumba.laws import sqrt
 
@@ -27,7 +27,7 @@ Path("executed").touch()
 
 def push(top, late):
     return top.torque((0.0, 0.0, 1e-3 * sqrt(late)))
-'''
+"""
 
 
 def command(*arguments: Any) -> Result:
@@ -89,7 +89,9 @@ def test_the_worst_run(failed: Path) -> None:
     with xr.open_dataset(failed) as ds:
         sizes = abs(ds["velocity"]).max(["time", "body", "axis"]).fillna(-1.0)
         label = int(ds["run"][int(np.argmax(sizes.values))])
-    assert done.stdout.startswith(f"run {label} has the largest |velocity| of 11 runs: {float(sizes.max()):.6g} m s-1 (top, ")
+    assert done.stdout.startswith(
+        f"run {label} has the largest |velocity| of 11 runs: {float(sizes.max()):.6g} m s-1 (top, "
+    )
     assert f"the same bits as run {label} of " in done.stdout
 
 
