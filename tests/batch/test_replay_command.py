@@ -153,6 +153,17 @@ def test_what_failed_and_why_is_in_the_dataset(failed: Path) -> None:
         assert np.isnan(ds["last_position"].sel(run=7)).all()
 
 
+def test_info_of_summaries(folder: Path) -> None:
+    output: dict[str, Any] = {"every": 0.01, "mode": "summary"}
+    lienumba.run(top(runs=3, output=output), workers=1, output="none.nc").close()
+    output |= {"summary": {"position": ["max"]}, "full_runs": "0:2", "variables": ["energy"]}
+    lienumba.run(top(runs=3, output=output), workers=1, output="some.nc").close()
+    none, some = (command("info", name).stdout for name in ("none.nc", "some.nc"))
+    assert "\ntimes:       none: of each run a summary\nbodies:      top\ninputs: " in none
+    assert "\nvariables:   position_max\nfull runs:   2 (labels 0, 1), with energy\n" in some
+    assert "\ntimes:       6 from 0 to 0.05 s\n" in some
+
+
 def made(**more: Any) -> xr.Dataset:
     """Twelve runs, labels from 100 on."""
     energy = np.zeros((12, 3))

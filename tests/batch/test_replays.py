@@ -41,6 +41,18 @@ def stopping(**integrator: Any) -> dict[str, Any]:
     return data | {"sweep": {"runs": 11, "vary": vary}}
 
 
+def vectors() -> dict[str, Any]:
+    """Inputs of several numbers, and one that follows from another."""
+    data = top(runs=9)
+    data["sweep"] |= {"sampler": "sobol", "nominal": True, "vary": {
+        "gravity": {"distribution": "direction", "angle": 0.3},
+        "bodies.top.inertia": {"distribution": "inertia", "std": 0.05},
+        "bodies.top.mass": {"distribution": "triangular", "low": 14, "high": 16},
+        "bodies.top.angular_velocity[1]": {"expression": "2250/bodies.top.mass"},
+    }}  # fmt: skip
+    return data
+
+
 SUMMARY = {"every": 0.04, "mode": "summary", "summary": {"position": ["max", "rms"], "energy": ["time_of_max"]},
            "full_runs": "3:5"}  # fmt: skip
 CASES: dict[str, tuple[dict[str, Any], tuple[int, ...], str]] = {
@@ -48,6 +60,7 @@ CASES: dict[str, tuple[dict[str, Any], tuple[int, ...], str]] = {
     "tolerance": (paced(loop(), PACES[2]), (0, 19), "at 6 common times"),
     "free lanes": (paced(loop(), PACES[1]), (7,), "at 6 common times"),
     "other rows": (linkage(), (2, 17), "at 5 common times"),
+    "vectors": (vectors(), (4, -1), "at 6 common times"),
     "failed": (failing(), (0, 5), "at 6 common times"),
     "stopped": (stopping(tolerance=1e-9), (5,), "at 2 common times"),
     "stopped within a step": (stopping(step=0.0125, method="dop853"), (3,), "at 2 common times"),
