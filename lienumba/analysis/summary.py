@@ -103,15 +103,16 @@ def of_sweep(ds: xr.Dataset) -> np.ndarray:
 
 
 def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[str, xr.DataArray]], float]:
-    """The variables whose final values are told, the scenario's own first, by name, and at what time (s). Where courses
-    are not stored these are the last states, which are of the end of the runs that reached it."""
-    courses = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
-    if courses:
-        shown = [name for name in courses if name not in VARIABLES] + [name for name in FINAL if name in courses]
-        return [(name, ds[name].isel(time=-1)) for name in shown], float(ds["time"].values[-1])
+    """The variables whose final values are told, the scenario's own first, by name, and at what time (s). Last states,
+    which each run has one of, say it where runs that finished ended at that time, and where courses are not stored."""
     ends = ds["end_time"].values[finished] if "end_time" in ds else ()
-    last = [(name, ds[f"last_{name}"]) for name in FINAL if f"last_{name}" in ds]
-    return last, float(max(ends, default=0.0))
+    courses = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
+    time = float(ds["time"].values[-1]) if courses else float(max(ends, default=0.0))
+    own = [name for name in courses if name not in VARIABLES]
+    asked = [name for name in FINAL if name in courses or not courses]
+    last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
+    known = [name for name in (*own, *asked) if name in last or name in courses]
+    return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in known], time
 
 
 def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:

@@ -10,7 +10,7 @@ from lienumba.store.layout import RUN
 if TYPE_CHECKING:
     import xarray as xr
 
-WINDOW_BYTES = 32 * 2**20
+WINDOW_BYTES = 8 * 2**20
 
 
 def windows(ds: xr.Dataset, names: Sequence[str], dim: str = RUN[0]) -> Iterator[xr.Dataset]:
