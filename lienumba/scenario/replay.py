@@ -171,7 +171,5 @@ def _reason(there: "xr.Dataset", here: "xr.Dataset") -> str:
             f"{key.removesuffix('_version')} {there.attrs[key]} there and {here.attrs.get(key)} here" for key in keys
         )
     if here["status"].item() == NOT_CONVERGED and here["end_time"].item() != there["end_time"].item():
-        return (
-            "a state within its steps cannot be projected, and storing it ends the run; give every as in the file"
-        )
+        return "a state within its steps cannot be projected, and storing it ends the run; give every as in the file"
     return "the file was changed since it was written, or this is a fault of lienumba: please report it"
