@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
+    from lienumba.scenario.replay import replay as replay
     from lienumba.scenario.runner import run as run
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
-__all__ = ["ScenarioError", "System", "__version__", "run"]
+__all__ = ["ScenarioError", "System", "__version__", "replay", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -18,6 +19,10 @@ def __getattr__(name: str) -> Any:
         from lienumba.scenario.runner import run
 
         return run
+    if name == "replay":
+        from lienumba.scenario.replay import replay
+
+        return replay
     if name == "analysis":
         from importlib import import_module
 

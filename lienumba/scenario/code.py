@@ -28,6 +28,13 @@ def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**raw, **({"files": files} if files else {})}
 
 
+def files_of(raw: dict[str, Any]) -> list[str]:
+    """The Python files that a scenario brings or names."""
+    named = dict.fromkeys(raw["files"] if isinstance(raw.get("files"), dict) else {})
+    _with_functions(raw, lambda place, function: named.setdefault(str(function).rpartition(":")[0]))
+    return list(named)
+
+
 def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
     """The scenario with other names for those of its files that are taken by other texts."""
     files = raw.get("files")

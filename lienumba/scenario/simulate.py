@@ -75,10 +75,12 @@ def simulate(
     prepared: Callable[[Runs], Iterable[Prepared]] | None = None,
     code: Callable[[bool, Prepared], Code] | None = None,
     before: tuple[int, int] = (0, 0),
+    results: Results | None = None,
 ) -> Generator[Piece, None, None]:
     """Yield the runs as they finish; of each the status is final.
 
-    prepared, code: where portions and machine code come from, if they are known; before: runs done and failed already.
+    prepared, code: where portions and machine code come from, if they are known; before: runs done and failed already;
+    results: what is kept of runs, if that is not what the scenario says.
     """
     prepared = prepared or partial(_prepared, resolved)
     code = code or (lambda fixed, first: compiled(resolved, first, fixed))
@@ -91,7 +93,9 @@ def simulate(
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
         tell(Progress("compile", done, total, failed))
         again: list[np.ndarray] = []
-        for piece in execute(_tasks(resolved, prepared(remaining), code, fixed, workers, report), workers, report):
+        for piece in execute(
+            _tasks(resolved, prepared(remaining), code, fixed, workers, report, results), workers, report
+        ):
             going = piece.codes == EXCHANGED
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
@@ -118,14 +122,16 @@ def _tasks(
     fixed: bool,
     workers: int,
     report: Callable[[float], None],
+    results: Results | None,
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled."""
     program = None
     for prepared in portions:
         if program is None:
             program, machine = code(fixed, prepared)
-            results = Results(resolved, prepared.nominal)
+            results = results or Results(resolved, prepared.nominal)
             report(0)
+        assert results is not None
         own = replace(program, parameters=split(prepared.model)[1])
         batch = batch_of(resolved, prepared, own, machine)
         yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)))
