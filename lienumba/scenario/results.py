@@ -129,12 +129,11 @@ class Results:
 
     def _parts(self, asked: str) -> list[tuple[str, str, int | None]]:
         """How a thing that is asked for is called, its variable, and which component of this it is."""
-        if asked in self.layout.names:
-            return [(asked, asked, None)]
+        parts = [name for name in self.layout.quantities if name.partition(".")[0] == asked]
+        if parts or asked in self.layout.names:
+            return [(name, name, None) for name in parts or [asked]]
         whole, _, last = asked.rpartition(".")
-        if whole in self.layout.names and last in XYZ:
-            return [(asked, whole, XYZ.index(last))]
-        return [(name, name, None) for name in self.layout.quantities if name.partition(".")[0] == asked]
+        return [(asked, whole, XYZ.index(last))]
 
     def _summary(self, shown: str, name: str, part: int | None, statistic: str) -> Field:
         spec, shape = self._spec(name), self.layout.shape(name)
