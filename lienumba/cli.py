@@ -68,13 +68,23 @@ def run(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("-j", "--workers", metavar="N", min=1, help="Threads (default: one per core)."),
+        typer.Option(
+            "-j", "--workers", metavar="N", min=1, help="Threads, or processes of --dask local (default: one per core)."
+        ),
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,
     runs: Annotated[
         str | None,
         typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
+    ] = None,
+    part: Annotated[
+        str | None,
+        typer.Option("--part", metavar="K/N", help="Only the K-th of N parts of these runs, such as 3/20."),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="WHERE", help='On a cluster: the address of its scheduler, or "local".'),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted sweep, or add runs to a finished one.")
@@ -91,10 +101,12 @@ def run(
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
         from lienumba.scenario.arguments import parse_assignments, parse_labels, parse_share
+        from lienumba.scenario.part import Part
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
-        target = output if output is not None else Path(scenario.stem + ".nc")
+        suffix = "" if part is None else Part.parse(part).suffix
+        target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
@@ -111,8 +123,10 @@ def run(
                 output=target,
                 workers=workers,
                 runs=labels,
+                part=part,
                 resume=resume,
                 overwrite=overwrite,
+                dask=dask,
                 progress=report,
             )
         failed = int((~dataset["status"].isin(GOOD)).sum())
