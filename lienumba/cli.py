@@ -1,4 +1,4 @@
-"""The command line: run, validate, info, plot, schema, doctor.
+"""The command line: run, merge, validate, info, plot, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
@@ -135,6 +135,29 @@ def run(
                 _tell(dataset, target)
         if failed > allowed(dataset["status"].size):
             raise typer.Exit(console.SOME_FAILED)
+
+
+@app.command()
+def merge(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Datasets of parts of a sweep.", show_default=False)
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The dataset to write.", show_default=False)
+    ],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Make one dataset of those of the parts of a sweep."""
+    with console.exit_codes():
+        from lienumba.scenario.merge import gaps, merged
+
+        with console.progress(quiet) as report:
+            dataset = merged(files, output, overwrite, report or (lambda event: None))
+        if not quiet:
+            console.print_warnings(gaps(dataset))
+            with console.unheard():
+                _tell(dataset, output)
 
 
 def _tell(dataset: "xr.Dataset", target: Path) -> None:

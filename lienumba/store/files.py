@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
-NETCDF = threading.Lock()
+NETCDF = threading.RLock()
 
 
 class WriteError(OSError):

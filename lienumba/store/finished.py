@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
 from lienumba.store.layout import FULL
 
@@ -25,11 +26,11 @@ class Table:
 
     def __init__(self, file: Any, dim: str) -> None:
         self.file, self.dim = file, dim
-        self.labels: np.ndarray = file.variables[dim][:]
+        self.labels = _read(file, dim, slice(None))
 
     def read(self, part: slice) -> Columns:
-        own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)}
-        return Columns({name: x[part] for name, x in own.items()})
+        own = [name for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)]
+        return Columns({name: _read(self.file, name, part) for name in own})
 
 
 class Finished:
@@ -44,10 +45,22 @@ class Finished:
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
             self.tables = {dim: Table(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
 
-    def column(self, name: str) -> np.ndarray:
-        values: np.ndarray = self.file.variables[name][:]
-        return values
+    @property
+    def inputs(self) -> dict[str, np.ndarray]:
+        """The samples (runs,) of each varied path, by path."""
+        paths = [name for name, x in self.file.variables.items() if getattr(x, "role", "") == "input"]
+        return {path: _read(self.file, path, slice(None)) for path in paths}
 
     def close(self) -> None:
         with NETCDF:
             self.file.close()
+
+
+def _read(file: Any, name: str, part: slice) -> np.ndarray:
+    try:
+        values: np.ndarray = file.variables[name][part]
+    except RuntimeError as error:
+        raise ScenarioError(
+            f"{file.filepath()}: is damaged, {name} cannot be read ({error}); make this file again"
+        ) from None
+    return values
