@@ -32,13 +32,15 @@ class Memory:
         if FULL in piece.tables:
             self._full.append(piece.tables[FULL])
 
-    def columns(self) -> Arrays:
-        """Every column of every table."""
+    def columns(self, kept: np.ndarray) -> Arrays:
+        """Every column of every table, of the runs (a mask) that are kept."""
+        arrays = self.arrays if kept.all() else {name: x[kept] for name, x in self.arrays.items()}
         if not self._full:
-            return self.arrays
+            return arrays
         records = np.concatenate(self._full)
+        records = records[np.isin(records[LABEL], self.labels[kept])]
         records = records[np.argsort(positions(self.labels, records[LABEL]))]
-        return self.arrays | {name: np.ascontiguousarray(records[name]) for name in _fields(records)}
+        return arrays | {name: np.ascontiguousarray(records[name]) for name in _fields(records)}
 
 
 def _fields(records: np.ndarray) -> list[str]:

@@ -111,6 +111,7 @@ class Scenario:
         """The hash of what determines a run: neither title nor output nor the number of runs."""
         content = self.to_dict()
         del content["title"], content["output"], content["sweep"]["runs"]
+        content["sweep"].pop("stop", None)
         if "study" in content:
             del content["study"]["repeats"]
             content["study"]["reference"].pop("file", None)  # its checksum stays

@@ -165,6 +165,11 @@ class Results:
         frame = "global" if part.frame < 0 else self.model.bodies[part.frame].name
         return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
+    @property
+    def numbers(self) -> list[str]:
+        """The numbers that there is one of for each run."""
+        return [field.name for field in self.tables["run"] if field.shape == () and field.dtype == "f8"]
+
     def dtype(self, table: str) -> np.dtype[Any]:
         """Of the records of a table."""
         fields = [(x.name, x.dtype, x.shape) for x in self.tables[table]]
@@ -189,17 +194,22 @@ class Results:
             kept |= (labels >= part.start) & (labels < part.stop)
         return kept
 
-    def frame(self, inputs: Iterable[str], total: int) -> "xr.Dataset":
-        """The dataset without any run yet."""
+    def frame(self, inputs: Iterable[str], total: int, **more: str) -> "xr.Dataset":
+        """The dataset without any run yet, with more attributes."""
         none = np.empty(0)
         fields = [field for every in self.tables.values() for field in every]
         empty = {field.name: np.empty((0, *field.shape), field.dtype) for field in fields}
-        return self.dataset(empty, none.astype(np.int64), dict.fromkeys(inputs, none), total)
+        return self.dataset(empty, none.astype(np.int64), dict.fromkeys(inputs, none), total, **more)
 
     def dataset(
-        self, arrays: dict[str, np.ndarray], labels: np.ndarray, samples: dict[str, np.ndarray], total: int
+        self,
+        arrays: dict[str, np.ndarray],
+        labels: np.ndarray,
+        samples: dict[str, np.ndarray],
+        total: int,
+        **more: str,
     ) -> "xr.Dataset":
-        """The dataset of the tables' columns; total: of how many runs it will be."""
+        """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
         data: Any = self.resolved.data
         model, named = self.model, data.model.model_dump()
         return layout.dataset(
@@ -217,7 +227,10 @@ class Results:
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,
             input_units={path: units(path, named) for path in samples},
-            attributes=provenance.attributes(
-                self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
-            ),
+            attributes={
+                **provenance.attributes(
+                    self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
+                ),
+                **more,
+            },
         )

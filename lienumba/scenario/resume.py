@@ -9,7 +9,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.words import show
 
-INDIFFERENT = {"title", "sweep.runs"}  # what may be otherwise
+INDIFFERENT = ("title", "sweep.runs", "sweep.stop.")  # what may be otherwise
 WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
 LONGEST = 40  # characters of a value in a sentence
 
@@ -61,8 +61,8 @@ def values(there: Mapping[str, Any]) -> dict[str, Any]:
 
 def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str | None:
     """The path of the first value that makes other runs, or another dataset of them."""
-    decisive = sorted((old.keys() | new.keys()) - INDIFFERENT)
-    return next((key for key in decisive if old.get(key) != new.get(key)), None)
+    differing = (key for key in sorted(old.keys() | new.keys()) if old.get(key) != new.get(key))
+    return next((key for key in differing if not key.startswith(INDIFFERENT)), None)
 
 
 def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, remedy: str) -> None:

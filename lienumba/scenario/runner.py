@@ -124,13 +124,16 @@ def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tel
     from lienumba.scenario.memory import Memory
     from lienumba.scenario.results import Results
     from lienumba.scenario.simulate import simulate
+    from lienumba.scenario.stopping import stopping_of
 
     runs = runs_of(resolved, labels)
-    memory = Memory(labels)
-    for piece in simulate(runs, tell, compute):
+    results, memory = Results(resolved, runs.nominal), Memory(labels)
+    enough = stopping_of(resolved, results.numbers)
+    for piece in enough.until(simulate(runs, tell, compute)):
         memory.take(piece)
-    results = Results(resolved, runs.nominal)
-    return results.dataset(memory.columns(), runs.labels, runs.samples, len(labels))
+    kept = enough.kept(runs.labels)
+    runs = runs.part(kept)
+    return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **enough.attributes())
 
 
 def on_disk(
@@ -139,22 +142,28 @@ def on_disk(
     """Write the dataset of these runs, and of those that are there already."""
     import numpy as np
 
+    from lienumba.scenario.results import Results
     from lienumba.scenario.resume import manifest
     from lienumba.scenario.simulate import Progress, simulate
+    from lienumba.scenario.stopping import stopping_of
     from lienumba.scenario.stored import stored
 
     with stored(target, resolved, resume) as there:
         shards, known = there.shards, there.labels
         runs = runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist())
-        missing = runs.part(~np.isin(runs.labels, known))
+        enough = stopping_of(resolved, Results(resolved, runs.nominal).numbers)
+        enough.know(known, there.column)
+        missing = runs.part(~np.isin(runs.labels, known) & enough.kept(runs.labels))
         shards.begin(manifest(resolved))
         if len(missing.labels):
             with _kept(shards, len(runs.labels)):
-                for piece in simulate(missing, tell, compute, before=(len(known), there.failed())):
+                pieces = simulate(missing, tell, compute, before=(len(known), there.failed()))
+                for piece in enough.until(pieces):
                     shards.take(piece.tables)
-        failed = there.failed()
-        tell(Progress("write", 0, len(runs.labels), failed))
-        there.write(resolved, runs, lambda done: tell(Progress("write", done, len(runs.labels), failed)))
+        runs = runs.part(enough.kept(runs.labels))
+        total, failed = len(runs.labels), there.failed()
+        tell(Progress("write", 0, total, failed))
+        there.write(resolved, runs, lambda done: tell(Progress("write", done, total, failed)), **enough.attributes())
 
 
 @contextmanager

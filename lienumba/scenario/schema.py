@@ -12,6 +12,7 @@ from lienumba.scenario.schema_forces import DRIVERS, FORCES, Driver, Force, driv
 from lienumba.scenario.schema_joints import JOINTS, Joint
 from lienumba.scenario.schema_output import Output
 from lienumba.scenario.schema_quantities import QUANTITIES, AnyQuantity, Event
+from lienumba.scenario.schema_stop import Stop
 from lienumba.scenario.schema_types import (
     NAME_RULE,
     WRITTEN,
@@ -196,6 +197,7 @@ class Sweep(Section):
         default=0, description="a whole number from 0 to 2^63 - 1"
     )
     sampler: Literal["random"] = Field(default="random", description='"random"')
+    stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
     vary: dict[str, Distribution] = Field(
         default={},
         description='what varies: "path" = { distribution = "normal", std = ... } '
@@ -262,6 +264,7 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("projection",): Projection,
     ("output",): Output,
     ("sweep",): Sweep,
+    ("sweep", "stop"): Stop,
     ("sweep", "vary", "*", "normal"): Normal,
     ("sweep", "vary", "*", "uniform"): Uniform,
     ("study",): Study,

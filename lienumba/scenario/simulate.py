@@ -1,6 +1,6 @@
 """Simulates the runs of a scenario: prepared portion by portion, compiled once, dealt out in chunks."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -72,7 +72,9 @@ class Runs:
 Compute = Callable[[Runs, bool, Callable[[float], None]], Iterator[Piece]]
 
 
-def simulate(runs: Runs, tell: Tell, compute: Compute, before: tuple[int, int] = (0, 0)) -> Iterator[Piece]:
+def simulate(
+    runs: Runs, tell: Tell, compute: Compute, before: tuple[int, int] = (0, 0)
+) -> Generator[Piece, None, None]:
     """Yield the runs as they finish; of each the status is final. before: runs done and failed already."""
     (done, failed), remaining = before, runs
     total = done + len(runs.labels)

@@ -41,17 +41,20 @@ class Stored:
         every = [source.labels for source in self.sources("run")]
         return np.unique(np.concatenate(every)).astype(np.int64) if every else np.empty(0, np.int64)
 
+    def column(self, name: str) -> np.ndarray:
+        """What these runs have of a variable."""
+        every = stream.pieces(self.labels, self.sources("run"))
+        return np.concatenate([np.empty(0), *(piece.source.read(piece.part)[name] for piece in every)])
+
     def failed(self) -> int:
         """How many of these failed."""
-        found = 0
-        for piece in stream.pieces(self.labels, self.sources("run")):
-            found += int(np.count_nonzero(~np.isin(piece.source.read(piece.part)["status"], GOOD)))
-        return found
+        return int(np.count_nonzero(~np.isin(self.column("status"), GOOD)))
 
-    def write(self, resolved: Scenario, runs: Runs, tell: Callable[[int], None]) -> None:
-        """Write the dataset of these runs, all of which are there; then the shards have done their work."""
+    def write(self, resolved: Scenario, runs: Runs, tell: Callable[[int], None], **more: str) -> None:
+        """Write the dataset of these runs, all of which are there; then the shards have done their work. more:
+        attributes of the dataset."""
         results = Results(resolved, runs.nominal)
-        frame = results.frame(runs.samples, len(runs.labels))
+        frame = results.frame(runs.samples, len(runs.labels), **more)
         labels = {"run": runs.labels, FULL: runs.labels[results.in_full(runs.labels)]}
         kept = {name: x for name, x in labels.items() if name in results.tables}
         tables = {name: stream.pieces(x, self.sources(name)) for name, x in kept.items()}

@@ -17,7 +17,7 @@ PAPER = (
 )
 
 
-def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int]:
+def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int | float]:
     """Global attributes; `scenario_toml`: the resolved scenario; `sha256`: of what determines a run."""
     import llvmlite.binding
     import numba

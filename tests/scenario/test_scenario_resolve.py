@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from scenario_example import EXAMPLE, example
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import schema, toml
+from lienumba.scenario import toml
 from lienumba.scenario.resolve import resolve
-from lienumba.store.layout import VARIABLES
+from lienumba.scenario.schema_output import VARIABLES
+from lienumba.store import layout
 
 
 def test_defaults_are_written_out_and_read_back() -> None:
@@ -28,7 +29,7 @@ def test_defaults_are_written_out_and_read_back() -> None:
     assert written["projection"] == {
         "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": False
     }  # fmt: skip
-    assert written["output"] == {"every": 0.001, "variables": list(schema.VARIABLES)}
+    assert written["output"] == {"every": 0.001, "variables": list(VARIABLES), "mode": "full", "summary": {}}
     assert written["sweep"] == {"runs": 1, "seed": 0, "sampler": "random", "vary": {}}
     again = resolve(written)
     assert again.to_toml() == scenario.to_toml()
@@ -161,7 +162,7 @@ def test_arrays_and_tuples_are_welcome_in_dicts() -> None:
 
 
 def test_every_variable_of_the_schema_is_in_the_layout() -> None:
-    assert set(schema.VARIABLES) == {name for name, item in VARIABLES.items() if "time" in item.dims}
+    assert set(VARIABLES) == {name for name, item in layout.VARIABLES.items() if "time" in item.dims}
 
 
 def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> None:
