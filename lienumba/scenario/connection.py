@@ -51,7 +51,7 @@ class Connection:
             address: Any = given
             if given == LOCAL:
                 address = LocalCluster(
-                    n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+                    n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
                 )
                 self._ends.callback(address.close)
             self.client = Client(address, timeout=PATIENCE, set_as_default=False)

@@ -135,6 +135,8 @@ def _paths(files: Paths) -> list[Path]:
         if not matching:
             raise ScenarioError(f"{name}: matches no file; check the pattern")
         found += map(Path, matching)
+    for path in (path for n, path in enumerate(found) if path in found[:n]):
+        raise ScenarioError(f"{path}: is named twice; name each dataset once")
     if not found:
         raise ScenarioError("no dataset is named; give those that are to be merged, such as part*.nc")
     return found
@@ -147,6 +149,11 @@ def _check(parts: Sequence[Part]) -> None:
         raise ScenarioError(
             f"{first.path}: was made by lienumba {first.attributes['lienumba_version']}, but this is {__version__}; "
             "merge with that version"
+        )
+    if "stop" in tomllib.loads(first.attributes["scenario"])["sweep"]:
+        raise ScenarioError(
+            f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
+            "lienumba run --resume"
         )
     for part in parts[1:]:
         check_parts(part.attributes, first.attributes, str(part.path), str(first.path))

@@ -6,7 +6,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.words import show
+
+
+def share_of(labels: Sequence[int], given: Any, resolved: Scenario) -> list[int]:
+    """Those of the labels that belong to a part, if a scenario has any."""
+    part, data = Part.parse(given), resolved.data
+    if resolved.plan is not None:
+        raise ScenarioError(
+            f"part {part.number}/{part.of}: a study has none, because its points are compared; run it whole"
+        )
+    if data.sweep.stop is not None:
+        raise ScenarioError(
+            f"part {part.number}/{part.of}: a sweep that ends by sweep.stop has none, because only the whole knows "
+            "when it has runs enough; take sweep.stop out, or run it whole"
+        )
+    return part.share(labels)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ClusterError, ScenarioError
 from lienumba.scenario import connection
 from lienumba.scenario.arguments import check_labels
-from lienumba.scenario.part import Part
+from lienumba.scenario.part import share_of
 from lienumba.scenario.prepare import check_initial, design, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.store.files import WriteError
@@ -66,9 +66,9 @@ def run(
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
     check_labels(labels, data.sweep.runs)
     if part is not None:
-        labels = Part.parse(part).share(labels)
+        labels = share_of(labels, part, resolved)
     if resolved.plan is not None:
-        _check_study(part, resume, dask)
+        _check_study(resume, dask)
     if dask is not None:
         connection.check(dask, workers)
     if output is not None:
@@ -90,13 +90,11 @@ def run(
     return read(Path(output))
 
 
-def _check_study(part: Any, resume: bool, dask: Any) -> None:
-    """A study is run as a whole."""
-    given = {"part": part is not None, "resume": resume, "dask": dask is not None}
-    for name in (name for name, there in given.items() if there):
-        raise ScenarioError(
-            f"{name}: a study is neither resumed nor divided, because its times belong together; leave {name} out"
-        )
+def _check_study(resume: bool, dask: Any) -> None:
+    if resume:
+        raise ScenarioError("a study is not resumed, because its times belong together; start it again")
+    if dask is not None:
+        raise ScenarioError("a study is not run on a cluster, because its times are of one machine; leave dask out")
 
 
 @contextmanager
