@@ -1,4 +1,4 @@
-"""The command line: run, merge, validate, info, plot, schema, doctor.
+"""The command line: run, merge, sample, validate, info, plot, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
@@ -37,6 +37,10 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
+RunsOption = Annotated[
+    str | None,
+    typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
+]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 
 
@@ -74,10 +78,7 @@ def run(
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,
-    runs: Annotated[
-        str | None,
-        typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
-    ] = None,
+    runs: RunsOption = None,
     part: Annotated[
         str | None,
         typer.Option("--part", metavar="K/N", help="Only the K-th of N parts of these runs, such as 3/20."),
@@ -177,6 +178,42 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
 
 @app.command()
+def sample(
+    scenario: ScenarioArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The table to write, .csv or .nc (default: SCENARIO's stem with .samples.csv).",
+        ),
+    ] = None,
+    seed: SeedOption = None,
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing table.")] = False,
+) -> None:
+    """Draw the samples of a sweep and write them as a table, without running anything."""
+    with console.exit_codes():
+        from lienumba.scenario.arguments import parse_assignments, parse_labels
+        from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.samples_file import check_target, sample
+
+        target = output if output is not None else Path(scenario.stem + ".samples.csv")
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
+        check_target(target, overwrite)
+        console.print_warnings(resolved.warnings)
+        spreads = sample(resolved, labels, target)
+
+        from lienumba.console_samples import print_samples
+
+        with console.unheard():
+            print_samples(spreads, len(labels), target)
+
+
+@app.command()
 def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedOption = None) -> None:
     """Check a scenario and its initial state without running it."""
     with console.exit_codes():
@@ -229,6 +266,46 @@ def plot(
         with read(file) as dataset:
             save(dataset, target, variables or ())
         typer.echo(f"written to {target}")
+
+
+@app.command()
+def analyse(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset of a sweep (.nc).", show_default=False)],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[OUTPUT]...",
+            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
+            show_default=False,
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
+    ] = None,
+) -> None:
+    """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
+    with console.exit_codes():
+        from lienumba.analysis import sensitivity, sensitivity_file
+        from lienumba.console_sensitivity import print_sensitivity
+        from lienumba.store.files import read
+
+        if output is not None:
+            sensitivity_file.check_target(output)
+        with read(file) as dataset:
+            found = sensitivity(dataset, outputs or (), time)
+        if output is not None:
+            sensitivity_file.save(found, output)
+        with console.unheard():
+            print_sensitivity(found)
+            if output is not None:
+                typer.echo(f"written to {output}")
 
 
 @app.command()

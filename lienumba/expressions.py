@@ -77,7 +77,8 @@ class ExpressionError(ValueError):
 class Formula:
     """A number as a function of time, and of whatever other names are allowed: formula(t), formula(t, kp=40.0).
 
-    allowed: may have dots (pointing.x); tables: names of functions of one number that are handed over as well;
+    allowed: may have dots and indices (pointing.x, points[1]); tables: names of functions of one number that are
+    handed over as well;
     condition: whether it is one: 1 where it holds, else 0.
     constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
     """
@@ -154,6 +155,11 @@ class _Names:
     tables: frozenset[str]
     used: set[str]
 
+    @property
+    def indexed(self) -> bool:
+        """Whether names may have indices."""
+        return any(name.endswith("]") for name in self.allowed)
+
     def may_be(self, name: str) -> bool:
         """Whether a name with dots may be meant as that of a quantity."""
         first = name.partition(".")[0]
@@ -186,11 +192,15 @@ class _Binding(ast.NodeTransformer):
 
 
 def _dotted(node: ast.AST) -> str:
-    """The name with dots that a node is; empty if it is anything else."""
-    if isinstance(node, ast.Name):
-        return node.id
-    first = _dotted(node.value) if isinstance(node, ast.Attribute) else ""
-    return f"{first}.{node.attr}" if first and isinstance(node, ast.Attribute) else ""
+    """The name with dots and indices that a node is; empty if it is anything else."""
+    match node:
+        case ast.Name(id=name):
+            return name
+        case ast.Attribute(value=inner, attr=name) if first := _dotted(inner):
+            return f"{first}.{name}"
+        case ast.Subscript(value=inner, slice=ast.Constant(value=int() as index)) if first := _dotted(inner):
+            return f"{first}[{index}]"
+    return ""
 
 
 def _check(node: ast.AST, names: _Names, depth: int) -> None:
@@ -205,6 +215,8 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
         case ast.Name(id=name):
             names.check(name)
         case ast.Attribute() if names.may_be(name := _dotted(node)):
+            names.check(name)
+        case ast.Subscript() if names.indexed and (name := _dotted(node)):
             names.check(name)
         case ast.Attribute() if (first := _dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
             written = f"{first}(t)" if first in names.tables else first
@@ -322,7 +334,7 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
     match node:
         case ast.Constant(value=value):
             return float(value)  # type: ignore[arg-type]
-        case ast.Name() | ast.Attribute():
+        case ast.Name() | ast.Attribute() | ast.Subscript():
             name = _dotted(node)
             return names[name] if name in names else CONSTANTS[name]
         case ast.UnaryOp(op=ast.UAdd(), operand=x):

@@ -21,7 +21,7 @@ FLOORS = [
     {"store"},
     {"scenario"},
     {"analysis"},
-    {"console", "console_study", "info", "doctor"},
+    {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},
     {"__init__", "__main__"},
 ]

@@ -17,6 +17,7 @@ from lienumba.scenario.code import PYTHON, function_of
 from lienumba.scenario.code_checks import code_of, tried
 from lienumba.scenario.conversions import inertia_of, rotation_of, timed, vec3
 from lienumba.scenario.resolve import Scenario
+from lienumba.sweep.kinds import NUMBER
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,11 +26,16 @@ Table = Mapping[str, Any]
 
 
 def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Model, Start]:
-    """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,)."""
+    """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,), as `design.draw`
+    has them."""
     import numpy as np
 
     data = scenario.data.model.model_dump()
     scenario.parameters.fill(data, samples)
+    for path, kind in scenario.data.sweep.vary.items():
+        names = kind.columns(path)
+        if kind.shape != NUMBER and names[0] in samples:  # whatever its form in the file
+            paths.put(data, paths.parse(path), [None] * len(names))
     for path, values in samples.items():
         if not path.startswith("parameters."):
             paths.put(data, paths.parse(path), values)
@@ -202,8 +208,9 @@ def _joint_start(joint: Table) -> JointStart:
     )
 
 
-def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
-    """Which of the runs drew a mass, inertia, rotation, rod length or speed of friction that nothing has: (runs,).
+def unphysical(model: Model, start: Start, samples: Mapping[str, "np.ndarray"], runs: int) -> "np.ndarray":
+    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or speed of friction that
+    nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
     distribution.
@@ -211,6 +218,8 @@ def unphysical(model: Model, start: Start, runs: int) -> "np.ndarray":
     import numpy as np
 
     bad = np.zeros(runs, dtype=bool)
+    for values in samples.values():
+        bad |= ~np.isfinite(values)
     for body in model.bodies:
         xx, yy, zz, xy, xz, yz = body.inertia
         minors = (

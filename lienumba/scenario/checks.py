@@ -9,12 +9,13 @@ from lienumba.scenario.integrator_checks import check_integrator
 from lienumba.scenario.joint_checks import check_joint
 from lienumba.scenario.law_checks import check_driven_once, check_driver, check_force, check_start
 from lienumba.scenario.method_checks import check_method, check_projection
-from lienumba.scenario.output_checks import check_output
+from lienumba.scenario.output_checks import check_output, check_stop
 from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.quantity_checks import check_quantity
 from lienumba.scenario.report import GROUND, Report, placed, read, tables
 from lienumba.scenario.schema import LISTS, Body, Gravity, Integrator, Projection, section_of
 from lienumba.scenario.schema_output import Output
+from lienumba.scenario.schema_stop import Stop
 from lienumba.scenario.schema_types import NAME
 from lienumba.scenario.study_checks import check_study
 from lienumba.scenario.sweep_checks import check_sweep
@@ -58,8 +59,13 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     sweep = raw.get("sweep")
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
+        stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs")
+        if stop is not None and isinstance(runs, int):
+            check_stop(stop, runs, report)
     study = raw.get("study")
     if isinstance(study, dict) and named:
+        if isinstance(sweep, dict) and "stop" in sweep:
+            report.problems.append("sweep.stop: a study needs all runs at every point; leave it out")
         check_study(study, raw.get("output"), model, [body["name"] for body in lists["bodies"]], parameters, report)
     return report
 

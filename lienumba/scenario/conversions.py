@@ -9,6 +9,7 @@ from lienumba.expressions import Formula
 from lienumba.groups import so3
 from lienumba.mechanics.model import Matrix3, Number, Timed, Vec3
 from lienumba.operations import cos, sin, sqrt
+from lienumba.sweep.kinds import INERTIA, NUMBER, ROTATION
 
 
 def vec3(values: list[Any]) -> Vec3:
@@ -36,6 +37,18 @@ def inertia_of(inertia: list[Any]) -> tuple[Number, ...]:
     """The elements xx yy zz xy xz yz of an inertia in any of its three forms."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = tensor_of(inertia)
     return xx, yy, zz, _mean(xy, yx), _mean(xz, zx), _mean(yz, zy)
+
+
+def nominal_numbers(value: Any, shape: str) -> Any:
+    """The number of a varied path, or those that the design table has of it: a quaternion w x y z for a rotation, the
+    elements xx yy zz xy xz yz of an inertia, the components of a vector."""
+    if shape == NUMBER:
+        return timed(value)
+    if shape == INERTIA:
+        return inertia_of(value)
+    if shape == ROTATION and (isinstance(value, dict) or isinstance(value[0], list)):
+        return so3.to_quaternion(rotation_of(value))
+    return tuple(map(timed, value))
 
 
 def _mean(a: Number, b: Number) -> Number:

@@ -49,11 +49,12 @@ def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
-    """Lists of tables go by their names, but grids have none; what is varied, by its path; the rest is replaced."""
+    """Lists of tables go by their names, but grids and correlations have none; what is varied, by its path; the rest is
+    replaced."""
     merged = _replaced(below, section)
     for key, value in section.items():
         old = below.get(key)
-        if key != "grid" and _are_tables(value) and _are_tables(old):
+        if key not in ("grid", "correlate") and _are_tables(value) and _are_tables(old):
             merged[key] = _by_name(old, value)
         elif isinstance(value, dict) and isinstance(old, dict) and (key == "vary" or "values" in old):  # a table
             merged[key] = {**old, **value}

@@ -13,6 +13,7 @@ from lienumba.scenario import paths
 from lienumba.scenario.code import embedded
 from lienumba.scenario.extends import extended, replaced_by
 from lienumba.scenario.reference_file import marked
+from lienumba.scenario.sample_table import sampled
 from lienumba.scenario.schema import BESIDE, LISTS
 from lienumba.scenario.schema_forces import FORCES
 from lienumba.scenario.tables import inlined
@@ -38,8 +39,9 @@ def load(source: Any) -> dict[str, Any]:
 
 
 def with_files(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The scenario with what the files hold that it names: tables, the texts of functions, the mark of a reference."""
-    return marked(embedded(inlined(raw, folder), folder), folder)
+    """The scenario with what the files hold that it names: tables, the texts of functions, the mark of a reference,
+    samples."""
+    return sampled(marked(embedded(inlined(raw, folder), folder), folder), folder)
 
 
 def _load(source: Any) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,9 +22,9 @@ from lienumba.scenario.results import Results
 from lienumba.scenario.resume import check_parts
 from lienumba.scenario.simulate import Progress, Tell
 from lienumba.scenario.words import plural
-from lienumba.store import stream
 from lienumba.store.files import check_target, folder_of, read
 from lienumba.store.finished import Columns, Finished
+from lienumba.store.stream import Stream, pieces
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -65,8 +66,9 @@ def merged(files: Paths, target: Path, overwrite: bool, tell: Tell) -> "xr.Datas
 
 def gaps(dataset: "xr.Dataset") -> list[str]:
     """A sentence about runs of the sweep that a dataset does not have."""
-    total = _total(dataset.attrs)
-    missing = np.setdiff1d(np.arange(total), dataset["run"].values)
+    sweep = _sweep(dataset.attrs)
+    total = sweep["runs"]
+    missing = np.setdiff1d(np.arange(-1 if sweep["nominal"] else 0, total), dataset["run"].values)
     if not len(missing):
         return []
     return [
@@ -126,6 +128,9 @@ class Table:
     def read(self, part: slice) -> Columns:
         return self.opened(self.path).tables[self.dim].read(part)
 
+    def column(self, name: str) -> np.ndarray:
+        return self.opened(self.path).tables[self.dim].column(name)
+
 
 def _paths(files: Paths) -> list[Path]:
     """The files that are named; a pattern that the shell has left as it is names all that match."""
@@ -150,7 +155,7 @@ def _check(parts: Sequence[Part]) -> None:
             f"{first.path}: was made by lienumba {first.attributes['lienumba_version']}, but this is {__version__}; "
             "merge with that version"
         )
-    if "stop" in tomllib.loads(first.attributes["scenario"])["sweep"]:
+    if "stop" in _sweep(first.attributes):
         raise ScenarioError(
             f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
             "lienumba run --resume"
@@ -170,28 +175,33 @@ def _check(parts: Sequence[Part]) -> None:
 
 def _write(parts: Sequence[Part], target: Path, tell: Tell) -> None:
     """Write the dataset of all their runs."""
-    whole = max(parts, key=lambda part: _total(part.attributes))
+    whole = max(parts, key=lambda part: int(_sweep(part.attributes)["runs"]))
     resolved = resolve(tomllib.loads(whole.attributes["scenario"]))
     labels = np.concatenate([part.labels["run"] for part in parts])
     order = np.argsort(labels)
     samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
     results = Results(resolved, check_initial(resolved))
-    frame = results.frame(samples, len(labels))
-    opened, columns, tables = Opened(), dict(samples), {}
-    for dim in parts[0].labels:
-        columns[dim] = np.sort(np.concatenate([part.labels[dim] for part in parts]))
-        tables[dim] = stream.pieces(columns[dim], [Table(opened, part.path, dim, part.labels[dim]) for part in parts])
-    tell(Progress("write", 0, len(labels), 0))
+    opened, stream = Opened(), Stream(results.frame(samples, len(labels)), target)
     try:
-        stream.write(frame, columns, tables, target, lambda done: tell(Progress("write", done, len(labels), 0)))
+        columns = results.labels(labels[order])
+        for dim, own in columns.items():
+            sources = [Table(opened, part.path, dim, part.labels[dim]) for part in parts]
+            told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
+            stream.put(dim, 0, pieces(own, sources), told)
+        stream.finish(columns | samples, {})
     finally:
+        stream.discard()
         opened.close()
 
 
-def _total(attributes: Mapping[Any, Any]) -> int:
-    """Of how many runs a dataset is a part."""
-    total: int = tomllib.loads(attributes["scenario"])["sweep"]["runs"]
-    return total
+def _tell(tell: Tell, total: int, done: int) -> None:
+    tell(Progress("write", done, total, 0))
+
+
+def _sweep(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """The section of the sweep that a dataset is of."""
+    sweep: dict[str, Any] = tomllib.loads(attributes["scenario"])["sweep"]
+    return sweep
 
 
 def _named(labels: np.ndarray) -> str:

@@ -7,15 +7,10 @@ from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import schema
 from lienumba.scenario.places import Loc, place, section_key, without_tags
 from lienumba.scenario.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, show, suggestion
+from lienumba.sweep.distributions import BY_KEY, NAMED
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
-
-DISTRIBUTION_KEYS = {
-    "distribution": '"normal" or "uniform"', "mean": "the mean (or omit it: the nominal value)",
-    "std": "the standard deviation, 0 or above", "low": "the lowest value", "high": "the highest value",
-    "relative": "true (multiples of the nominal value) or false",
-}  # fmt: skip
 
 
 def sentences(error: "ValidationError", raw: Any) -> list[str]:
@@ -101,7 +96,10 @@ _BOUNDS = {
 
 def _least(loc: Loc) -> str:
     open_ended = (
-        tuple(loc) == ("model", "bodies") or loc[-1] in ("times", "grid") or "momentum" in loc or "python" in loc
+        tuple(loc) == ("model", "bodies")
+        or loc[-1] in ("times", "grid", "paths")
+        or "momentum" in loc
+        or "python" in loc
     )
     return "at least " if open_ended else ""
 
@@ -165,14 +163,14 @@ def _no_form(loc: Loc, path: str, value: Any, remedy: str) -> str:
     """A distribution, rotation or inertia that has none of the known forms."""
     if loc[:2] != ("sweep", "vary"):
         return f"{path} = {show(value)}: has none of the known forms{remedy}"
-    known = ["normal", "uniform"]
+    known = list(NAMED)
     if isinstance(value, dict) and isinstance(value.get("distribution"), str):
         name = value["distribution"]
         return f"{path}.distribution = {show(name)}: is not known; {suggestion(name, known)}"
     if isinstance(value, dict) and any(isinstance(item, dict) for item in value.values()):
         return f'{path}: a varied path needs quotes; write "{_dotted(str(loc[2]), value)}" = {{ ... }}'
     if isinstance(value, dict):
-        return f'{path}.distribution is missing; give "normal" or "uniform"'
+        return f"{path}.distribution is missing; give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead"
     return f'{path} = {show(value)}: must be a table; give {{ distribution = "normal", std = ... }}'
 
 
@@ -190,5 +188,5 @@ def _remedy(loc: Loc) -> str:
         section: type[BaseModel] | None = schema.SECTIONS.get(section_key(loc[:end]))
         field = section.model_fields.get(str(loc[end])) if section else None
         if field is not None:
-            return f"; give {field.description or DISTRIBUTION_KEYS.get(str(loc[end]), 'another')}"
+            return f"; give {field.description or 'another'}"
     return ""

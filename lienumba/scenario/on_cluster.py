@@ -89,7 +89,7 @@ class Cluster:
     def _refuse_hopeless(self, runs: Runs) -> None:
         """Raise what is wrong with a sweep of which no run can be prepared; a chunk has too few to tell."""
         data: Any = self.resolved.data
-        if len(runs.labels) == data.sweep.runs:
+        if len(runs.labels) >= data.sweep.runs:
             next(portions(self.resolved, runs))
 
     def _run_bytes(self, runs: Runs) -> int:

@@ -1,4 +1,5 @@
-"""What is wrong with the section [output]: names of what is to be stored, and runs; one sentence each."""
+"""What is wrong with the sections [output] and [sweep.stop]: names of what is to be stored, runs, when they are enough;
+one sentence each."""
 
 from collections import Counter
 
@@ -8,6 +9,7 @@ from lienumba.scenario.parameters import Parameters
 from lienumba.scenario.quantity_checks import Lists, with_states
 from lienumba.scenario.report import Report
 from lienumba.scenario.schema_output import VARIABLES, Output
+from lienumba.scenario.schema_stop import Stop
 from lienumba.scenario.words import show, suggestion
 
 
@@ -35,3 +37,18 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         parse_ranges(output.full_runs, "output.full_runs = ")
     except ScenarioError as error:
         report.problems.append(str(error))
+
+
+def check_stop(stop: Stop, runs: int, report: Report) -> None:
+    """Check when a sweep of so many runs ends."""
+    if stop.statistic == "quantile" and stop.probability is None:
+        report.problems.append("sweep.stop.probability is missing; give that of the quantile, such as 0.95")
+    if stop.statistic == "mean" and stop.probability is not None:
+        report.problems.append(
+            f"sweep.stop.probability = {stop.probability!r}: has no meaning for a mean; leave it out, or give "
+            'statistic = "quantile"'
+        )
+    if stop.every > runs:
+        report.problems.append(
+            f"sweep.stop.every = {stop.every}: is never reached by sweep.runs = {runs}; give fewer, or more runs"
+        )

@@ -18,6 +18,10 @@ TEXT_KEYS = {
 }  # fmt: skip  # whose values are texts as they should be
 WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events")
 WITH_STATE = ("drivers", "forces", "quantities", "events")  # whose formulas may read tables and quantities
+# Of distributions, those that no path of the model ends with.
+DISTRIBUTION_KEYS = (
+    "distribution|mean|std|low|high|relative|median|sigma|mode|values|weights|covariance|scipy|expression|column"
+)
 EXAMPLES = "such as bodies.top.mass or bodies.top.position[1]"
 
 
@@ -46,10 +50,11 @@ def parse(text: str) -> list[Token]:
 
 def _vary_tokens(rest: str) -> list[Token]:
     """The varied path and a key of its distribution; a shell may have taken the path's quotes away."""
-    match = re.fullmatch(r'\.(?:"([^"]+)"|(.+?))(?:\.(distribution|mean|std|low|high|relative))?', rest)
+    match = re.fullmatch(rf'\.(?:"([^"]+)"(?:\.(\w+))?|(.+?)(?:\.({DISTRIBUTION_KEYS}))?)', rest)
     if match is None:
         raise PathError('is not a path; write one such as sweep.vary."bodies.top.mass".std')
-    quoted, plain, key = match.groups()
+    quoted, of_quoted, plain, of_plain = match.groups()
+    key = of_quoted or of_plain
     return [quoted or plain] + ([key] if key else [])
 
 

@@ -14,12 +14,13 @@ from lienumba.mechanics.mapping import map_numbers
 from lienumba.mechanics.model import Driver, Model, Start, reads_state
 from lienumba.mechanics.motion import Instant
 from lienumba.scenario.build import build, unphysical
+from lienumba.scenario.design import draw
 from lienumba.scenario.formulas import at_start
+from lienumba.scenario.invalid import refuse_invalid
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.table_checks import check_samples
 from lienumba.scenario.violations import NOT_FINITE, violations
 from lienumba.scenario.words import listed
-from lienumba.sweep.design import design_table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -168,7 +169,7 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
 def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
     """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
     data: Any = scenario.data
-    samples = design_table(data.sweep.vary, scenario.nominal(), labels, data.sweep.seed)
+    samples = draw(scenario, labels)
     check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
     return samples
 
@@ -191,10 +192,13 @@ def prepare(
     model, start = build(scenario, samples)
     runs = len(labels)
     done = assembly.assemble(model, start, runs)
-    bad = unphysical(model, start, runs)
+    bad = unphysical(model, start, samples, runs)
+    whole = runs > 1 and asked >= data.sweep.runs
+    if whole and bad.all():
+        refuse_invalid(scenario, samples)
     good = done.good & _same_rank(done, nominal.rank)
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
-    if runs > 1 and asked == data.sweep.runs and np.all(codes == NOT_ASSEMBLED):
+    if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
         reasons = "\n".join(violations(done, start, 0))
         raise ScenarioError(

@@ -12,10 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import paths, timegrid, toml
+from lienumba.scenario import derived, paths, timegrid, toml
 from lienumba.scenario.checks import check
 from lienumba.scenario.code import PYTHON
-from lienumba.scenario.conversions import timed
+from lienumba.scenario.conversions import nominal_numbers
 from lienumba.scenario.integrator_checks import method_of
 from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.messages import sentences
@@ -26,6 +26,7 @@ from lienumba.scenario.schema import BESIDE, LISTS, ScenarioData, Tolerance
 from lienumba.scenario.schema_output import VARIABLES
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.scenario.words import plural
+from lienumba.sweep.design import NOMINAL_RUN
 
 FIRST = ("name", "type")  # keys that head a table
 
@@ -87,10 +88,18 @@ class Scenario:
         relative = tolerance.relative if isinstance(tolerance, Tolerance) else tolerance
         return f"{method} at tolerance {relative:g}"
 
-    def nominal(self) -> dict[str, float]:
-        """The nominal value of every varied path."""
+    @property
+    def labels(self) -> range:
+        """The labels of all runs, from that of the nominal run on where it is asked for."""
+        return range(NOMINAL_RUN if self.data.sweep.nominal else 0, self.data.sweep.runs)
+
+    def nominal(self) -> dict[str, Any]:
+        """The nominal value of every varied path: a number, or as many as the design table has of it."""
         data = {**self.data.model.model_dump(), "parameters": self.parameters.values()}
-        return {path: timed(paths.get(data, paths.parse(path))) for path in self.data.sweep.vary}
+        return {
+            path: nominal_numbers(paths.get(data, paths.parse(path)), kind.shape)
+            for path, kind in self.data.sweep.vary.items()
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """The scenario's keys and values with every default written out."""
@@ -108,10 +117,16 @@ class Scenario:
         return toml.dumps(self.to_dict())
 
     def sha256(self) -> str:
-        """The hash of what determines a run: neither title nor output nor the number of runs."""
+        """The hash of what determines a run: neither title nor output nor the number of runs, unless samples depend on
+        it."""
         content = self.to_dict()
-        del content["title"], content["output"], content["sweep"]["runs"]
-        content["sweep"].pop("stop", None)
+        sweep = content["sweep"]
+        del content["title"], content["output"], sweep["nominal"]
+        sweep.pop("stop", None)
+        if sweep["sampler"] != "latin_hypercube":
+            del sweep["runs"]
+        if not sweep["correlate"]:
+            del sweep["correlate"]
         if "study" in content:
             del content["study"]["repeats"]
             content["study"]["reference"].pop("file", None)  # its checksum stays
@@ -178,8 +193,10 @@ def _resolved(
         raise ScenarioError("\n".join(map(_as_written, problems)))
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
+    filled = _filled(data)
+    elsewhere = elsewhere | derived.used(filled.sweep.vary, parameters)
     warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
-    return Scenario(_filled(data), list(map(_as_written, warnings)), file, parameters)
+    return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 
 
 def _as_written(sentence: str) -> str:
@@ -204,8 +221,12 @@ def _filled(data: ScenarioData) -> ScenarioData:
         output = output.model_copy(update={"variables": [*VARIABLES, *own]})
     model = data.model.model_dump()
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
-    sections = {"integrator": integrator, "output": output}
-    return data.model_copy(update={**sections, "sweep": sweep.model_copy(update={"vary": vary})})
+    correlate = [
+        group.model_copy(update={"paths": [paths.canonical(path, model) for path in group.paths]})
+        for group in sweep.correlate
+    ]
+    sweep = sweep.model_copy(update={"vary": vary, "correlate": correlate})
+    return data.model_copy(update={"integrator": integrator, "output": output, "sweep": sweep})
 
 
 def _numbers_of_study(data: ScenarioData, key: str) -> list[float]:

@@ -165,6 +165,10 @@ class Results:
         frame = "global" if part.frame < 0 else self.model.bodies[part.frame].name
         return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
 
+    def labels(self, runs: np.ndarray) -> dict[str, np.ndarray]:
+        """The labels of each table, of these runs."""
+        return {name: runs[self.in_full(runs)] if name == FULL else runs for name in self.tables}
+
     @property
     def numbers(self) -> list[str]:
         """The numbers that there is one of for each run."""
@@ -194,12 +198,12 @@ class Results:
             kept |= (labels >= part.start) & (labels < part.stop)
         return kept
 
-    def frame(self, inputs: Iterable[str], total: int, **more: str) -> "xr.Dataset":
-        """The dataset without any run yet, with more attributes."""
+    def frame(self, inputs: Iterable[str], total: int) -> "xr.Dataset":
+        """The dataset without any run yet."""
         none = np.empty(0)
         fields = [field for every in self.tables.values() for field in every]
         empty = {field.name: np.empty((0, *field.shape), field.dtype) for field in fields}
-        return self.dataset(empty, none.astype(np.int64), dict.fromkeys(inputs, none), total, **more)
+        return self.dataset(empty, none.astype(np.int64), dict.fromkeys(inputs, none), total)
 
     def dataset(
         self,

@@ -9,7 +9,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.words import show
 
-INDIFFERENT = ("title", "sweep.runs", "sweep.stop.")  # what may be otherwise
+INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
 WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
 LONGEST = 40  # characters of a value in a sentence
 

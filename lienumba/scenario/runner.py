@@ -4,6 +4,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ def run(
         for sentence in resolved.warnings:
             warnings.warn(sentence, stacklevel=2)
     data: Any = resolved.data
-    labels = all_labels(resolved) if runs is None else list(runs)
+    labels = list(resolved.labels if runs is None else runs)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
     check_labels(labels, data.sweep.runs)
@@ -111,12 +112,6 @@ def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute
         yield cluster
 
 
-def all_labels(resolved: Scenario) -> list[int]:
-    """The runs of a scenario."""
-    data: Any = resolved.data
-    return list(range(data.sweep.runs))
-
-
 def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.scenario.memory import Memory
@@ -145,23 +140,35 @@ def on_disk(
     from lienumba.scenario.simulate import Progress, simulate
     from lienumba.scenario.stopping import stopping_of
     from lienumba.scenario.stored import stored
+    from lienumba.scenario.writing import writing
+    from lienumba.store.stream import Stream
 
     with stored(target, resolved, resume) as there:
         shards, known = there.shards, there.labels
         runs = runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist())
-        enough = stopping_of(resolved, Results(resolved, runs.nominal).numbers)
+        results = Results(resolved, runs.nominal)
+        enough = stopping_of(resolved, results.numbers)
         enough.know(known, there.column)
         missing = runs.part(~np.isin(runs.labels, known) & enough.kept(runs.labels))
         shards.begin(manifest(resolved))
-        if len(missing.labels):
-            with _kept(shards, len(runs.labels)):
+        begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
+        with _kept(shards, len(runs.labels)), writing(begin, results.labels(runs.labels)) as dataset:
+            if len(missing.labels):
                 pieces = simulate(missing, tell, compute, before=(len(known), there.failed()))
                 for piece in enough.until(pieces):
-                    shards.take(piece.tables)
-        runs = runs.part(enough.kept(runs.labels))
-        total, failed = len(runs.labels), there.failed()
-        tell(Progress("write", 0, total, failed))
-        there.write(resolved, runs, lambda done: tell(Progress("write", done, total, failed)), **enough.attributes())
+                    if shards.take(piece.tables):
+                        sure = there.prefix(runs.labels[enough.decided(runs.labels)])
+                        dataset.follow(sure, there.sources(results.tables))
+            runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
+            total, failed = len(runs.labels), there.failed()
+            dataset.finish(
+                results.labels(runs.labels),
+                there.sources(results.tables),
+                runs.samples,
+                enough.attributes(),
+                lambda done: tell(Progress("write", done, total, failed)),
+            )
+        shards.remove()
 
 
 @contextmanager

@@ -29,7 +29,11 @@ from lienumba.scenario.schema_types import (
     Vec3,
 )
 from lienumba.scenario.tables import TableFile, TableSection
-from lienumba.sweep.distributions import Distribution, Normal, Uniform
+from lienumba.sweep.distributions import FORMS as DISTRIBUTIONS
+from lienumba.sweep.distributions import Distribution
+from lienumba.sweep.kinds import Finite
+from lienumba.sweep.points import SAMPLERS, Sampler
+from lienumba.sweep.table import SampleTable
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
@@ -189,6 +193,21 @@ class Projection(Section):
     )
 
 
+class Correlation(Section):
+    paths: Annotated[list[str], Field(min_length=2)] = Field(
+        description="at least two varied paths, or components of a rotation vector"
+    )
+    matrix: list[list[Finite]] = Field(
+        description="the correlations of the normal numbers behind them: symmetric, with ones on the diagonal"
+    )
+
+
+class SampleFile(Section):
+    """As people write a table of samples."""
+
+    file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
+
+
 class Sweep(Section):
     runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
         default=1, description="a whole number of runs, at least 1"
@@ -196,12 +215,21 @@ class Sweep(Section):
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = Field(
         default=0, description="a whole number from 0 to 2^63 - 1"
     )
-    sampler: Literal["random"] = Field(default="random", description='"random"')
     stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
+    sampler: Sampler = Field(
+        default="random", description="how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
+    )
+    nominal: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="whether the nominal run, -1, is simulated, too: true or false"
+    )
     vary: dict[str, Distribution] = Field(
         default={},
         description='what varies: "path" = { distribution = "normal", std = ... } '
         'or { distribution = "uniform", low = ..., high = ... }',
+    )
+    correlate: list[Correlation] = Field(default=[], description="correlations, each as [[sweep.correlate]]")
+    table: SampleTable | None = Field(
+        default=None, description='the samples of the sampler "table": { file = "design.csv" }'
     )
 
 
@@ -265,8 +293,9 @@ SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("output",): Output,
     ("sweep",): Sweep,
     ("sweep", "stop"): Stop,
-    ("sweep", "vary", "*", "normal"): Normal,
-    ("sweep", "vary", "*", "uniform"): Uniform,
+    ("sweep", "correlate"): Correlation,
+    ("sweep", "table"): SampleTable,
+    **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
     ("study",): Study,
 }
 FORMS: dict[str, dict[str, type[Section]]] = {
@@ -286,6 +315,8 @@ def json_schema() -> dict[str, Any]:
     schema["properties"]["tables"]["additionalProperties"] = {
         "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
     }
+    schema["$defs"]["SampleFile"] = SampleFile.model_json_schema()
+    schema["$defs"]["Sweep"]["properties"]["table"]["anyOf"].append({"$ref": "#/$defs/SampleFile"})
     return schema
 
 

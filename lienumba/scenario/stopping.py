@@ -61,6 +61,10 @@ class Stopping:
         """Which of these runs are among those that are enough (runs,)."""
         return labels < (self.end if self.end is not None else inf)
 
+    def decided(self, labels: np.ndarray) -> np.ndarray:
+        """Of these runs those of which it is known that they are kept (runs,)."""
+        return labels < (self._checked if self.rule is not None else inf)
+
     def attributes(self) -> dict[str, str]:
         """What the dataset says of it."""
         return {"stopped": self.sentence()} if self.end is not None else {}

@@ -1,7 +1,7 @@
 """A sweep on the disk: its shards, the dataset that was finished before, and the one that comes of both."""
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +12,10 @@ import numpy as np
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.results import Results
 from lienumba.scenario.resume import check_same
-from lienumba.scenario.simulate import Runs
-from lienumba.store import stream
+from lienumba.scenario.writing import Sources
 from lienumba.store.files import folder_of, read
 from lienumba.store.finished import Finished
-from lienumba.store.layout import FULL
 from lienumba.store.shards import Shards
 from lienumba.store.stream import Source
 
@@ -31,35 +28,41 @@ class Stored:
     shards: Shards
     finished: Finished | None
 
-    def sources(self, table: str) -> list[Source]:
+    def of(self, table: str) -> list[Source]:
+        """Where runs of a table are."""
         older = self.finished.tables.get(table) if self.finished else None
         return [*self.shards.sources(table), *([older] if older is not None else [])]
+
+    def sources(self, tables: Iterable[str]) -> Sources:
+        return {table: self.of(table) for table in tables}
 
     @property
     def labels(self) -> np.ndarray:
         """The runs that are there, ascending."""
-        every = [source.labels for source in self.sources("run")]
+        every = [source.labels for source in self.of("run")]
         return np.unique(np.concatenate(every)).astype(np.int64) if every else np.empty(0, np.int64)
+
+    @property
+    def older(self) -> np.ndarray:
+        """The runs of the dataset that was finished before."""
+        return self.finished.tables["run"].labels if self.finished else np.empty(0, np.int64)
 
     def column(self, name: str) -> np.ndarray:
         """What these runs have of a variable."""
-        every = stream.pieces(self.labels, self.sources("run"))
-        return np.concatenate([np.empty(0), *(piece.source.read(piece.part)[name] for piece in every)])
+        labels = self.labels
+        found = np.empty(len(labels))
+        for source in reversed(self.of("run")):
+            found[np.searchsorted(labels, source.labels)] = source.column(name)
+        return found
 
     def failed(self) -> int:
         """How many of these failed."""
         return int(np.count_nonzero(~np.isin(self.column("status"), GOOD)))
 
-    def write(self, resolved: Scenario, runs: Runs, tell: Callable[[int], None], **more: str) -> None:
-        """Write the dataset of these runs, all of which are there; then the shards have done their work. more:
-        attributes of the dataset."""
-        results = Results(resolved, runs.nominal)
-        frame = results.frame(runs.samples, len(runs.labels), **more)
-        labels = {"run": runs.labels, FULL: runs.labels[results.in_full(runs.labels)]}
-        kept = {name: x for name, x in labels.items() if name in results.tables}
-        tables = {name: stream.pieces(x, self.sources(name)) for name, x in kept.items()}
-        stream.write(frame, {**kept, **runs.samples}, tables, self.target, tell)
-        self.shards.remove()
+    def prefix(self, labels: np.ndarray) -> int:
+        """How many of these runs are there up to the first that is not."""
+        missing = ~np.isin(labels, self.labels)
+        return int(missing.argmax()) if missing.any() else len(labels)
 
 
 @contextmanager

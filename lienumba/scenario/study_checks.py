@@ -52,7 +52,11 @@ def check_study(
                 f'model.events.{event.get("name")}.action = "stop": a study compares motions to their end; give '
                 '"record"'
             )
-    stored = output.get("variables") if isinstance(output, dict) else None
+    output = output if isinstance(output, dict) else {}
+    for key in ("mode", "summary", "full_runs"):
+        if output.get(key) not in (None, {}, "full"):
+            report.problems.append(f"output.{key}: has no meaning in a study, which stores errors; leave it out")
+    stored = output.get("variables")
     if isinstance(stored, list) and not set(VARIABLES) <= set(map(str, stored)):
         report.warnings.append("output.variables: has no meaning in a study, which stores errors; leave it out")
 

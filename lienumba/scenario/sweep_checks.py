@@ -1,6 +1,6 @@
 """Every path of `sweep.vary` must lead to a number of the model that its distribution suits."""
 
-from math import erfc, sqrt
+from functools import cache
 from sys import float_info
 from typing import TYPE_CHECKING, Any
 
@@ -9,19 +9,29 @@ from pydantic.fields import FieldInfo
 
 from lienumba.expressions import ExpressionError, Formula
 from lienumba.scenario import paths
+from lienumba.scenario.conversions import nominal_numbers
+from lienumba.scenario.derived import check_derived
+from lienumba.scenario.range_checks import check_range
+from lienumba.scenario.sample_checks import check_table, no_path
+from lienumba.scenario.sampler_checks import check_sampler
 from lienumba.scenario.schema import LISTS, MOST_RUNS, SECTIONS, section_of
+from lienumba.scenario.schema_types import Inertia, Rotation, Vec3
 from lienumba.scenario.words import printable, show, suggestion
-from lienumba.sweep.distributions import Distribution, Normal, Uniform
+from lienumba.sweep.distributions import FORMS, Distribution, form_of
+from lienumba.sweep.kinds import INERTIA, NUMBER, ROTATION, VECTOR, Kind
 
 if TYPE_CHECKING:
     from lienumba.scenario.parameters import Parameters
     from lienumba.scenario.report import Report
 
-# Numbers that must be above 0 in every run, and who says so.
-POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no friction sets in at"}
 EVERY = "every"  # the key of the interval of a sampled law
 ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs; run a scenario for each interval"
-RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
+# What varies as a whole: its name, the last keys of its paths, and its type.
+WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
+    ROTATION: ("a rotation", ("rotation", "target"), Rotation),
+    INERTIA: ("an inertia", ("inertia",), Inertia),
+    VECTOR: ("a vector of 3 numbers", (), Vec3),
+}
 
 
 def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
@@ -37,26 +47,60 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
+    kinds: dict[str, Kind] = {}
+    before = len(report.problems)
     for path, entry in vary.items():
         if _is_nested(entry):
             continue  # a path without its quotes, which `messages` explains
+        kind = _kind(entry)
+        shape = kind.shape if kind is not None else FORMS[form].leads_to if (form := form_of(entry)) else NUMBER
         try:
-            nominal = _nominal(path, model, parameters)
+            nominal = _nominal(path, model, parameters, shape)
             name = paths.canonical(path, model)
-            if name in seen:
-                raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
+            _refuse_overlap(name, seen)
             seen[name] = path
         except paths.PathError as error:
             shown = printable(path)
-            report.problems.append(f'sweep.vary."{shown}": the path {shown} {error}')
+            unmapped = isinstance(entry, dict) and entry.get("column") == path
+            report.problems.append(
+                no_path(path, error) if unmapped else f'sweep.vary."{shown}": the path {shown} {error}'
+            )
             continue
-        if nominal is None:
-            continue
-        try:
-            distribution = TypeAdapter(Distribution).validate_python(entry)
-        except ValidationError:
-            continue
-        _check_range(name, nominal, distribution, runs, report)
+        if kind is not None:
+            kinds[name] = kind
+            if nominal is not None:
+                check_range(name, nominal, kind, runs, report)
+    if len(kinds) == len(vary) and len(report.problems) == before:
+        check_derived(kinds, parameters, report)
+    check_table(sweep, kinds, report)
+    if len(kinds) == len(vary):
+        check_sampler(sweep, kinds, model, report)
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _kind(entry: Any) -> Kind | None:
+    """How an input varies; None where that is wrong in itself."""
+    try:
+        kind: Kind = _adapter(Distribution).validate_python(entry)
+    except ValidationError:
+        return None
+    return kind
+
+
+def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
+    """A number varies once: neither under two names, nor alone and as a part."""
+    if name in seen:
+        raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
+    for other, written in seen.items():
+        inner, outer = sorted((name, other), key=len, reverse=True)
+        if inner.startswith((f"{outer}[", f"{outer}.")):
+            raise paths.PathError(
+                f'varies together with "{written}", of which one is a part of the other; vary it once'
+            )
 
 
 def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
@@ -76,15 +120,17 @@ def _is_nested(entry: Any) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> float | None:
-    """The number that a path leads to; PathError if none may vary; None if the model is wrong there."""
+def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: str) -> Any:
+    """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
+    there."""
     tokens = paths.parse(path)
     if tokens[0] == "parameters":
+        if shape != NUMBER:
+            raise paths.PathError(
+                f"is a parameter, which is a number, not {WHOLES[shape][0]}; give a distribution of one"
+            )
         return _parameter(tokens, parameters)
-    formula = parameters.places.get(tuple(paths.named(tokens, model)))
-    if formula is not None and formula.used:
-        names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
-        raise paths.PathError(f"is the formula {show(formula.text)}; vary {' or '.join(names)} instead")
+    _refuse_formulas(tuple(paths.named(tokens, model)), parameters)
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     if tokens and tokens[0] == "tables":
         raise paths.PathError("is part of a table; multiply the table by a parameter, and vary that")
@@ -101,6 +147,8 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> floa
         if field.is_required():
             return None
         raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
+    if shape != NUMBER:
+        return _whole(value, tokens, shape)
     if isinstance(value, str) and not paths.TEXT_KEYS.intersection(tokens[2:]):
         if tokens[0] not in paths.WITH_FORMULAS:
             return None
@@ -113,6 +161,29 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters") -> floa
         raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
     _refuse_parts_of_matrices(tokens)
     return float(value) if abs(value) <= float_info.max else None
+
+
+def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") -> None:
+    """What is a formula, or has one in it, follows its parameters."""
+    for place, formula in parameters.places.items():
+        if place[: len(tokens)] == tokens and formula.used:
+            names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
+            is_or_has = "is" if place == tokens else "has"
+            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}; vary {' or '.join(names)} instead")
+
+
+def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
+    """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
+    what, keys, kind = WHOLES[shape]
+    if keys and tokens[-1] not in keys:
+        raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
+    try:
+        adapter = _adapter(kind)
+        return nominal_numbers(adapter.dump_python(adapter.validate_python(value)), shape)
+    except ValidationError:
+        if keys:
+            return None  # the schema says so
+    raise paths.PathError(f"is not {what} but {show(value)}; give the path of one")
 
 
 def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
@@ -167,34 +238,3 @@ def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
             "is an element of a 3x3 inertia, which must stay symmetric; "
             "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them"
         )
-
-
-def _check_range(path: str, nominal: float, given: Normal | Uniform, runs: int, report: "Report") -> None:
-    """Distributions relative to 0, and those that draw masses or lengths which no body can have."""
-    at = f'sweep.vary."{path}"'
-    if given.relative and nominal == 0.0:
-        report.problems.append(
-            f"{at}.relative = true: must be false for a nominal value of 0, of which every multiple is 0; "
-            "leave it out and give absolute numbers"
-        )
-        return
-    key = path.rpartition(".")[2]
-    if key not in POSITIVE or ".parameters." in path or nominal <= 0.0:
-        return
-    factor = nominal if given.relative else 1.0
-    if isinstance(given, Uniform):
-        if given.low * factor <= 0.0:
-            report.problems.append(
-                f"{at}.low = {given.low!r}: allows values of 0 or below, which {POSITIVE[key]}; give low above 0"
-            )
-        return
-    mean = nominal if given.mean is None else given.mean * factor
-    if mean <= 0.0:
-        report.problems.append(f"{at}.mean = {given.mean!r}: must be above 0; give the mean of {path}")
-    elif given.std > 0.0:
-        expected = 0.5 * erfc(mean / (given.std * factor) / sqrt(2.0)) * runs
-        if expected > RARE:
-            report.warnings.append(
-                f"{at}: of {runs} runs about {expected:.2g} will draw a value of 0 or below and fail; "
-                "give a smaller std, or a uniform distribution"
-            )

@@ -112,14 +112,22 @@ class System:
         """Set keys of the section [output]: every or times, variables."""
         return self._update("output", keys)
 
-    def sweep(self, *, runs: int, **keys: Any) -> Self:
-        """Set the number of runs and other keys of the section [sweep]: seed, sampler."""
-        return self._update("sweep", {"runs": runs, **keys})
+    def sweep(self, *, runs: int | None = None, **keys: Any) -> Self:
+        """Set the number of runs (omitted: the rows of a table) and other keys of the section [sweep]: seed, sampler,
+        nominal, table={"file": "design.csv"} or table={"columns": {path: numbers}}."""
+        return self._update("sweep", keys if runs is None else {"runs": runs, **keys})
 
-    def vary(self, path: str, *, distribution: str, **keys: Any) -> Self:
-        """Vary a number of the model from run to run, such as "bodies.top.mass"."""
+    def vary(self, path: str, distribution: str | None = None, **keys: Any) -> Self:
+        """Vary an input from run to run, such as "bodies.top.mass", by a distribution with a plain name, or by
+        scipy="lognorm", expression="2*parameters.kp" or column="m" instead."""
         vary = self._data.setdefault("sweep", {}).setdefault("vary", {})
-        vary[path] = {"distribution": distribution, **keys}
+        vary[path] = keys if distribution is None else {"distribution": distribution, **keys}
+        return self
+
+    def correlate(self, paths: Sequence[str], matrix: Numbers) -> Self:
+        """Give varied paths correlations, those of the normal numbers behind their samples: a Gaussian copula."""
+        groups = self._data.setdefault("sweep", {}).setdefault("correlate", [])
+        groups.append({"paths": list(paths), "matrix": matrix})
         return self
 
     def study(self, *, reference: dict[str, Any], grid: Sequence[dict[str, Sequence[Any]]], **keys: Any) -> Self:

@@ -2,7 +2,8 @@
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -123,25 +124,39 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
     for key, column in zip(("time", "value"), columns, strict=True):
         if not isinstance(column, str):
             raise ScenarioError(f"{at}.{key} is missing; give the name of a column of {table['file']} in quotes")
-    if not isinstance(table["file"], str):
-        raise ScenarioError(f"{at}.file = {show(table['file'])}: must be a text in quotes; give the path of a file")
-    if not path.is_file():
-        raise ScenarioError(f"{at}.file = {show(table['file'])}: there is no such file; check the path")
-    read, at_file = _netcdf if path.suffix.lower() in ENDINGS else _csv, f"{at}.file = {show(table['file'])}"
-    try:
+    with reading(at, table["file"], path):
+        read = _netcdf if path.suffix.lower() in ENDINGS else _csv
         times, values = read(path, [str(c) for c in columns])
+    kept = {key: item for key, item in table.items() if key not in ("file", "time", "value")}
+    return {**kept, "times": times, "values": values}
+
+
+@contextmanager
+def reading(at: str, file: Any, path: Path) -> Iterator[None]:
+    """Say of a file that the scenario names at a place what is wrong with it."""
+    at_file = f"{at}.file = {show(file)}"
+    if not isinstance(file, str):
+        raise ScenarioError(f"{at_file}: must be a text in quotes; give the path of a file")
+    if not path.is_file():
+        raise ScenarioError(f"{at_file}: there is no such file; check the path")
+    try:
+        yield
     except UnicodeDecodeError:
         raise ScenarioError(f"{at_file}: is no text in UTF-8; save it as UTF-8") from None
     except OSError as error:
         raise ScenarioError(f"{at_file}: cannot be read ({error.strerror}); check the file") from None
     except ValueError as error:
         raise ScenarioError(f"{at_file}: {error}") from None
-    kept = {key: item for key, item in table.items() if key not in ("file", "time", "value")}
-    return {**kept, "times": times, "values": values}
 
 
 def _csv(path: Path, columns: Sequence[str]) -> list[list[float]]:
-    """Columns by the names in the first line; separated by commas, semicolons, tabs or spaces."""
+    names, rows = csv_rows(path)
+    return [csv_column(column, names, rows) for column in columns]
+
+
+def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The names in the first line, and the cells of each line below with its number; separated by commas, semicolons,
+    tabs or spaces."""
     lines = [
         (number, line.strip())
         for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1)
@@ -152,21 +167,22 @@ def _csv(path: Path, columns: Sequence[str]) -> list[list[float]]:
     head = lines[0][1]
     separator = next((c for c in ",;\t" if c in head), " ")
     rows = list(csv.reader([line for _, line in lines], delimiter=separator, skipinitialspace=True))
-    names = [cell.strip() for cell in rows[0]]
-    found: list[list[float]] = []
-    for column in columns:
-        if column not in names:
-            raise ValueError(f"has no column {show(column)}; {suggestion(column, names)}")
-        index = names.index(column)
-        numbers = []
-        for (number, _), row in zip(lines[1:], rows[1:], strict=True):
-            try:
-                numbers.append(float(row[index]))
-            except (ValueError, IndexError):
-                cell = row[index] if index < len(row) else ""
-                raise ValueError(f"line {number}, column {column}: {show(cell)} is no number; correct it") from None
-        found.append(numbers)
-    return found
+    return [cell.strip() for cell in rows[0]], [(n, row) for (n, _), row in zip(lines[1:], rows[1:], strict=True)]
+
+
+def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> list[float]:
+    """The numbers of a column by its name."""
+    if column not in names:
+        raise ValueError(f"has no column {show(column)}; {suggestion(column, names)}")
+    index = names.index(column)
+    numbers = []
+    for line, row in rows:
+        try:
+            numbers.append(float(row[index]))
+        except (ValueError, IndexError):
+            cell = row[index] if index < len(row) else ""
+            raise ValueError(f"line {line}, column {column}: {show(cell)} is no number; correct it") from None
+    return numbers
 
 
 def _netcdf(path: Path, columns: Sequence[str]) -> list[list[float]]:

@@ -32,6 +32,9 @@ class Table:
         own = [name for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)]
         return Columns({name: _read(self.file, name, part) for name in own})
 
+    def column(self, name: str) -> np.ndarray:
+        return _read(self.file, name, slice(None))
+
 
 class Finished:
     """The tables of a dataset that is closed in the end; attributes: of the whole."""
@@ -58,9 +61,10 @@ class Finished:
 
 def _read(file: Any, name: str, part: slice) -> np.ndarray:
     try:
-        values: np.ndarray = file.variables[name][part]
+        with NETCDF:
+            values: np.ndarray = file.variables[name][part]
+            return values
     except RuntimeError as error:
         raise ScenarioError(
             f"{file.filepath()}: is damaged, {name} cannot be read ({error}); make this file again"
         ) from None
-    return values

@@ -13,7 +13,6 @@ import os
 import re
 import shutil
 import time
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,25 +26,27 @@ MANIFEST = "sweep.json"
 NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{16})\.npy")
 LABEL = "label"  # the field that says which run a record is of
 PAUSE = 1.0  # s: so much work at most is not yet on the disk
-SHARD_BYTES = 32 * 2**20  # a shard is written when there is so much of it
-OPEN = 8  # shards that are kept open
+SHARD_BYTES = 16 * 2**20  # a shard is written when there is so much of it
 
 
 class Shard:
-    """A table of some runs: labels (runs,), and its records."""
+    """A table of some runs: labels (runs,), and its records, which begin at a byte of the file."""
 
-    def __init__(self, path: Path, labels: np.ndarray) -> None:
-        self.path, self.labels = path, labels
+    def __init__(self, path: Path, labels: np.ndarray, dtype: np.dtype[Any], offset: int) -> None:
+        self.path, self.labels, self.dtype, self.offset = path, labels, dtype, offset
 
     def read(self, part: slice) -> Any:
-        return _mapped(self.path)[part]
+        import numpy as np
 
+        first = self.offset + part.start * self.dtype.itemsize
+        return np.fromfile(self.path, self.dtype, part.stop - part.start, offset=first)
 
-@lru_cache(maxsize=OPEN)
-def _mapped(path: Path) -> Any:
-    import numpy as np
+    def column(self, name: str) -> np.ndarray:
+        """One field of all records, and no more of the file than that."""
+        import numpy as np
 
-    return np.load(path, mmap_mode="r")
+        records = np.memmap(self.path, self.dtype, "r", self.offset, len(self.labels))
+        return np.array(records[name])
 
 
 class Held:
@@ -56,6 +57,9 @@ class Held:
 
     def read(self, part: slice) -> Any:
         return self.records[part]
+
+    def column(self, name: str) -> np.ndarray:
+        return self.records[name]
 
 
 class Shards:
@@ -88,12 +92,12 @@ class Shards:
             if path.suffix == ".partial":
                 path.unlink()
             elif match is not None:
-                labels = _sound(path, match["sum"])
-                if labels is None:
+                shard = _sound(path, match["sum"])
+                if shard is None:
                     self.damaged.append(path.name)
                     path.unlink()
                 else:
-                    self.tables.setdefault(match["table"], []).append(Shard(path, labels))
+                    self.tables.setdefault(match["table"], []).append(shard)
         self.manifest = manifest
         return manifest
 
@@ -108,14 +112,16 @@ class Shards:
         found = [source.labels for source in self.tables.get("run", [])]
         return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
 
-    def take(self, tables: dict[str, np.ndarray]) -> None:
-        """Keep finished runs; they are on the disk a second later at most."""
+    def take(self, tables: dict[str, np.ndarray]) -> bool:
+        """Keep finished runs, which are on the disk a second later at most; whether all of them are there."""
         for name, records in tables.items():
             if len(records):
                 self.pending.setdefault(name, []).append(records)
                 self.bytes += records.nbytes
-        if self.bytes >= SHARD_BYTES or (self.bytes and time.monotonic() - self.since >= PAUSE):
+        due = self.bytes >= SHARD_BYTES or time.monotonic() - self.since >= PAUSE
+        if due:
             self.flush()
+        return due
 
     def flush(self) -> None:
         """Write what is not yet on the disk."""
@@ -127,8 +133,7 @@ class Shards:
                 self._acquire()
                 self._write(MANIFEST, json.dumps(self.manifest, indent=1).encode())
             for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
-                records = np.concatenate(self.pending[table])
-                records = records[np.argsort(records[LABEL], kind="stable")]
+                records = np.concatenate(sorted(self.pending[table], key=lambda part: int(part[LABEL][0])))
                 self.tables.setdefault(table, []).append(self._save(table, records))
         except OSError as error:
             free = shutil.disk_usage(self.folder.parent).free
@@ -144,7 +149,6 @@ class Shards:
 
     def remove(self) -> None:
         """The dataset is safe: the folder has done its work."""
-        _mapped.cache_clear()
         if self.folder.is_dir():
             shutil.rmtree(self.folder)
         self.close()
@@ -159,9 +163,9 @@ class Shards:
 
         stream = io.BytesIO()
         np.save(stream, records, allow_pickle=False)
-        labels = records[LABEL].copy()
-        name = f"{table}-{labels[0]}-{labels[-1]}-{_checksum(stream.getbuffer())}.npy"
-        return Shard(self._write(name, stream.getbuffer()), labels)
+        content, labels = stream.getbuffer(), records[LABEL].copy()
+        name = f"{table}-{labels[0]}-{labels[-1]}-{_checksum(content)}.npy"
+        return Shard(self._write(name, content), labels, records.dtype, len(content) - records.nbytes)
 
     def _write(self, name: str, content: Any) -> Path:
         """Whole or not at all."""
@@ -200,15 +204,15 @@ def _checksum(content: Any) -> str:
     return hashlib.sha256(content).hexdigest()[:16]
 
 
-def _sound(path: Path, checksum: str) -> np.ndarray | None:
-    """The labels of a shard; None if it is damaged."""
+def _sound(path: Path, checksum: str) -> Shard | None:
+    """A shard; None if it is damaged."""
     import numpy as np
 
     try:
         content = path.read_bytes()
         if _checksum(content) != checksum:
             return None
-        labels: np.ndarray = np.load(io.BytesIO(content), allow_pickle=False)[LABEL].copy()
+        records = np.load(io.BytesIO(content), allow_pickle=False)
+        return Shard(path, records[LABEL].copy(), records.dtype, len(content) - records.nbytes)
     except (OSError, ValueError, KeyError, IndexError):
         return None
-    return labels

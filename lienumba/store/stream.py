@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lienumba.store.files import NETCDF, WriteError, discard, partial_of, to_disk
-from lienumba.store.layout import FULL, NO_COUNT
+from lienumba.store.layout import CHUNK_BYTES, FULL, NO_COUNT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,22 +20,24 @@ if TYPE_CHECKING:
 
     Records = Mapping[str, np.ndarray]  # columns by name; a structured array is one, too
 
-PART_BYTES = 16 * 2**20  # that are read and written at a time
+PART_BYTES = 8 * 2**20  # that are read and written at a time
+CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are written in their order, and HDF5's default is far more
 
 
 class Source(Protocol):
-    """Some runs of a table: their labels (runs,), and the columns of a part of them."""
+    """Some runs of a table: their labels (runs,), the columns of a part of them, and one column of all."""
 
     labels: np.ndarray
 
     def read(self, part: slice) -> Any: ...
+
+    def column(self, name: str) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
 class Piece:
     """Consecutive records of a table that come from one source."""
 
-    first: int
     source: Source
     part: slice
 
@@ -54,70 +57,90 @@ def pieces(labels: np.ndarray, sources: Sequence[Source]) -> list[Piece]:
         raise ValueError(f"no source has run {labels[origin < 0][0]}")
     breaks = np.flatnonzero((np.diff(origin) != 0) | (np.diff(place) != 1)) + 1
     bounds = [0, *breaks.tolist(), len(labels)] if len(labels) else [0]
-    return [Piece(a, sources[origin[a]], slice(int(place[a]), int(place[a]) + b - a)) for a, b in pairwise(bounds)]
+    return [Piece(sources[origin[a]], slice(int(place[a]), int(place[a]) + b - a)) for a, b in pairwise(bounds)]
 
 
-def write(
-    frame: xr.Dataset,
-    columns: Mapping[str, np.ndarray],
-    tables: Mapping[str, Iterable[Piece]],
-    path: str | os.PathLike[str],
-    tell: Callable[[int], None] = lambda runs: None,
-) -> None:
-    """Write a dataset in one step, as `files.write` does, from its frame, which is the dataset without any run.
+class Stream:
+    """A dataset on its way to the disk, which bears its name only when all of it is there, as with `files.write`.
 
-    columns: coordinates of the runs, whole; tables: by the name of their dimension; tell(runs written).
+    frame: the dataset without any run.
     """
-    target = Path(path).resolve()
-    partial = partial_of(target)
-    try:
-        with NETCDF:
+
+    def __init__(self, frame: xr.Dataset, path: str | os.PathLike[str]) -> None:
+        self.path, self.target = path, Path(path).resolve()
+        self.partial = partial_of(self.target)
+        self.file: Any = None
+        with self._safely():
             unlimited = [name for name in ("run", FULL) if name in frame.dims]
-            frame.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
-            _fill(partial, columns, tables, tell)
-        to_disk(partial)
-        os.replace(partial, target)
-        to_disk(target.parent)
-    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
-        free = shutil.disk_usage(target.parent).free if target.parent.is_dir() else 0
-        raise WriteError(
-            f"output = {path}: could not be written ({error}): {target.parent} has {free / 1e6:.1f} MB free; make room "
-            "there, choose another folder, or store fewer times or variables"
-        ) from error
-    finally:
-        discard(partial)
+            frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
+            self.file = _open(self.partial)
+
+    def put(self, dim: str, first: int, every: Iterable[Piece], tell: Callable[[int], None]) -> None:
+        """Write pieces of a table, one behind the other, from a record on; tell(how many there are then)."""
+        with self._safely():
+            own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (dim,)}
+            for records in (part for piece in every for part in _parts(piece)):
+                for name in own.keys() & set(_names(records)):
+                    values = _as_stored(records[name], own[name].dtype)
+                    own[name][first : first + len(values)] = values
+                first += len(values)
+                tell(first)
+
+    def finish(self, columns: Mapping[str, np.ndarray], attributes: Mapping[str, str]) -> None:
+        """Write coordinates of all runs, and attributes that were not known before; then the dataset is whole."""
+        with self._safely():
+            self.file.setncatts(attributes)
+            for name, column in columns.items():
+                self.file.variables[name][: len(column)] = column
+            self.file.close()
+            to_disk(self.partial)
+            os.replace(self.partial, self.target)
+            to_disk(self.target.parent)
+
+    def discard(self) -> None:
+        """Leave nothing of a dataset that is not whole."""
+        with NETCDF, suppress(OSError, RuntimeError):
+            if self.file is not None and self.file.isopen():
+                self.file.close()
+        discard(self.partial)
+
+    @contextmanager
+    def _safely(self) -> Iterator[None]:
+        try:
+            with NETCDF:
+                yield
+        except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
+            self.discard()
+            folder = self.target.parent
+            free = shutil.disk_usage(folder).free if folder.is_dir() else 0
+            raise WriteError(
+                f"output = {self.path}: could not be written ({error}): {folder} has {free / 1e6:.1f} MB free; make "
+                "room there, choose another folder, or store fewer times or variables"
+            ) from error
 
 
-def _fill(
-    partial: Path,
-    columns: Mapping[str, np.ndarray],
-    tables: Mapping[str, Iterable[Piece]],
-    tell: Callable[[int], None],
-) -> None:
+def _open(path: Path) -> Any:
     import netCDF4
 
-    with netCDF4.Dataset(partial, "a") as file:
-        file.set_auto_maskandscale(False)
-        for name, column in columns.items():
-            file.variables[name][: len(column)] = column
-        for dim, every in tables.items():
-            own = [name for name, x in file.variables.items() if x.dimensions[0:1] == (dim,) and name not in columns]
-            for first, records in _parts(every):
-                count = len(records[own[0]]) if own else 0
-                for name in own:
-                    file.variables[name][first : first + count] = _as_stored(records[name], file.variables[name].dtype)
-                if dim == "run":
-                    tell(first + count)
+    file = netCDF4.Dataset(path, "a")
+    file.set_auto_maskandscale(False)
+    for variable in file.variables.values():
+        if variable.dtype is not str:
+            variable.set_var_chunk_cache(CACHE_BYTES)
+    return file
 
 
-def _parts(every: Iterable[Piece]) -> Iterator[tuple[int, Records]]:
-    """What is written at a time, and from which record on."""
-    for piece in every:
-        size = max(1, piece.source.read(slice(piece.part.start, piece.part.start + 1)).nbytes)
-        step = max(1, PART_BYTES // size)
-        for start in range(piece.part.start, piece.part.stop, step):
-            part = slice(start, min(start + step, piece.part.stop))
-            yield piece.first + start - piece.part.start, piece.source.read(part)
+def _names(records: Records) -> Any:
+    """Of the columns."""
+    return records.dtype.names if hasattr(records, "dtype") else records
+
+
+def _parts(piece: Piece) -> Iterator[Records]:
+    """What is written at a time."""
+    first, last = piece.part.start, piece.part.stop
+    step = max(1, PART_BYTES // max(1, piece.source.read(slice(first, first + 1)).nbytes))
+    for start in range(first, last, step):
+        yield piece.source.read(slice(start, min(start + step, last)))
 
 
 def _as_stored(values: np.ndarray, dtype: Any) -> np.ndarray:

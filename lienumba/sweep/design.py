@@ -3,35 +3,75 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.copula import Rows, correlated
+from lienumba.sweep.given import Column
+from lienumba.sweep.kinds import NUMBER
+from lienumba.sweep.points import uniform_numbers
+from lienumba.sweep.samplers import BLOCK
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lienumba.sweep.distributions import Distribution
+    from lienumba.sweep.kinds import Kind
+    from lienumba.sweep.table import SampleTable
 
 NOMINAL_RUN = -1
 
 
 def design_table(
-    vary: Mapping[str, Distribution], nominal: Mapping[str, float], runs: Sequence[int], seed: int
+    vary: Mapping[str, Kind],
+    nominal: Mapping[str, Any],
+    runs: Sequence[int],
+    seed: int,
+    *,
+    sampler: str = "random",
+    count: int = 0,
+    correlate: Sequence[tuple[Sequence[str], Rows]] = (),
+    table: SampleTable | None = None,
 ) -> dict[str, np.ndarray]:
-    """Samples (runs,) for each varied path; the run labelled -1 has the nominal values."""
+    """Samples (runs,) of each number that varies, by its path; the run labelled -1 has the nominal values.
+
+    nominal: of each varied path a number, or as many as it has columns; count: the runs of the whole sweep; correlate:
+    names of streams with the correlations of their normal scores.
+    """
     import numpy as np
 
     labels = np.asarray(runs, dtype=np.int64)
     sampled = labels != NOMINAL_RUN
-    table, problems = {}, []
-    for path, distribution in vary.items():
-        column = np.full(labels.shape, float(nominal[path]))
+    drawn = labels[sampled]
+    u = uniform_numbers({path: kind.streams(path) for path, kind in vary.items()}, drawn, seed, sampler, count)
+    for names, matrix in correlate:
+        u |= correlated(u, names, matrix)
+    rows = None if table is None else table.indices(drawn)
+    found: dict[str, np.ndarray] = {}
+    problems = []
+    for path, kind in vary.items():
+        own = [nominal[path]] if kind.shape == NUMBER else nominal[path]
         try:
-            column[sampled] = distribution.ppf(uniforms(path, labels[sampled], seed), float(nominal[path]))
+            if isinstance(kind, Column):
+                assert table is not None, "checked with the scenario"
+                samples: Sequence[Any] = [np.asarray(table.columns[name])[rows] for name in kind.names]
+            else:
+                samples = _drawn(kind, [u[name] for name in kind.streams(path)], nominal[path])
         except ScenarioError as error:
             problems.append(f'sweep.vary."{path}".{error}')
-        table[path] = column
+            continue
+        for name, start, values in zip(kind.columns(path), own, samples, strict=True):
+            found[name] = np.full(labels.shape, float(start))
+            found[name][sampled] = values
     if problems:
         raise ScenarioError("\n".join(problems))
-    return table
+    return found
+
+
+def _drawn(kind: Kind, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
+    """The columns of a distribution, block by block."""
+    import numpy as np
+
+    if len(u) == 0 or len(u[0]) == 0:
+        return kind.draw(u, nominal)
+    blocks = [kind.draw([x[start : start + BLOCK] for x in u], nominal) for start in range(0, len(u[0]), BLOCK)]
+    return [np.concatenate(column) for column in zip(*blocks, strict=True)]

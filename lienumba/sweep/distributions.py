@@ -1,70 +1,51 @@
-"""The distributions of `[sweep.vary]`, as pydantic models that map uniform numbers to samples."""
+"""Every way in which an input of `[sweep.vary]` may vary."""
 
-from __future__ import annotations
+from typing import Annotated, Any
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from pydantic import Discriminator, Tag
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, model_validator
+from lienumba.sweep.given import Column, Expression
+from lienumba.sweep.inertia import Inertia
+from lienumba.sweep.kinds import Kind
+from lienumba.sweep.plain import Choice, Constant, Lognormal, Normal, Triangular, TruncatedNormal, Uniform
+from lienumba.sweep.rotations import Direction, RotationNormal, RotationUniform
+from lienumba.sweep.scipy_named import SciPy
 
-from lienumba.errors import ScenarioError
-
-if TYPE_CHECKING:
-    import numpy as np
-
-Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-
-
-class _Distribution(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    relative: StrictBool = False
-
-    def scale(self, nominal: float) -> float:
-        """What the numbers of the distribution are multiples of."""
-        if not self.relative:
-            return 1.0
-        if nominal == 0.0:
-            raise ScenarioError(
-                "relative = true: must be false for a nominal value of 0, of which every multiple is 0;"
-                " leave it out and give absolute numbers"
-            )
-        return nominal
+NAMED: dict[str, type[Kind]] = {
+    "normal": Normal, "uniform": Uniform, "truncated_normal": TruncatedNormal, "lognormal": Lognormal,
+    "triangular": Triangular, "choice": Choice, "constant": Constant, "rotation_normal": RotationNormal,
+    "rotation_uniform": RotationUniform, "direction": Direction, "inertia": Inertia,
+}  # fmt: skip
+BY_KEY: dict[str, type[Kind]] = {"scipy": SciPy, "expression": Expression, "column": Column}  # that stands for a name
+FORMS = NAMED | BY_KEY
 
 
-class Normal(_Distribution):
-    """Normal distribution; with `relative`, `mean` and `std` are multiples of the nominal value."""
-
-    distribution: Literal["normal"]
-    mean: Finite | None = None
-    std: Annotated[Finite, Field(ge=0.0)]
-
-    def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        """Samples (runs,) at the probabilities u (runs,)."""
-        from lienumba.sweep.normal import inverse
-
-        scale = self.scale(nominal)
-        mean = nominal if self.mean is None else self.mean * scale
-        return mean + self.std * abs(scale) * inverse(u)
+def form_of(value: Any) -> str | None:
+    """Which of the forms an entry of `vary` is written in; None if it is none of them."""
+    if isinstance(value, Kind):
+        return next(name for name, kind in FORMS.items() if isinstance(value, kind))
+    if not isinstance(value, dict):
+        return None
+    name = value.get("distribution")
+    if name is not None:
+        return name if isinstance(name, str) and name in NAMED else None
+    return next((key for key in BY_KEY if key in value), None)
 
 
-class Uniform(_Distribution):
-    """Uniform distribution; with `relative`, `low` and `high` are multiples of the nominal value."""
-
-    distribution: Literal["uniform"]
-    low: Finite
-    high: Finite
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Uniform:
-        if self.low > self.high:
-            raise ValueError(f"low = {self.low:g}: must not be above high = {self.high:g}; exchange the two")
-        return self
-
-    def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        """Samples (runs,) at the probabilities u (runs,)."""
-        scale = self.scale(nominal)
-        low, high = sorted((self.low * scale, self.high * scale))  # a negative nominal value turns them round
-        return low + (high - low) * u
-
-
-Distribution = Annotated[Normal | Uniform, Field(discriminator="distribution")]
+Distribution = Annotated[
+    Annotated[Normal, Tag("normal")]
+    | Annotated[Uniform, Tag("uniform")]
+    | Annotated[TruncatedNormal, Tag("truncated_normal")]
+    | Annotated[Lognormal, Tag("lognormal")]
+    | Annotated[Triangular, Tag("triangular")]
+    | Annotated[Choice, Tag("choice")]
+    | Annotated[Constant, Tag("constant")]
+    | Annotated[RotationNormal, Tag("rotation_normal")]
+    | Annotated[RotationUniform, Tag("rotation_uniform")]
+    | Annotated[Direction, Tag("direction")]
+    | Annotated[Inertia, Tag("inertia")]
+    | Annotated[SciPy, Tag("scipy")]
+    | Annotated[Expression, Tag("expression")]
+    | Annotated[Column, Tag("column")],
+    Discriminator(form_of),
+]

@@ -1,4 +1,4 @@
-"""The inverse of the normal distribution function, with the same bits on every processor.
+"""The normal distribution function and its inverse, with the same bits on every processor.
 
 scipy.special.ndtri and numpy.log call mathematical libraries that choose their formula by processor. Here
 every operation is one correctly rounded NumPy operation, and NumPy never fuses two of them.
@@ -7,6 +7,8 @@ every operation is one correctly rounded NumPy operation, and NumPy never fuses 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from lienumba.operations import exp
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,6 +53,9 @@ FAR_TAIL = (
 )  # fmt: skip
 LOG_2 = 0.6931471805599453
 SQRT_HALF = 0.7071067811865476
+SQRT_2PI = 2.5066282746310002
+SERIES_END = 2.0  # where the tails begin
+SERIES_TERMS, FRACTION_TERMS = 26, 80
 ATANH_SERIES = tuple(2.0 / (2 * k + 1) for k in range(12))  # log m = s P(s^2), s = (m - 1)/(m + 1), |s| < 0.172
 
 
@@ -65,6 +70,29 @@ def inverse(u: np.ndarray) -> np.ndarray:
     tail = np.where(r <= 5.0, _ratio(TAIL, r - 1.6), _ratio(FAR_TAIL, r - 5.0))
     x: np.ndarray = np.where(np.abs(q) <= 0.425, centre, np.where(q < 0.0, -tail, tail))
     return x
+
+
+def probability(x: np.ndarray) -> np.ndarray:
+    """P(X <= x) for the standard normal X: a series of positive terms, and the continued fraction of its tails.
+
+    M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions (1964), 26.2.11 and 26.2.14.
+    """
+    import numpy as np
+
+    size = np.abs(x)
+    density = exp(-0.5 * (size * size)) / SQRT_2PI
+    near = np.minimum(size, SERIES_END)
+    square, total = near * near, np.zeros_like(near)
+    for k in range(SERIES_TERMS, 0, -1):
+        total = (1.0 + total) * square / (2.0 * k + 1.0)
+    centre = density * near * (1.0 + total)
+    far = np.maximum(size, SERIES_END)
+    fraction = far
+    for k in range(FRACTION_TERMS, 0, -1):
+        fraction = far + k / fraction
+    tail = density / fraction
+    below: np.ndarray = np.where(size < SERIES_END, 0.5 - centre, tail)
+    return np.where(x < 0.0, below, np.where(size < SERIES_END, 0.5 + centre, 1.0 - tail))
 
 
 def _ratio(coefficients: tuple[tuple[float, ...], tuple[float, ...]], x: np.ndarray) -> np.ndarray:

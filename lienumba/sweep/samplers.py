@@ -24,16 +24,24 @@ HASH_POOL = (0x43B0D7E5, 0x931E8875)  # SeedSequence: first constant, and what i
 HASH_STATE = (0x8B51F9DD, 0x58F38DED)
 MIX = (0xCA01F9DD, 0x4973F715)
 PCG_MULTIPLIER = 0x2360ED051FC65DA44385DF649FCCF645
+BLOCK = 1 << 14  # runs at a time, so that what they need stays in the processor's cache
 SMALLEST = 2.0**-54  # stands for 0, which no unbounded distribution can take
 
 
-def uniforms(path: str, runs: Sequence[int], seed: int) -> np.ndarray:
+def uniforms(path: str, runs: Sequence[int] | np.ndarray, seed: int) -> np.ndarray:
     """The first number in (0, 1) of each run's stream for `path`, shape (runs,); labels are 0 to 2**32 - 1."""
     import numpy as np
 
     labels = np.asarray(runs, dtype=np.int64)
     if labels.size and not 0 <= labels.min() <= labels.max() <= MASK:
         raise ValueError(f"run labels must lie between 0 and {MASK}, but reach {labels.min()} and {labels.max()}")
+    blocks = [labels[start : start + BLOCK] for start in range(0, len(labels), BLOCK)]
+    return np.concatenate([_uniforms(path, block, seed) for block in blocks] or [np.empty(0)])
+
+
+def _uniforms(path: str, labels: NDArray[np.int64], seed: int) -> np.ndarray:
+    import numpy as np
+
     digest = hashlib.sha256(path.encode()).digest()
     seed_words = [seed >> shift & MASK for shift in range(0, max(seed.bit_length(), 1), 32)]
     entropy = [*seed_words, *[0] * (POOL_SIZE - len(seed_words)), labels]

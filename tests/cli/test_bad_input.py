@@ -311,7 +311,9 @@ CASES = {
     ),
     "no distribution": (
         replaced('distribution = "normal", ', ""),
-        'sweep.vary."bodies.top.mass".distribution is missing; give "normal" or "uniform"',
+        'sweep.vary."bodies.top.mass".distribution is missing; give one of normal, uniform, truncated_normal, '
+        "lognormal, triangular, choice, constant, rotation_normal, rotation_uniform, direction, inertia, or scipy, "
+        "expression, column instead",
     ),
     "0 runs": (
         replaced("runs = 3", "runs = 0"),

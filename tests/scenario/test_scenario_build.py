@@ -128,21 +128,18 @@ def test_a_varied_number_equals_as_many_single_models(name: str) -> None:
 
 def test_runs_with_unphysical_samples_are_found() -> None:
     scenario = resolve(example())
-    model, start = build(
-        scenario,
-        {
-            "bodies.top.mass": np.array([1.0, -1.0, 1.0, 1.0, np.nan]),
-            "bodies.top.inertia[0]": np.array([1.0, 1.0, -1.0, 1.0, 1.0]),
-            "bodies.top.rotation[0]": np.array([1.0, 1.0, 1.0, 0.0, 1.0]),
-        },
-    )
-    assert unphysical(model, start, 5).tolist() == [False, True, True, True, True]
+    samples = {
+        "bodies.top.mass": np.array([1.0, -1.0, 1.0, 1.0, np.nan]),
+        "bodies.top.inertia[0]": np.array([1.0, 1.0, -1.0, 1.0, 1.0]),
+        "bodies.top.rotation[0]": np.array([1.0, 1.0, 1.0, 0.0, 1.0]),
+    }
+    assert unphysical(*build(scenario, samples), samples, 5).tolist() == [False, True, True, True, True]
 
 
 def test_runs_whose_friction_sets_in_at_no_speed_are_found() -> None:
     data, _ = alone("forces", 5)
-    model, start = build(resolve(data), {"forces.rub.velocity": np.array([0.1, 0.0, -0.1])})
-    assert unphysical(model, start, 3).tolist() == [False, True, True]
+    samples = {"forces.rub.velocity": np.array([0.1, 0.0, -0.1])}
+    assert unphysical(*build(resolve(data), samples), samples, 3).tolist() == [False, True, True]
 
 
 @pytest.mark.parametrize("rotation", [[1e-200, 0, 0, 0], {"axis": [1e-200, 0, 0], "angle": 1}, [1e200, 0, 0, 0]])

@@ -30,7 +30,9 @@ def test_defaults_are_written_out_and_read_back() -> None:
         "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": False
     }  # fmt: skip
     assert written["output"] == {"every": 0.001, "variables": list(VARIABLES), "mode": "full", "summary": {}}
-    assert written["sweep"] == {"runs": 1, "seed": 0, "sampler": "random", "vary": {}}
+    assert written["sweep"] == {
+        "runs": 1, "seed": 0, "sampler": "random", "nominal": False, "vary": {}, "correlate": [],
+    }  # fmt: skip
     again = resolve(written)
     assert again.to_toml() == scenario.to_toml()
     assert again.sha256() == scenario.sha256()

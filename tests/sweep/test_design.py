@@ -8,7 +8,7 @@ import pytest
 
 from lienumba.errors import ScenarioError
 from lienumba.sweep.design import design_table
-from lienumba.sweep.distributions import Normal, Uniform
+from lienumba.sweep.plain import Normal, Uniform
 
 MASS, SPIN = "bodies.top.mass", "bodies.top.angular_velocity[1]"
 VARY = {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from lienumba.sweep.normal import _log, inverse
+from lienumba.sweep.normal import _log, inverse, probability
 
 AREAS = np.concatenate(
     [np.linspace(0.001, 0.999, 2001), 10.0 ** -np.linspace(0.3, 16.2, 500), [2.0**-54, 1 - 2.0**-53]]
@@ -46,4 +46,26 @@ def test_golden_bits():
         "-0x1.0c7e39582c5fap-1",
         "0x1.4813c36e26d33p+0",
         "0x1.8b8cbb7204470p+1",
+    ]
+
+
+def test_probability_agrees_with_mpmath():
+    x = np.concatenate([np.linspace(-9, 9, 400), [-37.0, -20.0, -2.0, 2.0, 20.0]])
+    with mpmath.workdps(40):
+        expected = [float(mpmath.ncdf(mpmath.mpf(float(value)))) for value in x]
+    np.testing.assert_allclose(probability(x), expected, rtol=2e-14, atol=0)
+
+
+def test_probability_is_the_inverse_of_its_inverse():
+    np.testing.assert_allclose(probability(inverse(AREAS)), AREAS, rtol=1e-13)
+    assert (np.diff(probability(np.linspace(-8, 5, 10001))) > 0).all()
+
+
+def test_golden_bits_of_the_probability():
+    assert [float(x).hex() for x in probability(np.array([-8.0, -1.9, -0.3, 0.7, 2.1]))] == [
+        "0x1.669d2c90d55cfp-51",
+        "0x1.d67dfb50dad20p-6",
+        "0x1.87423a677e90ep-2",
+        "0x1.841d5715c32a8p-1",
+        "0x1.f6da7983d767bp-1",
     ]

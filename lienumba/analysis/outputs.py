@@ -1,0 +1,149 @@
+"""Outputs of a sweep: one number per run each, by names such as `position.top.z`, `pointing.angle`, `event_time.far`.
+
+A variable of the dataset has an output for each of its labels; of a series in time, the value at one stored time
+counts. The pseudo-output `failed` is 1 for a run that failed and 0 for a good one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+from lienumba.batch.statuses import GOOD
+from lienumba.errors import ScenarioError
+from lienumba.scenario.words import show, suggestion
+from lienumba.store.layout import VARIABLES
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+FAILED = "failed"
+STATUS = "status"
+LAST = "last_"  # of the name of a state that each run has once
+MOST = 6  # outputs that are chosen where none is asked for
+NEAR = 1e-9  # relative: a time nearer than this to a stored one is that
+
+
+@dataclass(frozen=True)
+class Output:
+    """values (runs,): NaN where a run has none; time (s): of a series; scale: the largest value of its variable."""
+
+    name: str
+    units: str
+    long_name: str
+    values: np.ndarray
+    time: float = nan
+    scale: float = 1.0
+
+
+def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.ndarray) -> Iterator[Output]:
+    """The outputs of these names, or those that say most, over the sampled runs; time (s): a stored one, or the last.
+
+    sampled: bool (runs,).
+    """
+    import numpy as np
+
+    good = ds[STATUS].isin(GOOD).values & sampled
+    known = {FAILED: [FAILED]} | {str(name): list(_components(x)) for name, x in ds.data_vars.items() if _is_output(x)}
+    asked = [output for name in names for output in _matching(name, known)]
+    if not names:
+        asked = _telling(ds, known, time)
+        asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
+    at = _stored(ds, time) if "time" in ds.sizes else 0
+    for name in dict.fromkeys(_variable_of(output, known) for output in asked):
+        wanted = [output for output in asked if _variable_of(output, known) == name]
+        if time is not None and (name not in ds or "time" not in ds[name].dims):
+            raise ScenarioError(f"time = {time:g}: has no meaning for {name}, which each run has once; leave it out")
+        if name not in ds:
+            values = np.where(sampled, (~good).astype(float), nan)
+            yield Output(FAILED, "1", "whether the run failed", values)
+        else:
+            yield from _read(ds[name], known[name], dict.fromkeys(wanted), at, good)
+
+
+def _is_output(variable: xr.DataArray) -> bool:
+    return variable.name != STATUS and "run" in variable.dims and variable.dtype.kind in "biuf"
+
+
+def _labels(variable: xr.DataArray) -> Iterator[tuple[int, ...]]:
+    """The indices along the dimensions other than run and time of each output."""
+    return product(*(range(variable.sizes[dim]) for dim in _dims(variable)))
+
+
+def _dims(variable: xr.DataArray) -> list[str]:
+    return [str(dim) for dim in variable.dims if dim not in ("run", "time")]
+
+
+def _components(variable: xr.DataArray) -> Iterator[str]:
+    """The names of the outputs of a variable."""
+    each = [[str(label) for label in variable[dim].values] for dim in _dims(variable)]
+    return (".".join([str(variable.name), *labels]) for labels in product(*each))
+
+
+def _variable_of(output: str, known: dict[str, list[str]]) -> str:
+    return next(name for name, components in known.items() if output in components)
+
+
+def _matching(asked: str, known: dict[str, list[str]]) -> list[str]:
+    """The outputs of a variable, one of them, or those of a body or joint: position, position.top.z, position.top."""
+    if asked == STATUS:
+        raise ScenarioError(f'the output "{STATUS}" is a code, not a number; ask for "{FAILED}"')
+    found = known.get(asked) or [
+        name for components in known.values() for name in components if f"{name}.".startswith(f"{asked}.")
+    ]
+    if not found:
+        own = next((x for name, x in known.items() if asked.startswith(f"{name}.") and len(x) > 1), list(known))
+        raise ScenarioError(f"the dataset has no output {show(asked)}; {suggestion(asked, own)}")
+    return found
+
+
+def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) -> list[str]:
+    """The scenario's own outputs, those that each run has once first; else where the last body ended."""
+    names = [name for name in known if name in ds and (time is None or "time" in ds[name].dims)]
+    own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
+    own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
+    outputs = [output for name in own for output in known[name]]
+    if not outputs:
+        places = [name for name in (f"{LAST}position", "position") if name in names] or names
+        outputs = known[places[0]][-3:] if places else []
+    if not outputs:
+        raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
+    return outputs[:MOST]
+
+
+def _stored(ds: xr.Dataset, time: float | None) -> int:
+    """The index of a stored time."""
+    times = ds["time"].values
+    if time is None:
+        return len(times) - 1
+    index = int(abs(times - time).argmin())
+    if abs(times[index] - time) <= NEAR * max(abs(time), 1.0):
+        return index
+    if times[0] < time < times[-1]:
+        raise ScenarioError(f"time = {time:g}: is not stored; the nearest stored time is {times[index]:g} s")
+    raise ScenarioError(
+        f"time = {time:g}: lies outside the stored times; give one from {times[0]:g} to {times[-1]:g} s"
+    )
+
+
+def _read(
+    variable: xr.DataArray, components: list[str], wanted: Iterable[str], at: int, good: np.ndarray
+) -> Iterator[Output]:
+    """These components of a variable; only what they need of it is read."""
+    import numpy as np
+
+    time = float(variable["time"].values[at]) if "time" in variable.dims else nan
+    here = variable.isel(time=at) if "time" in variable.dims else variable
+    places = dict(zip(components, _labels(variable), strict=True))
+    needed = [sorted({places[name][k] for name in wanted}) for k in range(len(_dims(variable)))]
+    part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(_dims(variable), needed, strict=True)})
+    values = np.where(good.reshape(-1, *(1 for _ in needed)), part.transpose("run", ...).values, nan)
+    scale = float(np.nanmax(abs(values), initial=0.0))
+    units, long_name = (str(variable.attrs.get(key, default)) for key, default in (("units", "1"), ("long_name", "")))
+    for name in wanted:
+        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(places[name], needed, strict=True)))
+        yield Output(name, units, long_name, values[place], time, scale)

@@ -1,0 +1,76 @@
+"""What samples say of one input and one output: their rank correlation, and how far the output moves with the input.
+
+Rank correlations are Spearman's, which sees any monotonic effect. Their interval is that of Fisher's z with the
+variance of D. G. Bonett and T. A. Wright, Psychometrika 65 (2000): (1 + r^2/2)/(n - 3).
+
+A tornado is of means: of the output over the runs whose input lies in its lowest tenth, and in its highest tenth, while
+the other inputs vary as they do. The change from the one to the other has Welch's interval (Student's t). These are the
+conditional means of which first Sobol' indices are the variance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+CONFIDENCE = 0.95
+TENTH = 0.1
+
+
+@dataclass(frozen=True)
+class Tornado:
+    """low, high: mean outputs where the input is in its lowest and highest tenth; change: high minus low, between
+    change_low and change_high; input_low, input_high: the ends of these tenths."""
+
+    input_low: float = nan
+    input_high: float = nan
+    low: float = nan
+    high: float = nan
+    change: float = nan
+    change_low: float = nan
+    change_high: float = nan
+
+
+def standard_ranks(x: np.ndarray) -> np.ndarray:
+    """The ranks of values (n,), equal ones sharing theirs, with mean 0 and length 1; NaN if all are equal."""
+    import numpy as np
+    from scipy.stats import rankdata
+
+    ranks = rankdata(x) - 0.5 * (len(x) + 1)
+    length = (ranks @ ranks) ** 0.5
+    return ranks / length if length else np.full(len(x), nan)
+
+
+def rank_interval(r: float, n: int) -> tuple[float, float]:
+    """The 95 % interval of a rank correlation r of n independent runs."""
+    import numpy as np
+    from scipy.special import ndtri
+
+    half = ndtri(0.5 + 0.5 * CONFIDENCE) * ((1.0 + 0.5 * r * r) / (n - 3)) ** 0.5 if n > 3 else np.inf
+    with np.errstate(divide="ignore"):
+        z = np.arctanh(min(max(r, -1.0), 1.0))  # rounding may leave r beyond 1
+    return float(np.tanh(z - half)), float(np.tanh(z + half))
+
+
+def tornado(x: np.ndarray, y: np.ndarray) -> Tornado:
+    """The tornado of outputs y (n,) over an input x (n,); NaN where the tenths of a discrete input are one."""
+    import numpy as np
+    from scipy.special import stdtrit
+
+    ends = np.quantile(x, (TENTH, 1.0 - TENTH))
+    if not ends[0] < ends[1]:
+        return Tornado()
+    groups = y[x <= ends[0]], y[x >= ends[1]]
+    low, high = (float(group.mean()) for group in groups)
+    half = nan
+    if min(map(len, groups)) > 1:
+        own = np.array([group.var(ddof=1) / len(group) for group in groups])  # of the means
+        if own.any():
+            freedom = own.sum() ** 2 / sum(v * v / (len(group) - 1) for v, group in zip(own, groups, strict=True))
+            half = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * own.sum() ** 0.5)
+    change = high - low
+    return Tornado(float(ends[0]), float(ends[1]), low, high, change, change - half, change + half)

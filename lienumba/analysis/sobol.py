@@ -1,0 +1,140 @@
+"""Sobol' indices of a sweep with `sampler = "saltelli"`, each with a 95 % interval by the bootstrap.
+
+Of d sampled inputs, run n (d + 2) + j is row n of the sample A (j = 0), of B (j = 1), or of A with input j - 2 taken
+from B. scipy.stats.sobol_indices has the estimators (A. Saltelli et al., Computer Physics Communications 181 (2010),
+table 2 b, f). An interval is 1.96 bootstrap standard errors wide to either side; rows are resampled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+
+SAMPLER = "saltelli"
+RESAMPLES = 200
+SEED = 2010  # of the resampling: the same dataset gives the same intervals
+AT_ONCE = 1 << 22  # numbers of resampled outputs that are held
+FEWEST = 4  # complete rows
+ERRORS = 1.96  # standard errors of 95 % of a normal distribution, to either side
+ENDS = ("", "_low", "_high")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Which run (index) stands where. table (rows, d + 2): -1 where it is missing; inputs: the d of [sweep.vary]."""
+
+    inputs: list[str]
+    table: np.ndarray
+
+    @property
+    def independent(self) -> np.ndarray:
+        """The runs of A and B, which share no number."""
+        found: np.ndarray = self.table[:, :2][self.table[:, :2] >= 0]
+        return found
+
+
+@dataclass(frozen=True)
+class Indices:
+    """first, total (3, d): the index and the ends of its interval, of each input; rows: how many complete ones."""
+
+    inputs: list[str]
+    first: np.ndarray
+    total: np.ndarray
+    rows: int
+
+    def by_input(self) -> dict[str, dict[str, float]]:
+        """The numbers of each input by their names."""
+        both = {"first_order": self.first, "total_order": self.total}
+        return {
+            name: {f"{kind}{end}": float(x[m, k]) for kind, x in both.items() for m, end in enumerate(ENDS)}
+            for k, name in enumerate(self.inputs)
+        }
+
+
+def sampled_inputs(sweep: Mapping[str, Any]) -> list[str]:
+    """What is drawn, in the order of [sweep.vary]: no constants, expressions of other inputs or columns of a table."""
+    return [
+        path
+        for path, entry in sweep.get("vary", {}).items()
+        if not {"expression", "column"} & set(entry) and entry.get("distribution") != "constant"
+    ]
+
+
+def columns_of(path: str, columns: Sequence[str]) -> list[str]:
+    """The coordinates of an input: itself, or the elements of a vector, such as a rotation."""
+    return [name for name in columns if name == path or name.startswith((f"{path}[", f"{path}."))]
+
+
+def rows_of(labels: np.ndarray, sweep: Mapping[str, Any], samples: Mapping[str, np.ndarray]) -> Rows | None:
+    """The rows of a dataset with these labels (runs,) and samples (runs,); None if they are not laid out so."""
+    inputs = sampled_inputs(sweep)
+    rows = Rows(inputs, _table(labels, len(inputs)))
+    kept = [path for path, entry in sweep.get("vary", {}).items() if path not in inputs and "expression" not in entry]
+    return rows if inputs and _hold(rows, kept, samples) else None
+
+
+def _table(labels: np.ndarray, d: int) -> np.ndarray:
+    import numpy as np
+
+    runs = np.flatnonzero(labels >= 0)
+    rows, row = np.unique(labels[runs] // (d + 2), return_inverse=True)
+    table = np.full((len(rows), d + 2), -1)
+    table[row, labels[runs] % (d + 2)] = runs
+    return table
+
+
+def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) -> bool:
+    """Whether each run has its numbers from A or B as it should, and a row those that are kept in common."""
+    import numpy as np
+
+    table = rows.table[(rows.table >= 0).all(axis=1)]
+    for path in (*rows.inputs, *kept):
+        source = np.zeros(table.shape[1], int)  # the run of its row from which each has the input
+        if path in rows.inputs:
+            source[[1, 2 + rows.inputs.index(path)]] = 1
+        for name in columns_of(path, list(samples)):
+            x = samples[name][table]
+            if (x != x[:, source]).any():
+                return False
+    return True
+
+
+def indices(values: np.ndarray, rows: Rows) -> Indices | None:
+    """First and total indices of an output (runs,), of the complete rows alone; None if there are too few."""
+    import numpy as np
+
+    y = np.where(rows.table >= 0, values[rows.table], np.nan)
+    y = y[np.isfinite(y).all(axis=1)].T
+    n = y.shape[1]
+    if n < FEWEST:
+        return None
+    generator = np.random.default_rng(SEED)
+    parts = np.linspace(0, RESAMPLES, min(max(RESAMPLES * y.size // AT_ONCE, 1), RESAMPLES // 2) + 1).astype(int)
+    itself = _estimate(y[:, None, np.arange(n)].repeat(2, axis=1))[:, 0]
+    drawn = [_estimate(y[:, generator.integers(n, size=(end - start, n))]) for start, end in pairwise(parts)]
+    half = ERRORS * np.concatenate(drawn, axis=1).std(axis=1, ddof=1)
+    first, total = np.stack([itself, itself - half, itself + half], axis=1)
+    return Indices(rows.inputs, first, total, n)
+
+
+def _estimate(y: np.ndarray) -> np.ndarray:
+    """First and total indices (2, samples, d) of outputs (d + 2, samples, n); of at least two samples.
+
+    SciPy wants n to be a power of 2. Rows at the mean of A and B add nothing to any sum, and the estimators are ratios
+    of such: filled up with them, n rows give what n rows alone would.
+    """
+    import numpy as np
+    from scipy.stats import sobol_indices
+
+    d, samples, n = y.shape[0] - 2, y.shape[1], y.shape[2]
+    whole = 1 << (n - 1).bit_length()
+    filled = np.empty((d + 2, samples, whole))
+    filled[..., :n] = y
+    filled[..., n:] = y[:2].mean(axis=(0, 2))[:, None]
+    found = sobol_indices(func={"f_A": filled[0], "f_B": filled[1], "f_AB": filled[2:]}, n=whole)
+    return np.stack([found.first_order.reshape(samples, d), found.total_order.reshape(samples, d)])
