@@ -1,5 +1,6 @@
 """The connection to a cluster of dask; whatever ends it is a ClusterError, a finished message."""
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from time import monotonic
@@ -51,8 +52,9 @@ class Connection:
             address: Any = given
             if given == LOCAL:
                 address = LocalCluster(
-                    n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-                )
+                    n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0",
+                    silence_logs=logging.ERROR,
+                )  # fmt: skip
                 self._ends.callback(address.close)
             self.client = Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
