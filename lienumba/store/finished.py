@@ -7,10 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
-from lienumba.store.layout import FULL
+from lienumba.store.layout import CHUNK_BYTES, FULL
 
 if TYPE_CHECKING:
     import numpy as np
+
+CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are read and written in their order; HDF5's default is far more
+
+
+def small_caches(file: Any) -> None:
+    """Bound what HDF5 keeps in memory of an open file."""
+    for variable in file.variables.values():
+        if variable.dtype is not str:
+            variable.set_var_chunk_cache(CACHE_BYTES)
 
 
 class Columns(dict[str, "np.ndarray"]):
@@ -45,6 +54,7 @@ class Finished:
         with NETCDF:
             self.file = netCDF4.Dataset(path)
             self.file.set_auto_maskandscale(False)
+            small_caches(self.file)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
             self.tables = {dim: Table(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
 

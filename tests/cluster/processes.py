@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+PATH = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
 PATIENCE = 60.0  # s, for a machine that has other things to do
 
 
@@ -50,7 +51,7 @@ class Processes:
         ]
         with open(self.folder / "log.txt", "ab") as log:
             return subprocess.Popen(
-                [*map(str, command), *map(str, options)], env=os.environ | {"PYTHONPATH": str(ROOT)}, cwd=self.folder,
+                [*map(str, command), *map(str, options)], env=os.environ | {"PYTHONPATH": PATH}, cwd=self.folder,
                 stdout=log, stderr=log,
             )  # fmt: skip
 
