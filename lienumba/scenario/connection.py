@@ -24,7 +24,7 @@ def check(given: Any, workers: int | None) -> None:
         from distributed import Client
     except ImportError:
         raise ScenarioError('dask: is not installed; pip install "lienumba[dask]"') from None
-    if not isinstance(given, str | Client) or not given:
+    if given != LOCAL and not isinstance(given, Client) and not _is_address(given):
         raise ScenarioError(
             f'dask = {show(given)}: is no cluster; give "local", the address of a scheduler such as '
             '"tcp://10.0.0.1:8786", or a distributed.Client'
@@ -35,6 +35,15 @@ def check(given: Any, workers: int | None) -> None:
         raise ScenarioError(
             f"workers = {workers}: a cluster has as many as were started; leave it out, or start other ones"
         )
+
+
+def _is_address(given: Any) -> bool:
+    from distributed.comm.addressing import get_address_host_port
+
+    try:
+        return isinstance(given, str) and bool(get_address_host_port(given))
+    except ValueError:
+        return False
 
 
 class Connection:
@@ -53,11 +62,11 @@ class Connection:
             if given == LOCAL:
                 address = LocalCluster(
                     n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0",
-                    silence_logs=logging.ERROR,
+                    silence_logs=logging.ERROR, preload="lienumba.scenario.on_worker",
                 )  # fmt: skip
                 self._ends.callback(address.close)
             self.client = Client(address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except OSError as error:
             raise ScenarioError(
                 f"dask {given}: no scheduler answers there ({error}); start one by `dask scheduler`, or correct the "
                 "address"

@@ -5,7 +5,7 @@ from math import ceil
 from lienumba.compiler.rows import W
 
 SECONDS = 2.0  # that a chunk should take: short beside a sweep
-PERIOD = 0.01  # s per chunk and core at least: what all cores send, scheduler and client must take
+PERIOD = 0.02  # s per chunk and core at least: what all cores send, one client must take
 CHUNK_BYTES = 8 * 2**20  # that are sent for a chunk
 CHUNKS_PER_CORE = 3  # that are still to come, so that the cores finish together
 GROWTH = 2  # of the size at most from one chunk to the next: no two runs need cost the same

@@ -3,6 +3,7 @@
 Nothing heavy is imported before it is called: the scheduler, too, reads this module.
 """
 
+import signal
 import threading
 import tomllib
 from collections.abc import Mapping
@@ -41,6 +42,11 @@ class Ready:
             if fixed not in self.codes:
                 self.codes[fixed] = compiled(self.resolved, prepared, fixed)
             return self.codes[fixed]
+
+
+def dask_setup(_: object) -> None:
+    """Called by a worker of a local cluster: an interrupt is for the process that began it, which ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def compute(
