@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -44,8 +45,9 @@ STAGES = {
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are. A request to
-    terminate is an interrupt."""
+    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are. Warnings are
+    sentences, and a request to terminate is an interrupt."""
+    warnings.showwarning = lambda message, *_: print_warnings([str(message)])
     try:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         yield

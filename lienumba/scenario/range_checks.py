@@ -57,7 +57,8 @@ def _sample(given: Kind, u: float, nominal: Any) -> float:
     """The first number that it gives at these probabilities."""
     import numpy as np
 
-    return float(np.ravel(given.draw([np.array([u])] * given.dimensions, nominal)[0])[0])
+    with np.errstate(all="ignore"):
+        return float(np.ravel(given.draw([np.array([u])] * given.dimensions, nominal)[0])[0])
 
 
 def _share_of_zero_and_below(given: Scalar, nominal: float) -> float:

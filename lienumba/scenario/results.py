@@ -70,14 +70,13 @@ class Results:
         self.layout = Layout.of(nominal.model)
         self.times = np.array(resolved.times)
         output = data.output
-        self.full = parse_ranges(output.full_runs, "") if output.full_runs is not None else []
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
         once = [*self._fates(), *self._summaries()]
         if output.mode == "full":
             self.tables = {"run": [*courses, *once]}
         else:
-            in_full = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
-            self.tables = {"run": once} | ({FULL: in_full} if self.full else {})
+            courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
+            self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs else {})
 
     def _stored(self, name: str, variables: list[str]) -> bool:
         return (name.partition(".")[0] if name in self.layout.quantities else name) in variables
@@ -193,10 +192,7 @@ class Results:
 
     def in_full(self, labels: np.ndarray) -> np.ndarray:
         """Which runs keep their course in the mode "summary" (runs,)."""
-        kept = np.zeros(len(labels), bool)
-        for part in self.full:
-            kept |= (labels >= part.start) & (labels < part.stop)
-        return kept
+        return in_full(self.resolved, labels)
 
     def frame(self, inputs: Iterable[str], total: int) -> "xr.Dataset":
         """The dataset without any run yet."""
@@ -238,3 +234,12 @@ class Results:
                 **more,
             },
         )
+
+
+def in_full(resolved: Scenario, labels: np.ndarray) -> np.ndarray:
+    """Which runs keep their course in the mode "summary" (runs,)."""
+    data: Any = resolved.data
+    kept = np.zeros(len(labels), bool)
+    for part in parse_ranges(data.output.full_runs, "") if data.output.full_runs is not None else []:
+        kept |= (labels >= part.start) & (labels < part.stop)
+    return kept

@@ -14,6 +14,7 @@ from lienumba.scenario.arguments import check_labels
 from lienumba.scenario.part import share_of
 from lienumba.scenario.prepare import check_initial, design, prepare
 from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.words import plural
 from lienumba.store.files import WriteError
 
 if TYPE_CHECKING:
@@ -145,6 +146,9 @@ def on_disk(
 
     with stored(target, resolved, resume) as there:
         shards, known = there.shards, there.labels
+        if shards.damaged:
+            files = plural(len(shards.damaged), "file was", "files were")
+            warnings.warn(f"{shards.folder}: {files} damaged; their runs are simulated again", stacklevel=3)
         runs = runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist())
         results = Results(resolved, runs.nominal)
         enough = stopping_of(resolved, results.numbers)

@@ -41,7 +41,7 @@ def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report
     for path, needed in names.items():
         report.problems += [
             f'sweep.vary."{path}".column = {show(name)}: is no column of sweep.table; {suggestion(name, table.columns)}'
-            for name in needed
+            for name in dict.fromkeys(needed)
             if name not in table.columns
         ]
     used = {name for needed in names.values() for name in needed}

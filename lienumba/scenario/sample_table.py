@@ -42,7 +42,9 @@ def _end(table: dict[str, Any]) -> int:
 def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, Any]:
     """What varies with the columns that no entry of `vary` names yet."""
     given = [entry["column"] for entry in vary.values() if isinstance(entry, dict) and "column" in entry]
-    named = {name for entry in given for name in (entry if isinstance(entry, list) else [entry])}
+    named = {
+        name for entry in given for name in (entry if isinstance(entry, list) else [entry]) if isinstance(name, str)
+    }
     left = [name for name in columns if name not in named]
     found: dict[str, Any] = {}
     for name in left:

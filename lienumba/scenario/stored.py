@@ -1,7 +1,7 @@
 """A sweep on the disk: its shards, the dataset that was finished before, and the one that comes of both."""
 
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +12,12 @@ import numpy as np
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.results import in_full
 from lienumba.scenario.resume import check_same
 from lienumba.scenario.writing import Sources
 from lienumba.store.files import folder_of, read
 from lienumba.store.finished import Finished
+from lienumba.store.layout import FULL
 from lienumba.store.shards import Shards
 from lienumba.store.stream import Source
 
@@ -24,6 +26,7 @@ from lienumba.store.stream import Source
 class Stored:
     """What there is of a sweep whose dataset will be `target`."""
 
+    resolved: Scenario
     target: Path
     shards: Shards
     finished: Finished | None
@@ -38,9 +41,9 @@ class Stored:
 
     @property
     def labels(self) -> np.ndarray:
-        """The runs that are there, ascending."""
-        every = [source.labels for source in self.of("run")]
-        return np.unique(np.concatenate(every)).astype(np.int64) if every else np.empty(0, np.int64)
+        """The runs that are there, ascending; with their courses, if these are kept."""
+        runs = _labels(self.of("run"))
+        return runs[~in_full(self.resolved, runs) | np.isin(runs, _labels(self.of(FULL)))]
 
     @property
     def older(self) -> np.ndarray:
@@ -52,7 +55,8 @@ class Stored:
         labels = self.labels
         found = np.empty(len(labels))
         for source in reversed(self.of("run")):
-            found[np.searchsorted(labels, source.labels)] = source.column(name)
+            own = np.isin(source.labels, labels)
+            found[np.searchsorted(labels, source.labels[own])] = source.column(name)[own]
         return found
 
     def failed(self) -> int:
@@ -63,6 +67,11 @@ class Stored:
         """How many of these runs are there up to the first that is not."""
         missing = ~np.isin(labels, self.labels)
         return int(missing.argmax()) if missing.any() else len(labels)
+
+
+def _labels(sources: Sequence[Source]) -> np.ndarray:
+    every = [np.empty(0, np.int64), *(source.labels for source in sources)]
+    return np.unique(np.concatenate(every))
 
 
 @contextmanager
@@ -78,7 +87,7 @@ def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
             read(target).close()  # which refuses what is none
             finished = Finished(target)
             check_same(finished.attributes, resolved, str(target))
-        there = Stored(target, shards, finished)
+        there = Stored(resolved, target, shards, finished)
         _check_room(there, resolved)
         yield there
     finally:

@@ -65,11 +65,11 @@ class Writing:
 @contextmanager
 def writing(begin: Callable[[], Stream], labels: Mapping[str, np.ndarray]) -> Iterator[Writing]:
     """A dataset that begins when something of it can be written, and in the end is there whole or not at all."""
-    with ThreadPoolExecutor(1) as pool:
-        dataset = Writing(begin, labels, pool)
-        try:
-            yield dataset
-        finally:
-            dataset._wait()
-            if dataset.stream is not None:
-                dataset.stream.discard()
+    pool = ThreadPoolExecutor(1)
+    dataset = Writing(begin, labels, pool)
+    try:
+        yield dataset
+    finally:
+        pool.shutdown()
+        if dataset.stream is not None:
+            dataset.stream.discard()

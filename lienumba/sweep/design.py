@@ -73,5 +73,6 @@ def _drawn(kind: Kind, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
 
     if len(u) == 0 or len(u[0]) == 0:
         return kind.draw(u, nominal)
-    blocks = [kind.draw([x[start : start + BLOCK] for x in u], nominal) for start in range(0, len(u[0]), BLOCK)]
+    with np.errstate(all="ignore"):  # a run with what is no number is marked
+        blocks = [kind.draw([x[start : start + BLOCK] for x in u], nominal) for start in range(0, len(u[0]), BLOCK)]
     return [np.concatenate(column) for column in zip(*blocks, strict=True)]

@@ -12,7 +12,8 @@ from lienumba.errors import ScenarioError
 if TYPE_CHECKING:
     import numpy as np
 
-Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
 Spread = Annotated[Finite, Field(ge=0.0)]
 NUMBER, VECTOR, ROTATION, INERTIA = "number", "vector", "rotation", "inertia"
 # How many numbers each has in the design table: a quaternion w x y z, the elements xx yy zz xy xz yz.

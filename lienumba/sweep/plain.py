@@ -148,8 +148,8 @@ class Choice(Scalar):
     """One of some values; with `relative`, `values` are multiples of the nominal value."""
 
     distribution: Literal["choice"]
-    values: tuple[Finite, ...] = Field(description="the values to choose from, at least one")
-    weights: tuple[Spread, ...] | None = Field(
+    values: list[Finite] = Field(description="the values to choose from, at least one")
+    weights: list[Spread] | None = Field(
         default=None, description="how likely each value is, 0 or above (or omit it: all alike)"
     )
 
@@ -159,11 +159,11 @@ class Choice(Scalar):
             raise ValueError("values = []: is empty; give at least one value")
         if self.weights is not None and len(self.weights) != len(self.values):
             raise ValueError(
-                f"weights = {list(self.weights)}: must be as many as there are values, which is {len(self.values)}; "
+                f"weights = {self.weights}: must be as many as there are values, which is {len(self.values)}; "
                 "give one for each value"
             )
         if self.weights is not None and not sum(self.weights) > 0.0:
-            raise ValueError(f"weights = {list(self.weights)}: are all 0; give at least one above 0")
+            raise ValueError(f"weights = {self.weights}: are all 0; give at least one above 0")
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:

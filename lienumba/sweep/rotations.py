@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
 TWO_PI = 6.283185307179586
 PI = 3.141592653589793
-Three = Annotated[list[Spread], Field(min_length=3, max_length=3)]
-Row = Annotated[list[Finite], Field(min_length=3, max_length=3)]
+LARGEST = 10.0  # standard deviation in rad; any rotation is likely then
+Angle = Annotated[Spread, Field(le=LARGEST)]
+Three = Annotated[list[Angle], Field(min_length=3, max_length=3)]
+Row = Annotated[list[Annotated[Finite, Field(ge=-(LARGEST**2), le=LARGEST**2)]], Field(min_length=3, max_length=3)]
 
 
 class RotationNormal(Kind):
@@ -36,13 +38,13 @@ class RotationNormal(Kind):
     distribution: Literal["rotation_normal"]
     std: (
         Annotated[
-            Annotated[Spread, Tag("number")] | Annotated[Three, Tag("three")],
+            Annotated[Angle, Tag("number")] | Annotated[Three, Tag("three")],
             Discriminator(lambda value: "three" if isinstance(value, list | tuple) else "number"),
         ]
         | None
     ) = Field(
         default=None,
-        description="the standard deviation of the rotation vector in rad, 0 or above: one number, or [x, y, z]",
+        description="the standard deviation of the rotation vector in rad, from 0 to 10: one number, or [x, y, z]",
     )
     covariance: Annotated[list[Row], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="the covariance of the rotation vector in rad^2: a 3x3 matrix"

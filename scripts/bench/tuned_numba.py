@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": True}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": True, "cache": True}
 LIMIT = 10  # iterations of the position projection
 
 

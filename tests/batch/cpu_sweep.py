@@ -1,4 +1,4 @@
-"""Run by test_cpus.py in processes of their own: short sweeps, and hashes of every variable's bits, as JSON."""
+"""Run by test_cpus.py in processes of their own, with names of sweeps: hashes of every variable's bits, as JSON."""
 
 import hashlib
 import json
@@ -27,14 +27,16 @@ def rotations() -> str:
     return hashlib.sha256(struct.pack(f"{len(numbers)}d", *numbers)).hexdigest()
 
 
-def main() -> None:
+def main(names: list[str]) -> None:
     from batch import sweeps
     from lienumba.compiler import native
 
-    found = {name: hashes(sweeps.run(sweep(runs=12))) for name, sweep in sweeps.SWEEPS.items()}
-    found["rotations"] = {"given": rotations()}
+    every = sweeps.SWEEPS | {"paced": sweeps.paced}
+    found = {name: hashes(sweeps.run(every[name](runs=12))) for name in names if name in every}
+    if "rotations" in names:
+        found["rotations"] = {"given": rotations()}
     json.dump({"cpu": native.cpu(), "hashes": found}, sys.stdout)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -59,6 +59,35 @@ def linkage(runs: int = 20, **sections: Any) -> dict[str, Any]:
     return _with(data, sections)
 
 
+def wheel(runs: int = 20, **sections: Any) -> dict[str, Any]:
+    """A body on a pivot whose axle is held by two axes of the ground and one of its own, one more than needed: within a
+    quarter of a turn its own gets weak, and the fast ones need the other of the ground. The smallest that exchanges."""
+    first, second, axle = np.array([[2, 1, 2], [-2, 2, 1], [-1, -2, 2]]) / 3
+    held = [(first, [0, 0, 1]), (axle, [0, 1, 0]), (0.5 * first + 0.866 * second, [0, 0, 1])]
+    joints = [{"name": "hub", "type": "spherical", "bodies": ["ground", "wheel"], "points": [[0, 0, 0], [0.1, 0.2, 0]]}]
+    joints += [{"name": f"axle{n}", "type": "perpendicular_axes", "bodies": ["ground", "wheel"],
+                "axes": [ours.tolist(), its]} for n, (ours, its) in enumerate(held)]  # fmt: skip
+    body = {"name": "wheel", "mass": 1.2, "inertia": [0.05, 0.07, 0.04, -0.004, 0.006, 0.001],
+            "rotation": {"axis": [1, -1, 1], "angle": np.pi / 3}, "angular_velocity": [0, 0, 5]}  # fmt: skip
+    data = scenario({"model": {"bodies": [body], "joints": joints}}, 4e-3, 0.32, output={"every": 0.08})
+    data["sweep"] = {"runs": runs, "seed": 8, "vary": {
+        "bodies.wheel.angular_velocity[2]": {"distribution": "uniform", "low": 1, "high": 9},
+        "bodies.wheel.mass": {"distribution": "normal", "std": 0.05},
+        "gravity[1]": {"distribution": "uniform", "low": -1, "high": 1},
+    }}  # fmt: skip
+    return _with(data, sections)
+
+
+def paced(runs: int = 20, **sections: Any) -> dict[str, Any]:
+    """The heavy top, with steps that a tolerance chooses and an event that some runs see."""
+    data = top(runs, 0.02)
+    del data["integrator"]["step"]
+    data["integrator"] |= {"tolerance": 1e-8, "method": "tsit54"}
+    data["events"] = [{"name": "tilted", "when": "tip.z < -0.0005", "action": "stop"}]
+    data["quantities"] = [{"name": "tip", "type": "point", "body": "top"}]
+    return _with(data, sections)
+
+
 def two_rods(**sections: Any) -> dict[str, Any]:
     """A body on a sphere and two rods to ground, whose ends there never meet, until a sample is edited."""
     data = top(**sections)
@@ -81,7 +110,7 @@ def a_rod(**sections: Any) -> dict[str, Any]:
     return data
 
 
-SWEEPS = {"top": top, "links": links, "loop": loop, "linkage": linkage}
+SWEEPS = {"top": top, "links": links, "loop": loop, "wheel": wheel}
 
 
 def _with(data: dict[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from lienumba.batch import execute
 from lienumba.compiler.rows import W
 from lienumba.integrators.codes import EXCHANGED
 
-from .sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top
+from .sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top, wheel
 
 EVERY = pytest.mark.parametrize("sweep", SWEEPS.values(), ids=SWEEPS)
 
@@ -23,7 +23,8 @@ def test_other_seeds_give_other_bits() -> None:
         assert_same(a, b)
 
 
-@EVERY
+@pytest.mark.usefixtures("anew")
+@pytest.mark.parametrize("sweep", [*SWEEPS.values(), linkage], ids=[*SWEEPS, "linkage"])
 def test_one_and_two_workers(sweep: Any) -> None:
     data = sweep(runs=100)
     assert_same(run(data, workers=1), run(data, workers=2))
@@ -34,7 +35,8 @@ def test_runs_differ_from_each_other() -> None:
     assert len(np.unique(end[:, 0])) == 100
 
 
-def test_some_runs_of_the_linkage_exchange_rows_and_others_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("sweep", [wheel, linkage])
+def test_some_runs_exchange_rows_and_others_do_not(sweep: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """So that all tests here see runs that go again, beside others than before."""
     found = []
     original = execute.integrate
@@ -45,7 +47,7 @@ def test_some_runs_of_the_linkage_exchange_rows_and_others_do_not(monkeypatch: p
         return chunk
 
     monkeypatch.setattr(execute, "integrate", watched)
-    run(linkage(runs=50))
+    run(sweep(runs=50))
     exchanged = np.concatenate(found)
     assert 10 < exchanged.sum() < 40
     assert len(exchanged) == 50 + exchanged.sum()
@@ -161,6 +163,7 @@ def test_energy_residual_is_measured_from_the_start_of_the_run(sweep: Any) -> No
     assert_same(end[["energy_residual"]], full[["energy_residual"]].isel(time=[-1]))
 
 
+@pytest.mark.usefixtures("anew")
 def test_a_repeated_call_and_a_file_hold_the_same_bits(tmp_path: Any) -> None:
     import xarray as xr
 

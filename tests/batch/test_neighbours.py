@@ -11,7 +11,7 @@ from lienumba.batch import statuses
 from .sweeps import SWEEPS, a_rod, assert_same, edit_samples, linkage, links, loop, run, top
 
 SPIN, ROCK = "bodies.top.angular_velocity[1]", "bodies.left.angular_velocity[0]"
-SWING = "joints.hinge1.rate"
+SWING, TURN = "joints.hinge1.rate", "bodies.wheel.angular_velocity[2]"
 EDITS: list[tuple[str, dict[int, dict[str, float]]]] = [
     ("top", {3: {SPIN: 1e9}}),
     ("top", {0: {SPIN: 1e5}, 7: {SPIN: -1e300}, 12: {SPIN: np.inf}}),
@@ -21,7 +21,7 @@ EDITS: list[tuple[str, dict[int, dict[str, float]]]] = [
     ("links", {11: {"joints.hinge1.points[1][2]": np.inf}, 12: {"bodies.link2.inertia[4]": 1e9}}),
     ("loop", {8: {"gravity[0]": 1e200}, 15: {"gravity[0]": np.nan}}),
     ("linkage", {3: {SWING: np.nan}, 9: {SWING: 1e5}, 14: {"gravity[1]": 1e200}}),
-    ("linkage", {0: {SWING: 60.0}, 1: {SWING: 4e3}, 12: {"bodies.second.mass": np.nan}}),
+    ("wheel", {0: {TURN: 200.0}, 1: {TURN: 4e3}, 12: {"bodies.wheel.mass": np.nan}}),
     ("loop", {1: {ROCK: 60.0}, 2: {ROCK: 1e4}, 13: {"joints.tie.points[0][2]": 50.0}}),
 ]
 
@@ -30,7 +30,7 @@ EDITS: list[tuple[str, dict[int, dict[str, float]]]] = [
 def test_a_broken_lane_leaves_the_bits_of_the_others(
     name: str, edits: Mapping[int, Mapping[str, float]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = SWEEPS[name]()
+    data = (SWEEPS | {"linkage": linkage})[name]()
     healthy = run(data)
     assert (healthy["status"] == 0).all()
     edit_samples(monkeypatch, edits)

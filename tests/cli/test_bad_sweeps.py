@@ -120,7 +120,7 @@ CASES = {
     "rotation std": (
         sweep('"bodies.top.rotation" = { distribution = "rotation_normal", std = [1, -1, 1] }'),
         'sweep.vary."bodies.top.rotation".std[1] = -1: must be at least 0; give the standard deviation of the '
-        "rotation vector in rad, 0 or above: one number, or [x, y, z]",
+        "rotation vector in rad, from 0 to 10: one number, or [x, y, z]",
     ),
     "rotation without spread": (
         sweep('"bodies.top.rotation" = { distribution = "rotation_normal" }'),

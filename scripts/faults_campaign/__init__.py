@@ -1,0 +1,1 @@
+"""Sweeps that are killed at random moments, and what comes of them."""
