@@ -7,7 +7,10 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PATH = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+ENVIRONMENT = os.environ | {
+    "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",  # so that each death of a worker reaches the client
+}
 PATIENCE = 60.0  # s, for a machine that has other things to do
 
 
@@ -51,7 +54,7 @@ class Processes:
         ]
         with open(self.folder / "log.txt", "ab") as log:
             return subprocess.Popen(
-                [*map(str, command), *map(str, options)], env=os.environ | {"PYTHONPATH": PATH}, cwd=self.folder,
+                [*map(str, command), *map(str, options)], env=ENVIRONMENT, cwd=self.folder,
                 stdout=log, stderr=log,
             )  # fmt: skip
 

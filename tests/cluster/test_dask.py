@@ -1,7 +1,9 @@
 """Sweeps on clusters of dask: the bits of threads, whatever becomes of the workers."""
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,14 +15,23 @@ import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
 from lienumba.errors import ClusterError
-from lienumba.scenario import on_worker
-from lienumba.scenario.runner import Interrupted
+from lienumba.scenario import connection, on_worker
+from lienumba.scenario.loading import load
+from lienumba.scenario.on_cluster import DEATHS, Cluster, Sent
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.runner import Interrupted, runs_of
 
 from .processes import ROOT, Processes
 
 pytest.importorskip("distributed", reason='needs pip install ".[dask]"')
 
 SUMMARY = {"mode": "summary", "full_runs": "3,17", "every": 0.01, "summary": {"position": ["max", "final"]}}
+
+
+def arm(runs: int) -> dict[str, Any]:
+    """An arm with a controller that is a Python function."""
+    vary = {"parameters.kp": {"distribution": "uniform", "low": 50, "high": 70}}
+    return {**load(ROOT / "scenarios" / "arm_sampled.toml"), "sweep": {"runs": runs, "vary": vary}}
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +59,8 @@ def whole() -> xr.Dataset:
 
 @pytest.mark.parametrize(
     "data",
-    [top(runs=100), top(runs=100, output=SUMMARY), linkage(runs=60)],
-    ids=["full", "summary", "runs that go again"],
+    [top(runs=100), top(runs=100, output=SUMMARY), linkage(runs=60), arm(runs=20)],
+    ids=["full", "summary", "runs that go again", "code of one's own"],
 )
 def test_a_cluster_gives_the_bits_of_threads(data: dict[str, Any], cluster: Processes) -> None:
     here = lienumba.run(data)  # first, so that the workers find its machine code
@@ -128,6 +139,49 @@ def test_a_lost_scheduler_ends_the_sweep_which_goes_on_without_it(whole: xr.Data
     kept = int(str(lost.value).partition(" of 1500 runs are kept")[0].rpartition("; ")[2])
     assert 0 < kept < 1500
     assert_same(lienumba.run(long(), output=tmp_path / "top.nc", resume=True), whole)
+
+
+def test_runs_that_kill_every_worker_are_named() -> None:
+    resolved = resolve(top())
+    cluster, runs = Cluster(resolved, "local", 1), runs_of(resolved, range(20))
+    vars(cluster)["connection"] = SimpleNamespace(where="the cluster there")
+    chunk = Sent(slice(8, 16))
+    for _ in range(DEATHS):
+        chunk = cluster._again(chunk, runs)
+    with pytest.raises(ClusterError) as named:
+        cluster._again(chunk, runs)
+    assert str(named.value) == (
+        "the cluster there: every worker that took the runs 8 to 15 has died; look at what the workers say, they may "
+        "need more memory"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"dask": "tcp://"}, 'dask = "tcp://": is no cluster; give "local", the address of a scheduler such as '),
+        ({"dask": 3}, "dask = 3: is no cluster; "),
+        ({"dask": "10.0.0.1:8786", "workers": 2}, "workers = 2: a cluster has as many as were started; leave it out, "),
+        ({"dask": "local", "workers": 0}, "workers = 0: must be a whole number of threads, at least 1"),
+    ],
+)
+def test_what_is_no_cluster_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        lienumba.run(top(), **options)
+    assert str(refused.value).startswith(message)
+
+
+def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection, "PATIENCE", 1)
+    with pytest.raises(ScenarioError, match=r"dask tcp://127.0.0.1:9: no scheduler answers there \(.*; start one by"):
+        lienumba.run(top(), dask="tcp://127.0.0.1:9")
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ScenarioError) as refused:
+        lienumba.run(top(), dask="local")
+    assert str(refused.value) == 'dask: is not installed; pip install "lienumba[dask]"'
 
 
 def test_a_local_cluster_from_the_command_line(tmp_path: Path) -> None:
