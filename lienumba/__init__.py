@@ -6,11 +6,12 @@ from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
     from lienumba.scenario.merge import merge as merge
+    from lienumba.scenario.replay import replay as replay
     from lienumba.scenario.runner import run as run
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
-__all__ = ["ScenarioError", "System", "__version__", "merge", "run"]
+__all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -23,6 +24,10 @@ def __getattr__(name: str) -> Any:
         from lienumba.scenario.merge import merge
 
         return merge
+    if name == "replay":
+        from lienumba.scenario.replay import replay
+
+        return replay
     if name == "analysis":
         from importlib import import_module
 

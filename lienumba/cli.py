@@ -1,6 +1,7 @@
-"""The command line: run, merge, sample, validate, info, plot, analyse, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, analyse, schema, doctor.
 
-Exit codes: 0 all runs good; 1 finished, some runs failed; 2 bad input, nothing computed; 130 interrupted, resumable.
+Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
+130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
@@ -41,6 +42,7 @@ RunsOption = Annotated[
     str | None,
     typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
 ]
+AllowCodeOption = Annotated[bool, typer.Option("--allow-code", help="Run the Python code that the dataset brings.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 
 
@@ -146,6 +148,7 @@ def merge(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="The dataset to write.", show_default=False)
     ],
+    allow_code: AllowCodeOption = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
 ) -> None:
@@ -154,7 +157,7 @@ def merge(
         from lienumba.scenario.merge import gaps, merged
 
         with console.progress(quiet) as report:
-            dataset = merged(files, output, overwrite, report or (lambda event: None))
+            dataset = merged(files, output, allow_code, overwrite, report or (lambda event: None))
         if not quiet:
             console.print_warnings(gaps(dataset))
             with console.unheard():
@@ -175,6 +178,52 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
     console.print_warnings(doubts(dataset))
     print_study(dataset, target)
+
+
+@app.command()
+def replay(
+    file: Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)],
+    run: Annotated[
+        int | None, typer.Option("--run", metavar="N", help="The label of the run.", show_default=False)
+    ] = None,
+    worst: Annotated[
+        str | None,
+        typer.Option("--worst", metavar="NAME", help="The run with the largest |NAME|, such as pointing.angle."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="The dataset to write (default: DATASET's stem.runN.nc)."),
+    ] = None,
+    every: Annotated[
+        float | None,
+        typer.Option("--every", metavar="DT", help="Interval between stored times in s (default: every step)."),
+    ] = None,
+    allow_code: AllowCodeOption = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Simulate one run of a dataset again, alone, with its whole course."""
+    with console.exit_codes():
+        from lienumba.scenario.choice import chosen
+        from lienumba.scenario.replay import again, warnings_of
+        from lienumba.store.files import check_target, read, write
+
+        with read(file) as dataset:
+            choice = chosen(dataset, str(file), run, worst)
+            target = output if output is not None else Path(f"{file.stem}.run{choice.run}.nc")
+            check_target(target, overwrite, resumable=False)
+            if not quiet:
+                console.print_warnings(warnings_of(dataset, str(file)))
+            with console.progress(quiet) as report:
+                done = again(dataset, str(file), choice.run, every, allow_code, report or (lambda event: None))
+        write(done.dataset, target)
+        if not done.same:
+            console.print_warnings([done.sentence])
+        if not quiet:
+            with console.unheard():
+                console.print_replay(done, choice.sentence, target)
+        if not done.same:
+            raise typer.Exit(console.SOME_FAILED)
 
 
 @app.command()

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
@@ -19,7 +19,8 @@ from lienumba.errors import ClusterError, ScenarioError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from lienumba.analysis.summary import Summary
+    from lienumba.analysis.summary import Outcome, Quantiles, Summary
+    from lienumba.scenario.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
@@ -184,6 +185,20 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
+def print_replay(replay: "Replay", why: str, target: Path) -> None:
+    """How the run ended, and whether it is the one of the file."""
+    from lienumba.batch.statuses import GOOD, STATUSES
+
+    ds = replay.dataset
+    status = next(status for status in STATUSES if status.code == ds["status"].item())
+    fate = f"run {ds['run'].item()}: {status.name} at {ds['end_time'].item():g} s"
+    fate += "" if status.code in GOOD else f": {status.sentence}"
+    for line in (why, fate, replay.sentence if replay.same else ""):
+        if line:
+            typer.echo(line)
+    typer.echo(f"written to {target}, with {ds.sizes['time']:,} stored times")
+
+
 def print_summary(summary: "Summary", target: Path) -> None:
     """How the runs ended, where, and how well the constraints held."""
     from rich.console import Console
@@ -192,10 +207,15 @@ def print_summary(summary: "Summary", target: Path) -> None:
     failed = summary.runs - summary.good
     title = f"{summary.title}: " if summary.title else ""
     output.print(f"{title}{summary.good:,} of {summary.runs:,} runs good, {failed:,} failed", markup=False)
-    for line in _failures(summary):
+    for line in _outcomes(summary):
         output.print(f"  {line}", markup=False)
+    first = next((label for outcome in _failed(summary) for label in outcome.labels), None)
+    if first is not None:
+        output.print(f"  look at one: lienumba replay {target} --run {first}", markup=False)
     if summary.final:
-        output.print(_final_state(summary))
+        output.print(_quantiles(f"at t = {summary.final_time:g} s", summary.final, summary.spread))
+    if summary.kept:
+        output.print(_quantiles("of each run", summary.kept, summary.spread))
     violations = (
         ("position violation", summary.max_position_violation, " m"),
         ("velocity violation", summary.max_velocity_violation, " m/s"),
@@ -209,7 +229,15 @@ def print_summary(summary: "Summary", target: Path) -> None:
     output.print(f"written to {target}", markup=False)
 
 
-def _failures(summary: "Summary") -> Iterator[str]:
+def _failed(summary: "Summary") -> "list[Outcome]":
+    """The ways in which runs failed."""
+    from lienumba.batch.statuses import GOOD, STATUSES
+
+    good = [status.name for status in STATUSES if status.code in GOOD]
+    return [outcome for outcome in summary.outcomes if outcome.status not in good]
+
+
+def _outcomes(summary: "Summary") -> Iterator[str]:
     from lienumba.batch.statuses import STATUSES
 
     sentences = {status.name: status.sentence for status in STATUSES}
@@ -223,22 +251,22 @@ def _failures(summary: "Summary") -> Iterator[str]:
             yield f"{outcome.count:,} {outcome.status}: {sentences[outcome.status]}; runs {runs}{more}"
 
 
-def _final_state(summary: "Summary") -> "Table":
-    """Quantiles over the good runs at the last stored time; of many bodies only the last."""
+def _quantiles(what: str, rows: "Sequence[Quantiles]", runs: int) -> "Table":
+    """Quantiles over so many runs; of many bodies only the last."""
     from rich import box
     from rich.table import Table
 
-    bodies = list(dict.fromkeys(row.body for row in summary.final if row.body))
+    bodies = list(dict.fromkeys(row.body for row in rows if row.body))
     shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
     which = f", the last of {len(bodies)} bodies" if len(shown) < len(bodies) else ""
-    table = Table(title=f"at t = {summary.final_time:g} s{which}", box=box.SIMPLE_HEAD, title_justify="left")
+    table = Table(title=what + which, box=box.SIMPLE_HEAD, title_justify="left")
     for heading in ("quantity", "body", "axis"):
         table.add_column(heading)
-    for heading in ("5 %", "median", "95 %") if summary.good > 1 else ("value",):
+    for heading in ("5 %", "median", "95 %") if runs > 1 else ("value",):
         table.add_column(heading, justify="right")
     table.add_column("unit")
-    for row in summary.final:
+    for row in rows:
         if not row.body or row.body in shown:
-            values = (row.low, row.median, row.high) if summary.good > 1 else (row.median,)
+            values = (row.low, row.median, row.high) if runs > 1 else (row.median,)
             table.add_row(row.quantity, row.body, row.axis, *(f"{value:.6g}" for value in values), row.units)
     return table

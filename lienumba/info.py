@@ -34,13 +34,12 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
     attributes = dataset.attrs
     runs = dataset["run"].values
     inputs = [str(name) for name, item in dataset.coords.items() if item.attrs.get("role") == "input"]
-    stored = [str(name) for name, item in dataset.data_vars.items() if set(item.dims) - {"run"}]
     rows: dict[str, str] = {
         "title": str(attributes.get("title", "")),
         "source": str(attributes.get("source", "")),
         "runs": f"{len(runs)} (labels {runs[0]} to {runs[-1]})",
         **_extent(dataset),
-        "variables": ", ".join(stored),
+        **_variables(dataset),
         "inputs": ", ".join(inputs) or "none",
         "status": _statuses(dataset),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
@@ -62,11 +61,28 @@ def _extent(dataset: "xr.Dataset") -> dict[str, str]:
     if is_study(dataset):
         points = plural(dataset["time_per_run"].size, "point", "points")
         return {"study": f"{points}: {', '.join(_label(dataset, name) for name in grid_of(dataset))}"}
-    times = dataset["time"].values
+    times = dataset["time"].values if "time" in dataset else dataset["end_time"].values[:0]
     return {
-        "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s",
+        "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s" if len(times) else "none: of each run a summary",
         "bodies": _names(dataset, "body"),
-        "joints": _names(dataset, "joint"),
+        "joints": _names(dataset, "joint") if "joint" in dataset.coords or len(times) else "",
+    }
+
+
+def _variables(dataset: "xr.Dataset") -> dict[str, str]:
+    """What is there beside what every dataset has of each run."""
+    from lienumba.store.layout import FULL, VARIABLES
+
+    kept = {str(name): x.dims for name, x in dataset.data_vars.items()}
+    fates = {name for name, spec in VARIABLES.items() if "time" not in spec.dims and kept.get(name) == spec.dims}
+    if FULL not in dataset.dims:
+        return {"variables": ", ".join(name for name in kept if name not in fates)}
+    runs = dataset[FULL].values
+    return {
+        "variables": ", ".join(name for name, dims in kept.items() if name not in fates and FULL not in dims),
+        "full runs": f"{len(runs)} (labels {', '.join(map(str, runs[:FIRST_LABELS]))}"
+        f"{', ...' if len(runs) > FIRST_LABELS else ''}), with "
+        + ", ".join(name for name, dims in kept.items() if FULL in dims),
     }
 
 
@@ -90,10 +106,10 @@ def _names(dataset: "xr.Dataset", dimension: str) -> str:
 
 
 def _statuses(dataset: "xr.Dataset") -> str:
-    from lienumba.batch.statuses import STATUSES
+    from lienumba.batch.statuses import GOOD, STATUSES
 
     codes = dataset["status"].values
-    parts = []
+    parts, reasons = [], []
     for status in STATUSES:
         ended = (codes == status.code).reshape(len(codes), -1)  # of a study: at any point
         labels = [str(label) for label in dataset["run"].values[ended.any(axis=1)]]
@@ -101,7 +117,8 @@ def _statuses(dataset: "xr.Dataset") -> str:
             more = ", ..." if len(labels) > FIRST_LABELS else ""
             which = "" if status.code == 0 else f" (runs {', '.join(labels[:FIRST_LABELS])}{more})"
             parts.append(f"{int(ended.sum())} {status.name}{which}")
-    return ", ".join(parts)
+            reasons += [] if status.code in GOOD else [f"{status.name}: {status.sentence}"]
+    return f"\n{'':13}".join([", ".join(parts), *reasons])
 
 
 def describe_scenario(scenario: "Scenario") -> str:

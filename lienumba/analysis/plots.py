@@ -11,11 +11,12 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.summary import FINAL, QUANTILES
+from lienumba.analysis.summary import FINAL, QUANTILES, of_sweep
+from lienumba.batch.records import SUMMARIES
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.scenario.words import show, suggestion
-from lienumba.store.layout import VARIABLES
+from lienumba.scenario.words import plural, show, suggestion
+from lienumba.store.layout import FULL, RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def axis_label(name: str, units: str) -> str:
 
 
 def _run_figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
-    good = ds.isel(run=ds["status"].isin(GOOD).values.nonzero()[0])
+    good = _good(ds)
     if not good.sizes["run"]:
         raise ScenarioError("no run of the dataset succeeded, so there is nothing to draw; lienumba info says why")
     panels = [panel for name in names or _telling(ds) for panel in _panels(good[name])]
@@ -95,11 +96,19 @@ def _run_figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
         ax.set_title(title, fontsize="medium")
     for ax in flat[len(panels) :]:
         ax.set_visible(False)
-    runs, failed = good.sizes["run"], ds.sizes["run"] - good.sizes["run"]
+    runs, failed = good.sizes["run"], int((~ds["status"].isin(GOOD)).sum())
     spread = f"median and 5 to 95 % of {runs:,} runs" if runs > 1 else "1 run"
     title = f"{ds.attrs['title']}: " if ds.attrs.get("title") else ""
     drawn.suptitle(f"{title}{spread}" + (f", {failed:,} failed" if failed else ""))
     return drawn
+
+
+def _good(ds: xr.Dataset) -> xr.Dataset:
+    """The runs that succeeded, without the nominal one if there are others."""
+    good = ds["status"].isin(GOOD).values
+    spread = good & of_sweep(ds)
+    found = ds.isel(run=(spread if spread.any() else good).nonzero()[0])
+    return found.isel({FULL: found[FULL].isin(found["run"]).values.nonzero()[0]}) if FULL in ds.dims else found
 
 
 def _over_runs(values: np.ndarray) -> np.ndarray:
@@ -113,14 +122,19 @@ def _over_runs(values: np.ndarray) -> np.ndarray:
 
 
 def _telling(ds: xr.Dataset) -> list[str]:
-    """The scenario's own variables, the state, and what says how good it is."""
-    own = [str(name) for name in ds.data_vars if name not in VARIABLES and "time" in ds[name].dims]
-    return own + [name for name in (*FINAL, *CHECKS) if name in ds]
+    """The scenario's own variables, the state, and what says how good it is; summaries where there is no course."""
+    own = [str(name) for name in ds.data_vars if name not in VARIABLES and ds[name].dims[:1] == RUN]
+    courses = [name for name in own if "time" in ds[name].dims]
+    found = courses + [name for name in (*FINAL, *CHECKS) if name in ds and ds[name].dims[:1] == RUN]
+    return found or [*own, *(name for name in SUMMARIES if name in ds)]
 
 
 def _panels(variable: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
     """A panel for each of the first bodies or joints."""
     name = str(variable.name)
+    if FULL in variable.dims:
+        variable = variable.rename({FULL: "run"})
+        name += f" ({plural(variable.sizes['run'], 'run', 'runs')})"
     each = next((dim for dim in ("body", "joint") if dim in variable.dims), None)
     if each is None:
         lines = len(_labels(variable))
@@ -171,8 +185,12 @@ def _labels(variable: xr.DataArray) -> list[str]:
 
 
 def _histogram(ax: Axes, variable: xr.DataArray) -> None:
-    """How a number that each run has once is spread."""
-    ax.hist(variable.values, bins="auto", color=COLORS[0])
+    """How numbers that each run has once are spread."""
+    import numpy as np
+
+    columns = variable.transpose("run", ...).values.reshape(variable.sizes["run"], -1).T
+    for n, (label, column) in enumerate(zip(_labels(variable), columns[:MOST_LINES], strict=False)):
+        ax.hist(column[np.isfinite(column)], bins="auto", color=COLORS[n % len(COLORS)], alpha=0.7, label=label or None)
     _finish(ax, axis_label(str(variable.name), variable.attrs.get("units", "")), "runs")
 
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD, SUCCESS
-from lienumba.store.layout import VARIABLES
+from lienumba.store.layout import RUN, VARIABLES
+from lienumba.store.windows import windows
+from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
+AXES = ("axis", "body_axis")
 LABELS_SHOWN = 5
 
 
@@ -29,7 +34,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Quantiles:
-    """5, 50 and 95 % quantiles of one number at the final time, over the good runs; body "": the system."""
+    """5, 50 and 95 % quantiles of one number of each run; body: to what it belongs, "" for the system."""
 
     quantity: str
     body: str
@@ -43,7 +48,8 @@ class Quantiles:
 @dataclass(frozen=True)
 class Summary:
     """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
-    dataset has none; `final` quantiles over those that reached the end.
+    dataset has none; `final`: quantiles at the final time over those that reached the end; `kept`: those of summaries,
+    over the good ones, which are `spread` runs. The nominal run is no part of quantiles, unless it is the only one.
 
     not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest
     energy residual over its largest kinetic energy.
@@ -52,9 +58,11 @@ class Summary:
     title: str
     runs: int
     good: int
+    spread: int
     final_time: float
     outcomes: tuple[Outcome, ...]
     final: tuple[Quantiles, ...]
+    kept: tuple[Quantiles, ...]
     max_position_violation: float | None
     max_velocity_violation: float | None
     max_energy_drift: float | None
@@ -63,31 +71,48 @@ class Summary:
 
 
 def summarise(ds: xr.Dataset) -> Summary:
-    """Summarise a dataset that `lienumba run` made, or a selection of its runs."""
+    """Summarise a dataset that `lienumba run` made, or a selection of its runs. It may be larger than the memory."""
     import numpy as np
 
     status = ds["status"].values
-    good = ds.isel(run=np.isin(status, GOOD).nonzero()[0])
-    finished = ds.isel(run=(status == SUCCESS).nonzero()[0])
+    good, finished = np.isin(status, GOOD), status == SUCCESS
+    sampled = of_sweep(ds)
+    final, time = _final_variables(ds, finished)
+    kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
     return Summary(
         title=str(ds.attrs.get("title", "")),
-        runs=ds.sizes["run"],
-        good=good.sizes["run"],
-        final_time=float(ds["time"].values[-1]),
+        runs=len(status),
+        good=int(good.sum()),
+        spread=int((good & sampled).sum()),
+        final_time=time,
         outcomes=_outcomes(ds),
-        final=tuple(row for name in _shown(ds) if finished.sizes["run"] for row in _final(finished[name])),
-        max_position_violation=_maximum(good, "max_position_violation"),
-        max_velocity_violation=_maximum(good, "max_velocity_violation"),
-        max_energy_drift=_maximum(good, "max_energy_drift"),
-        max_relative_energy_drift=_relative_drift(good),
-        not_unique=str(ds["multiplier"].attrs.get("not_unique", "")) if "multiplier" in ds else "",
+        final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled)),
+        kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
+        max_position_violation=_maximum(ds, "max_position_violation", good),
+        max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
+        max_energy_drift=_maximum(ds, "max_energy_drift", good),
+        max_relative_energy_drift=_relative_drift(ds, good),
+        not_unique=next((str(x.attrs["not_unique"]) for x in ds.data_vars.values() if "not_unique" in x.attrs), ""),
     )
 
 
-def _shown(ds: xr.Dataset) -> list[str]:
-    """The variables whose final values are told: the scenario's own first."""
-    own = [str(name) for name in ds.data_vars if name not in VARIABLES and "time" in ds[name].dims]
-    return own + [name for name in FINAL if name in ds]
+def of_sweep(ds: xr.Dataset) -> np.ndarray:
+    """Which runs tell how the sweep spreads (runs,): all but the nominal one, unless there is no other."""
+    sampled: np.ndarray = ds["run"].values != NOMINAL_RUN
+    return sampled if sampled.any() else ~sampled
+
+
+def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[str, xr.DataArray]], float]:
+    """The variables whose final values are told, the scenario's own first, by name, and at what time (s). Last states,
+    which each run has one of, say it where runs that finished ended at that time, and where courses are not stored."""
+    ends = ds["end_time"].values[finished] if "end_time" in ds else ()
+    courses = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
+    time = float(ds["time"].values[-1]) if courses else float(max(ends, default=0.0))
+    own = [name for name in courses if name not in VARIABLES]
+    asked = [name for name in FINAL if name in courses or not courses]
+    last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
+    known = [name for name in (*own, *asked) if name in last or name in courses]
+    return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in known], time
 
 
 def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
@@ -104,34 +129,41 @@ def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
     return tuple(outcome for *_, outcome in sorted(outcomes, key=lambda entry: entry[:3]))
 
 
-def _final(variable: xr.DataArray) -> list[Quantiles]:
+def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator[Quantiles]:
+    """Of each number that every run has of a variable (runs, ...), over these runs; NaN is left out."""
     import numpy as np
 
-    last = variable.isel(time=-1)
-    values = np.quantile(last.values, QUANTILES, axis=0)  # (3, body, axis), or (3,) for the whole system
-    bodies = [str(name) for name in last["body"].values] if "body" in last.dims else [""]
-    axes = [str(name) for name in last["axis"].values] if "axis" in last.dims else [""]
-    rows = values.reshape(len(QUANTILES), -1).T
-    places = [(body, axis) for body in bodies for axis in axes]
-    units = str(variable.attrs.get("units", ""))
-    return [
-        Quantiles(str(variable.name), body, axis, units, *(float(value) for value in row))
-        for (body, axis), row in zip(places, rows, strict=True)
-    ]
+    if not which.any():
+        return
+    columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
+    places = product(*(map(str, variable[dim].values) for dim in dims))
+    for column, place in zip(columns, places, strict=True):
+        known = column[~np.isnan(column)]
+        if len(known):
+            body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
+            axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
+            low, median, high = np.quantile(known, QUANTILES).tolist()
+            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high)
 
 
-def _maximum(good: xr.Dataset, name: str) -> float | None:
-    if name not in good or not good.sizes["run"]:
+def _maximum(ds: xr.Dataset, name: str, good: np.ndarray) -> float | None:
+    if name not in ds or not good.any():
         return None
-    return float(good[name].values.max())
+    return float(ds[name].values[good].max())
 
 
-def _relative_drift(good: xr.Dataset) -> float | None:
+def _relative_drift(ds: xr.Dataset, good: np.ndarray) -> float | None:
+    """The largest energy residual of a run by its largest kinetic energy: the largest of all good runs."""
     import numpy as np
 
-    if "energy_residual" not in good or "kinetic_energy" not in good or not good.sizes["run"]:
+    names = ["energy_residual", "kinetic_energy"]
+    if any(name not in ds or ds[name].dims[:1] != RUN for name in names) or not good.any():
         return None
-    residual, kinetic = (good[name].values for name in ("energy_residual", "kinetic_energy"))
-    residual, kinetic = np.nanmax(abs(residual), axis=1), np.nanmax(kinetic, axis=1)  # NaN behind an event
-    drifts = [r / k if k > 0.0 else math.nan if r > 0.0 else 0.0 for r, k in zip(residual, kinetic, strict=True)]
-    return float(max(drifts))
+    drifts, first = [], 0
+    for window in windows(ds, names):
+        here = good[first : first + window.sizes["run"]]
+        first += window.sizes["run"]
+        residual, kinetic = (np.fmax.reduce(abs(window[name].values[here]), axis=1) for name in names)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            drifts.append(np.where(kinetic > 0.0, residual / kinetic, np.where(residual > 0.0, np.nan, 0.0)))
+    return float(np.concatenate(drifts).max())

@@ -16,6 +16,7 @@ import numpy as np
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.scenario.code import check_allowed
 from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.results import Results
@@ -37,20 +38,26 @@ Paths = Sequence[str | os.PathLike[str]]
 
 
 def merge(
-    files: Paths, output: str | os.PathLike[str], *, overwrite: bool = False, progress: Tell | None = None
+    files: Paths,
+    output: str | os.PathLike[str],
+    *,
+    allow_code: bool = False,
+    overwrite: bool = False,
+    progress: Tell | None = None,
 ) -> "xr.Dataset":
     """Write the runs of these datasets (paths or patterns), which are of one sweep, into one, and return it.
 
-    Runs that none of them has are a warning; `run(..., resume=True)` adds them. Raises ScenarioError where datasets do
-    not belong together or have runs in common, before anything is written.
+    Runs that none of them has are a warning; `run(..., resume=True)` adds them. allow_code: run the Python code that
+    they bring, without which it is not known what their dataset looks like. Raises ScenarioError where datasets do not
+    belong together or have runs in common, before anything is written.
     """
-    dataset = merged(files, Path(output), overwrite, progress or (lambda event: None))
+    dataset = merged(files, Path(output), allow_code, overwrite, progress or (lambda event: None))
     for sentence in gaps(dataset):
         warnings.warn(sentence, stacklevel=2)
     return dataset
 
 
-def merged(files: Paths, target: Path, overwrite: bool, tell: Tell) -> "xr.Dataset":
+def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: Tell) -> "xr.Dataset":
     """As `merge`, which tells what is missing, too."""
     paths = _paths(files)
     if any(path.resolve() == target.resolve() for path in paths):
@@ -58,6 +65,7 @@ def merged(files: Paths, target: Path, overwrite: bool, tell: Tell) -> "xr.Datas
     check_target(target, overwrite)
     parts = [Part.of(path) for path in paths]
     _check(parts)
+    check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)
     if folder_of(target).exists():
         shutil.rmtree(folder_of(target))
     _write(parts, target, tell)

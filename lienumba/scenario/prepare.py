@@ -189,7 +189,8 @@ def prepare(
     nominal = nominal or check_initial(scenario)
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked
-    model, start = build(scenario, samples)
+    with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
+        model, start = build(scenario, samples)
     runs = len(labels)
     done = assembly.assemble(model, start, runs)
     bad = unphysical(model, start, samples, runs)

@@ -12,6 +12,7 @@ import numpy as np
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import STATE, SUMMARIES, Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
+from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
 from lienumba.integrators.program import Program
 from lienumba.mechanics.quantities import XYZ, Part
 from lienumba.scenario.arguments import parse_ranges
@@ -24,6 +25,8 @@ from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
     import xarray as xr
+
+KEPT = "kept "  # before the names of tables of another scenario
 
 
 @dataclass(frozen=True)
@@ -114,10 +117,12 @@ class Results:
         )
 
     def _last(self, name: str) -> Field:
-        spec = VARIABLES[f"last_{name}"]
-        return Field(
-            f"last_{name}", spec, self.layout.shape(name), lambda chunk, _: self.layout.last(name, chunk.states)
-        )
+        def value(chunk: Chunk, program: Program) -> np.ndarray:
+            states = self.layout.last(name, chunk.states)
+            began = ~np.isin(chunk.codes, (INVALID, NOT_ASSEMBLED))
+            return np.where(began.reshape(-1, *[1] * (states.ndim - 1)), states, np.nan)
+
+        return Field(f"last_{name}", VARIABLES[f"last_{name}"], self.layout.shape(name), value)
 
     def _summaries(self) -> list[Field]:
         data: Any = self.resolved.data
@@ -243,3 +248,23 @@ def in_full(resolved: Scenario, labels: np.ndarray) -> np.ndarray:
     for part in parse_ranges(data.output.full_runs, "") if data.output.full_runs is not None else []:
         kept |= (labels >= part.start) & (labels < part.stop)
     return kept
+
+
+class Twice(Results):
+    """Keeps of the same runs what another scenario keeps, too, which stores fewer times of the same mechanism."""
+
+    def __init__(self, resolved: Scenario, nominal: Nominal, original: Scenario) -> None:
+        super().__init__(resolved, nominal)
+        self.original = Results(original, nominal)
+        records, needed = (np.unique([0.0, *times]) for times in (resolved.times, original.times))
+        self.places = np.searchsorted(records, needed)
+
+    def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
+        whole = super().piece(chunk, program, labels)
+        fewer = self.original.piece(replace(chunk, records=chunk.records[:, self.places]), program, labels)
+        return replace(whole, tables=whole.tables | {KEPT + name: table for name, table in fewer.tables.items()})
+
+    def kept(self, piece: Piece) -> Piece:
+        """What the other scenario keeps of a piece."""
+        tables = {name.removeprefix(KEPT): x for name, x in piece.tables.items() if name.startswith(KEPT)}
+        return replace(piece, tables=tables)

@@ -101,18 +101,23 @@ def simulate(
 
 @dataclass(frozen=True)
 class Threads:
-    """Computes on threads of this process; prepared, code: where portions and machine code come from, if they are
-    known."""
+    """Computes on threads of this process.
+
+    prepared, code: where portions and machine code come from, if they are known; results: what is kept of runs, if that
+    is not what the scenario says.
+    """
 
     resolved: Scenario
     workers: int
     prepared: Callable[[Runs], Iterable[Prepared]] | None = None
     code: Callable[[bool, Prepared], Code] | None = None
+    results: Results | None = None
 
     def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
         prepared = (self.prepared or partial(portions, self.resolved))(runs)
         code = self.code or (lambda fixed, first: compiled(self.resolved, first, fixed))
-        return execute(chunks(self.resolved, prepared, code, fixed, self.workers, report), self.workers, report)
+        every = chunks(self.resolved, prepared, code, fixed, self.workers, report, self.results)
+        return execute(every, self.workers, report)
 
 
 def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
@@ -128,14 +133,16 @@ def chunks(
     fixed: bool,
     workers: int,
     report: Callable[[float], None],
+    results: Results | None = None,
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled."""
     program = None
     for prepared in portions:
         if program is None:
             program, machine = code(fixed, prepared)
-            results = Results(resolved, prepared.nominal)
+            results = results or Results(resolved, prepared.nominal)
             report(0)
+        assert results is not None
         own = replace(program, parameters=split(prepared.model)[1])
         batch = batch_of(resolved, prepared, own, machine)
         yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)))

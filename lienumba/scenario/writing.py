@@ -66,6 +66,7 @@ class Writing:
 def writing(begin: Callable[[], Stream], labels: Mapping[str, np.ndarray]) -> Iterator[Writing]:
     """A dataset that begins when something of it can be written, and in the end is there whole or not at all."""
     pool = ThreadPoolExecutor(1)
+    pool.submit(int).result()  # a thread whose start is interrupted is one that nobody waits for
     dataset = Writing(begin, labels, pool)
     try:
         yield dataset

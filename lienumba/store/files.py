@@ -25,8 +25,9 @@ class WriteError(OSError):
         return str(self.args[0])
 
 
-def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = False) -> None:
-    """Refuse, before anything is computed, a file that could not be written or must not be replaced."""
+def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = False, resumable: bool = True) -> None:
+    """Refuse, before anything is computed, a file that could not be written or must not be replaced; resumable: whether
+    runs can be added to it."""
     target = Path(path)
     folder = target.parent
     if target.is_dir():
@@ -40,9 +41,10 @@ def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = F
     if overwrite and resume:
         raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
     if target.exists() and not (overwrite or resume):
+        others = "choose another name, replace it with --overwrite, or add runs to it with --resume"
         raise ScenarioError(
-            f"output = {target}: exists already; choose another name, replace it with --overwrite, or add runs to it "
-            "with --resume"
+            f"output = {target}: exists already; "
+            + (others if resumable else "choose another name, or replace it with --overwrite")
         )
     if folder_of(target).exists() and not (overwrite or resume):
         raise ScenarioError(

@@ -212,4 +212,5 @@ def _flags() -> dict[str, Any]:
     return {
         "flag_values": np.array([status.code for status in STATUSES], dtype=np.int8),
         "flag_meanings": " ".join(status.name for status in STATUSES),
+        "comment": "\n".join(f"{status.name}: {status.sentence}" for status in STATUSES),
     }

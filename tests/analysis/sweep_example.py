@@ -10,7 +10,7 @@ TIMES = (0.0, 0.5, 1.0)
 VECTOR = (*SERIES, "axis")
 
 
-def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up", quantities=None, **arrays):
+def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up", specs=None, **arrays):
     """samples, arrays: of each input and variable; arrays that no dataset has otherwise are quantities of the scenario:
     (runs,), (runs, times) or (runs, times, axes). vary: the table of [sweep], or its sampler."""
     runs = len(next(iter(samples.values())))
@@ -31,7 +31,7 @@ def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up"
         events=("far",),
         inputs=samples,
         input_units=dict.fromkeys(samples, "kg") | (units or {}),
-        quantities=own | (quantities or {}),
+        own=own | (specs or {}),
         attributes={"title": title, "scenario": toml.dumps({"sweep": table}), "scenario_sha256": "ab12"},
     )
 

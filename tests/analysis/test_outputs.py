@@ -78,7 +78,7 @@ def test_what_says_most_is_chosen():
     assert names(observed(**bare)) == ["position.top.x", "position.top.y", "position.top.z"]
     last = Variable((*RUN, "body", "axis"), "m", "last position")
     only = {"last_position": NOISE[:, 0]}
-    assert names(sweep(named(X), quantities={"last_position": last}, **only)) == [
+    assert names(sweep(named(X), specs={"last_position": last}, **only)) == [
         "last_position.top.x", "last_position.top.y", "last_position.top.z"
     ]  # fmt: skip
 

@@ -6,7 +6,8 @@ import xarray as xr
 
 from lienumba.analysis.summary import summarise
 from lienumba.batch.statuses import STATUSES
-from lienumba.store.layout import dataset
+from lienumba.store import windows
+from lienumba.store.layout import Variable, dataset
 
 TIMES = [0.0, 0.5, 1.0]
 
@@ -110,3 +111,59 @@ def test_a_file_gives_the_same_summary(tmp_path):
     with xr.open_dataset(tmp_path / "out.nc") as opened:
         assert summarise(opened) == summarise(ds)
     assert summarise(ds.isel(run=[0])).good == 1
+
+
+def test_large_datasets_are_summarised_some_runs_at_a_time(tmp_path, monkeypatch):
+    """Courses are never in memory as a whole."""
+    ds = known([0, 2, 0, 0, 1, 0, 0] * 3)
+    monkeypatch.setattr(windows, "WINDOW_BYTES", 2.5 * ds[["energy_residual", "kinetic_energy"]].nbytes // 21)
+    ds.to_netcdf(tmp_path / "out.nc", engine="netcdf4")
+    sizes = []
+    with xr.open_dataset(tmp_path / "out.nc") as opened, monkeypatch.context() as patch:
+        load = xr.Dataset.load
+        patch.setattr(xr.Dataset, "load", lambda part: (sizes.append(part.sizes["run"]), load(part))[1])
+        found = summarise(opened)
+        assert not any(opened[name].variable._in_memory for name in ("position", "kinetic_energy", "energy_residual"))
+    assert sizes == [2] * 10 + [1]
+    assert found.max_relative_energy_drift == pytest.approx(20e-6 / 4.0)
+    assert found == summarise(ds)
+
+
+def test_the_nominal_run_is_a_run_but_no_part_of_the_spread():
+    ds = known([0] * 21 + [0]).assign_coords(run=[*range(21), -1])
+    ds["max_position_violation"][-1] = 7.0
+    summary = summarise(ds)
+    assert (summary.runs, summary.good, summary.spread) == (22, 22, 21)
+    assert summary.max_position_violation == 7.0
+    row = next(row for row in summary.final if row.quantity == "energy")
+    assert (row.low, row.median, row.high) == pytest.approx((6.0, 15.0, 24.0))
+    alone = summarise(ds.sel(run=[-1]))
+    assert (alone.spread, alone.final[-1].median) == (1, 26.0)
+
+
+def test_summaries_instead_of_courses():
+    """Quantiles over the good runs, the last states at the end; NaN is left out."""
+    runs = 21
+    peaks = np.arange(3.0 * runs).reshape(runs, 3)
+    peaks[-1] = np.nan
+    own = {
+        "tip_max": Variable(("run", "axis"), "m", "largest: tip"),
+        "load_rms": Variable(("run",), "N", "root mean square over the time: load"),
+        "load": Variable(("full_run", "time"), "N", "load"),
+    }
+    last = np.zeros((runs, 2, 3)) + np.arange(runs)[:, None, None]
+    ds = dataset(
+        variables={"tip_max": peaks, "load_rms": np.full(runs, 2.5), "load": np.ones((2, 3)), "last_position": last,
+                   "status": np.zeros(runs), "end_time": np.ones(runs)},
+        own=own, times=TIMES, runs=range(runs), full_runs=[3, 4], bodies=["top", "tip"], joints=[], constraints=[],
+        inputs={}, input_units={}, attributes={},
+    )  # fmt: skip
+    summary = summarise(ds)
+    rows = {(row.quantity, row.body, row.axis): (row.low, row.median, row.high) for row in summary.kept}
+    assert list(rows) == [("tip_max", "", "x"), ("tip_max", "", "y"), ("tip_max", "", "z"), ("load_rms", "", "")]
+    assert rows["tip_max", "", "y"] == pytest.approx(tuple(np.quantile(peaks[:-1, 1], [0.05, 0.5, 0.95])))
+    assert rows["load_rms", "", ""] == (2.5, 2.5, 2.5)
+    assert {row.quantity for row in summary.final} == {"position"}
+    assert summary.final[0].median == 10.0
+    assert summary.final_time == 1.0
+    assert summary.max_relative_energy_drift is None

@@ -10,7 +10,7 @@ import pytest
 from integrators.mechanisms import BENNETT, LOOP, chain, scenario
 
 import lienumba
-from lienumba.scenario import prepare
+from lienumba.scenario import design
 from lienumba.scenario.loading import load
 
 ROOT = Path(__file__).parents[2]
@@ -126,17 +126,18 @@ def run(data: dict[str, Any], **options: Any) -> Any:
 
 def edit_samples(monkeypatch: pytest.MonkeyPatch, edits: Mapping[int, Mapping[str, float]]) -> None:
     """From now on these samples, by label and path, are what is written here."""
-    original = prepare.design_table
+    original = design.design_table
 
-    def edited(vary: Any, nominal: Any, labels: Sequence[int], seed: int) -> dict[str, np.ndarray]:
-        samples = {path: np.array(values) for path, values in original(vary, nominal, labels, seed).items()}
+    def edited(vary: Any, nominal: Any, labels: Sequence[int], *more: Any, **options: Any) -> dict[str, np.ndarray]:
+        drawn = original(vary, nominal, labels, *more, **options)
+        samples = {path: np.array(values) for path, values in drawn.items()}
         for label, values in edits.items():
             for path, value in values.items():
                 if label in labels:
                     samples[path][list(labels).index(label)] = value
         return samples
 
-    monkeypatch.setattr(prepare, "design_table", edited)
+    monkeypatch.setattr(design, "design_table", edited)
 
 
 def assert_same(a: Any, b: Any, *, without: Set[str] = frozenset(), only_common: bool = False) -> None:

@@ -97,6 +97,48 @@ def test_a_run_that_cannot_be_assembled(monkeypatch: pytest.MonkeyPatch) -> None
     assert_same(broken.drop_sel(run=7), healthy.drop_sel(run=7))
 
 
+LAW = """
+from lienumba.laws import sqrt
+
+def fading(top, t, late):
+    return top.torque((0, 0, 1e-3*sqrt(late - t)))
+"""
+TORQUE = {"name": "own", "type": "torque", "body": "top"}
+FADING = {"name": "own", "type": "python", "function": "fading.py:fading", "bodies": ["top"],
+          "parameters": {"late": "late"}}  # fmt: skip
+UNDEFINED: dict[str, tuple[dict[str, Any], float, float]] = {  # a force, of which value of `late`, and since when
+    "law": (FADING, 0.0125, 0.0125),
+    "formula": (TORQUE | {"value": [0, 0, "1e-3*sqrt(late - t)"]}, 0.0125, 0.0125),
+    "division": (TORQUE | {"value": [0, 0, "1e-3/late"]}, 0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", UNDEFINED)
+@pytest.mark.parametrize("pace", [{"step": 1e-3}, {"tolerance": 1e-6, "method": "tsit54"}])
+def test_a_force_that_is_undefined_in_any_lane(
+    name: str, pace: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That run fails, where its force ends, and no other is moved, whichever lane it is in."""
+    force, late, end = UNDEFINED[name]
+    data = top(runs=8, output={"times": [0.0, 0.01, 0.05]}) | {"files": {"fading.py": LAW}, "parameters": {"late": 1.0}}
+    del data["integrator"]["step"]
+    data["integrator"] |= pace
+    data["model"]["forces"] = [force]
+    data["sweep"]["vary"]["parameters.late"] = {"distribution": "uniform", "low": 0.5, "high": 1.0}
+    healthy = run(data)
+    assert (healthy["status"] == 0).all()
+    for lane in range(8):
+        with monkeypatch.context() as patch:
+            edit_samples(patch, {lane: {"parameters.late": late}})
+            broken = run(data)
+        assert_same(broken.drop_sel(run=lane), healthy.drop_sel(run=lane))
+        one = broken.sel(run=lane)
+        assert int(one["status"]) in (statuses.NON_FINITE, statuses.STEP_TOO_SHORT)
+        assert end - 1e-3 < float(one["end_time"]) <= end
+        assert np.isfinite(one["last_velocity"]).all()
+        assert np.isfinite(one["velocity"].sel(time=0.01)).all() == (end > 0.01)
+
+
 def test_edges_of_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last run is repeated to fill its block: if it fails, so do its copies, and they are not counted."""
     edit_samples(monkeypatch, {19: {"bodies.link4.angular_velocity[1]": 1e8}})

@@ -79,7 +79,7 @@ def summary(bodies: int, good: int) -> Summary:
         Outcome("non_finite", 9, (3, 17), (0.5, 0.75)),
     )
     drift = Quantiles("energy", "", "", "J", 1.0, 2.0, 3.0)
-    return Summary("A [top]", good + 9, good, 2.0, outcomes, (*rows, drift), 1e-16, None, 1.0, 2e-9)
+    return Summary("A [top]", good + 9, good, good, 2.0, outcomes, (*rows, drift), (), 1e-16, None, 1.0, 2e-9)
 
 
 def test_summary(capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,6 +88,7 @@ def test_summary(capsys: pytest.CaptureFixture[str]) -> None:
     assert "A [top]: 991 of 1,000 runs good, 9 failed" in text
     assert "9 non_finite: " in text
     assert "runs 3 (at 0.5 s), 17 (at 0.75 s), ..." in text
+    assert "look at one: lienumba replay out.nc --run 3\n" in text
     assert "12345.7" in text
     assert "median" in text
     assert "energy" in text

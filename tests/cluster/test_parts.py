@@ -131,6 +131,14 @@ def test_what_does_not_belong_together_is_refused(folder: Path, tmp_path: Path) 
         lienumba.merge([], target)
 
 
+def test_code_is_run_only_if_it_is_allowed(tmp_path: Path) -> None:
+    lienumba.run(ROOT / "scenarios" / "arm_sampled.toml", output=tmp_path / "arm.nc").close()
+    message = refused(tmp_path / "arm.nc", "-o", tmp_path / "all.nc")
+    assert message.startswith(f"{tmp_path / 'arm.nc'}: brings Python code, which merging runs: ")
+    assert merged(tmp_path / "arm.nc", "-o", tmp_path / "all.nc", "--allow-code", "-q").exit_code == 0
+    assert_same_content(tmp_path / "all.nc", tmp_path / "arm.nc")
+
+
 def test_other_versions_are_refused(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     older = tmp_path / "older.nc"
     monkeypatch.setattr(lienumba, "__version__", "0.0.9")

@@ -150,3 +150,17 @@ def test_what_cannot_be_drawn(tmp_path, runs, monkeypatch):
     assert said("none.nc") == "error: none.nc does not exist; check the path\n"
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert said(runs) == 'error: a figure needs matplotlib, which is missing; pip install "lienumba[plot]"\n'
+
+
+def test_summaries_are_drawn_as_histograms_and_courses_of_full_runs_as_lines():
+    output = {"every": 0.01, "mode": "summary", "summary": {"position": ["max"]}, "full_runs": "0:3"}
+    data = top(output=output, sweep={**VARIED, "runs": 5})
+    ds = lienumba.run(data, workers=1, runs=[-1, *range(5)])
+    figure = plots.figure(ds)
+    maxima = ["max_position_violation", "max_velocity_violation", "max_energy_drift"]
+    assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["position_max of top", *maxima]
+    assert sum(patch.get_height() for patch in figure.axes[0].patches) == 3 * 5
+    assert figure.get_suptitle().endswith("median and 5 to 95 % of 5 runs")
+    figure = plots.figure(ds, ["energy", "position"])
+    assert [ax.get_title() for ax in figure.axes] == ["energy (3 runs)", "position (3 runs) of top"]
+    assert len(figure.axes[1].lines) == 3
