@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
+    from lienumba.scenario.merge import merge as merge
     from lienumba.scenario.replay import replay as replay
     from lienumba.scenario.runner import run as run
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
-__all__ = ["ScenarioError", "System", "__version__", "replay", "run"]
+__all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -19,6 +20,10 @@ def __getattr__(name: str) -> Any:
         from lienumba.scenario.runner import run
 
         return run
+    if name == "merge":
+        from lienumba.scenario.merge import merge
+
+        return merge
     if name == "replay":
         from lienumba.scenario.replay import replay
 

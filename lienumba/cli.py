@@ -1,4 +1,4 @@
-"""The command line: run, replay, sample, validate, info, plot, analyse, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -42,6 +42,7 @@ RunsOption = Annotated[
     str | None,
     typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
 ]
+AllowCodeOption = Annotated[bool, typer.Option("--allow-code", help="Run the Python code that the dataset brings.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 
 
@@ -73,11 +74,21 @@ def run(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("-j", "--workers", metavar="N", min=1, help="Threads (default: one per core)."),
+        typer.Option(
+            "-j", "--workers", metavar="N", min=1, help="Threads, or processes of --dask local (default: one per core)."
+        ),
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,
     runs: RunsOption = None,
+    part: Annotated[
+        str | None,
+        typer.Option("--part", metavar="K/N", help="Only the K-th of N parts of these runs, such as 3/20."),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="WHERE", help='On a cluster: the address of its scheduler, or "local".'),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted sweep, or add runs to a finished one.")
     ] = False,
@@ -93,10 +104,12 @@ def run(
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
         from lienumba.scenario.arguments import parse_assignments, parse_labels, parse_share
+        from lienumba.scenario.part import Part
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
-        target = output if output is not None else Path(scenario.stem + ".nc")
+        suffix = "" if part is None else Part.parse(part).suffix
+        target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
@@ -113,8 +126,10 @@ def run(
                 output=target,
                 workers=workers,
                 runs=labels,
+                part=part,
                 resume=resume,
                 overwrite=overwrite,
+                dask=dask,
                 progress=report,
             )
         failed = int((~dataset["status"].isin(GOOD)).sum())
@@ -123,6 +138,30 @@ def run(
                 _tell(dataset, target)
         if failed > allowed(dataset["status"].size):
             raise typer.Exit(console.SOME_FAILED)
+
+
+@app.command()
+def merge(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Datasets of parts of a sweep.", show_default=False)
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The dataset to write.", show_default=False)
+    ],
+    allow_code: AllowCodeOption = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Make one dataset of those of the parts of a sweep."""
+    with console.exit_codes():
+        from lienumba.scenario.merge import gaps, merged
+
+        with console.progress(quiet) as report:
+            dataset = merged(files, output, allow_code, overwrite, report or (lambda event: None))
+        if not quiet:
+            console.print_warnings(gaps(dataset))
+            with console.unheard():
+                _tell(dataset, output)
 
 
 def _tell(dataset: "xr.Dataset", target: Path) -> None:
@@ -159,9 +198,7 @@ def replay(
         float | None,
         typer.Option("--every", metavar="DT", help="Interval between stored times in s (default: every step)."),
     ] = None,
-    allow_code: Annotated[
-        bool, typer.Option("--allow-code", help="Run the Python code that the dataset brings.")
-    ] = False,
+    allow_code: AllowCodeOption = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
 ) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
 import typer
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import ClusterError, ScenarioError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -56,6 +56,9 @@ def exit_codes() -> Iterator[None]:
         for line in str(error).splitlines():
             typer.echo(f"error: {line}", err=True)
         raise typer.Exit(BAD_INPUT) from None
+    except ClusterError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
     except OSError as error:
         from lienumba.store.files import WriteError
 

@@ -16,7 +16,7 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario.report import tables
 from lienumba.scenario.source import source_of
-from lienumba.scenario.words import show, suggestion
+from lienumba.scenario.words import listed, show, suggestion
 
 PYTHON = "python"
 
@@ -33,6 +33,16 @@ def files_of(raw: dict[str, Any]) -> list[str]:
     named = dict.fromkeys(raw["files"] if isinstance(raw.get("files"), dict) else {})
     _with_functions(raw, lambda place, function: named.setdefault(str(function).rpartition(":")[0]))
     return list(named)
+
+
+def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool) -> None:
+    """A ScenarioError if the scenario of a dataset brings code that may not run."""
+    files = files_of(raw)
+    if files and not allow_code:
+        raise ScenarioError(
+            f"{where}: brings Python code, which {doing} runs: {listed(files)}; read it in the attribute `scenario`, "
+            "and if you trust it, give --allow-code (allow_code=True)"
+        )
 
 
 def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:

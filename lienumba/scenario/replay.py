@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba import __version__
 from lienumba.errors import ScenarioError
 from lienumba.scenario import timegrid
-from lienumba.scenario.code import files_of
+from lienumba.scenario.code import check_allowed
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.words import listed
 
@@ -104,12 +104,7 @@ def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:
 def _scenario(there: "xr.Dataset", where: str, allow_code: bool) -> Scenario:
     """The scenario of a dataset; code that comes with it has not run yet."""
     raw = tomllib.loads(there.attrs["scenario"])
-    files = files_of(raw)
-    if files and not allow_code:
-        raise ScenarioError(
-            f"{where}: brings Python code, which a replay runs: {listed(files)}; read it in the attribute `scenario`, "
-            "and if you trust it, give --allow-code (allow_code=True)"
-        )
+    check_allowed(raw, where, "a replay", allow_code)
     return resolve(raw)
 
 
@@ -147,13 +142,13 @@ def _simulated(
     from lienumba.scenario.memory import Memory
     from lienumba.scenario.prepare import check_initial
     from lienumba.scenario.results import Twice
-    from lienumba.scenario.simulate import Runs, simulate
+    from lienumba.scenario.simulate import Runs, Threads, simulate
 
     inputs = {str(name): x.values for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     runs = Runs(np.array([run], np.int64), inputs, check_initial(dense))
     results = Twice(dense, runs.nominal, original)
     every, kept = Memory([run]), Memory([run])
-    for piece in simulate(dense, runs, 1, tell, results=results):
+    for piece in simulate(runs, tell, Threads(dense, 1, results=results)):
         every.take(piece)
         kept.take(results.kept(piece))
     both = ((results, every), (results.original, kept))

@@ -3,7 +3,7 @@
 There are two: `run`, of every run, and in the mode "summary" `full_run`, the course of those runs that keep it.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,12 @@ class Piece:
         """The piece of those runs (a mask) alone."""
         labels = self.tables["run"][LABEL][kept]
         return Piece({name: x[np.isin(x[LABEL], labels)] for name, x in self.tables.items()}, self.seconds)
+
+
+def joined(pieces: Sequence[Piece], seconds: float) -> Piece:
+    """The piece of all these runs."""
+    tables = {name: np.concatenate([piece.tables[name] for piece in pieces]) for name in pieces[0].tables}
+    return Piece(tables, seconds)
 
 
 @dataclass(frozen=True)

@@ -27,19 +27,51 @@ def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None
             f"{where}: was begun by lienumba {there.get('lienumba_version')}, but this is {__version__}, whose results "
             f"may differ; go on with that version, or start again with --overwrite"
         )
-    old, new = _flat(tomllib.loads(str(there["scenario"]))), _flat(tomllib.loads(resolved.to_toml()))
-    for key in sorted(old.keys() | new.keys()):
-        if not key.startswith(INDIFFERENT) and old.get(key) != new.get(key):
-            raise ScenarioError(
-                f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
-                f"{remedy}"
-            )
+    old, new = values(there), values(manifest(resolved))
+    key = first_difference(old, new)
+    if key is not None:
+        raise ScenarioError(
+            f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
+            f"{remedy}"
+        )
+    check_samplers(old, new, where, 'start again with --overwrite, or use the sampler "sobol"')
+
+
+def check_parts(there: Mapping[str, Any], here: Mapping[str, Any], where: str, first: str) -> None:
+    """A ScenarioError if the attributes of a dataset are not those of another part of the sweep that `first` is of."""
+    if there["lienumba_version"] != here["lienumba_version"]:
+        raise ScenarioError(
+            f"{where}: was made by lienumba {there['lienumba_version']}, but {first} by {here['lienumba_version']}, "
+            "and their results may differ; merge datasets of one version"
+        )
+    own, others = values(there), values(here)
+    key = first_difference(own, others)
+    if key is not None:
+        raise ScenarioError(
+            f"{where}: is of another scenario than {first}, {key} = {_shown(own, key)} there and {_shown(others, key)} "
+            "here; merge datasets of one sweep"
+        )
+    check_samplers(own, others, where, f"{first} cannot be merged with it")
+
+
+def values(there: Mapping[str, Any]) -> dict[str, Any]:
+    """Every value of the scenario of a manifest, or of the attributes of a dataset, by its path."""
+    return _flat(tomllib.loads(str(there["scenario"])))
+
+
+def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str | None:
+    """The path of the first value that makes other runs, or another dataset of them."""
+    differing = (key for key in sorted(old.keys() | new.keys()) if old.get(key) != new.get(key))
+    return next((key for key in differing if not key.startswith(INDIFFERENT)), None)
+
+
+def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, remedy: str) -> None:
+    """The samples of some samplers depend on how many there are."""
     sampler, before, runs = str(new["sweep.sampler"]), old["sweep.runs"], new["sweep.runs"]
     if sampler in WHOLE and before != runs:
         raise ScenarioError(
             f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler)} "
-            f"{WHOLE[sampler]}, so that samples would not fit together; start again with --overwrite, or use the "
-            'sampler "sobol"'
+            f"{WHOLE[sampler]}, so that samples would not fit together; {remedy}"
         )
 
 

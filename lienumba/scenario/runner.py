@@ -8,8 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import ClusterError, ScenarioError
+from lienumba.scenario import connection
 from lienumba.scenario.arguments import check_labels
+from lienumba.scenario.part import share_of
 from lienumba.scenario.prepare import check_initial, design, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.words import plural
@@ -18,7 +20,7 @@ from lienumba.store.files import WriteError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.scenario.simulate import Progress, Runs, Tell
+    from lienumba.scenario.simulate import Compute, Progress, Runs, Tell
     from lienumba.store.shards import Shards
 
 __all__ = ["Interrupted", "check_initial", "operation_counts", "run"]
@@ -36,16 +38,20 @@ def run(
     seed: int | None = None,
     overrides: Mapping[str, Any] | None = None,
     runs: Sequence[int] | None = None,
+    part: str | tuple[int, int] | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    dask: Any = None,
     progress: "Callable[[Progress], None] | None" = None,
 ) -> "xr.Dataset":
     """Simulate a scenario (a path, a dict or a System) and return its dataset.
 
     output: write it to this netCDF file, which is read when values are asked for; without it the dataset is in memory;
     workers: threads, by default one per core; runs: labels of the runs to simulate, by default all (-1: the nominal
-    run); resume: go on with what an interrupted sweep has left beside `output`, or add runs to a finished one;
-    progress: called with a Progress a few times per second.
+    run); part: such as "3/20", the third of twenty parts of these; resume: go on with what an interrupted sweep has
+    left beside `output`, or add runs to a finished one; dask: "local" for `workers` processes, the address of a
+    scheduler, or a distributed.Client, on whose workers the runs are computed; progress: called with a Progress a few
+    times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
     from lienumba.scenario import study
@@ -61,27 +67,53 @@ def run(
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
     check_labels(labels, data.sweep.runs)
+    if part is not None:
+        labels = share_of(labels, part, resolved)
+    if resolved.plan is not None:
+        _check_study(resume, dask)
+    if dask is not None:
+        connection.check(dask, workers)
     if output is not None:
         check_target(output, overwrite, resume)
     elif resume:
         raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
     tell, workers = progress or (lambda event: None), workers or usable_cores()
     if resolved.plan is not None:
-        if resume:
-            raise ScenarioError("a study is not resumed, because its times belong together; start it again")
         dataset = study.run(resolved, labels, workers, tell)
         for sentence in study.doubts(dataset) if told else ():
             warnings.warn(sentence, stacklevel=2)
         if output is not None:
             write(dataset, output)
         return dataset
-    if output is None:
-        return in_memory(resolved, labels, workers, tell)
-    on_disk(resolved, labels, workers, tell, Path(output), resume)
+    with _computing(resolved, workers, dask) as compute:
+        if output is None:
+            return in_memory(resolved, labels, compute, tell)
+        on_disk(resolved, labels, compute, tell, Path(output), resume)
     return read(Path(output))
 
 
-def in_memory(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Tell") -> "xr.Dataset":
+def _check_study(resume: bool, dask: Any) -> None:
+    if resume:
+        raise ScenarioError("a study is not resumed, because its times belong together; start it again")
+    if dask is not None:
+        raise ScenarioError("a study is not run on a cluster, because its times are of one machine; leave dask out")
+
+
+@contextmanager
+def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute]":
+    """What computes runs: threads, or a cluster."""
+    from lienumba.scenario.simulate import Threads
+
+    if dask is None:
+        yield Threads(resolved, workers)
+        return
+    from lienumba.scenario.on_cluster import Cluster
+
+    with Cluster(resolved, dask, workers) as cluster:
+        yield cluster
+
+
+def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.scenario.memory import Memory
     from lienumba.scenario.results import Results
@@ -91,14 +123,16 @@ def in_memory(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Te
     runs = runs_of(resolved, labels)
     results, memory = Results(resolved, runs.nominal), Memory(labels)
     enough = stopping_of(resolved, results.numbers)
-    for piece in enough.until(simulate(resolved, runs, workers, tell)):
+    for piece in enough.until(simulate(runs, tell, compute)):
         memory.take(piece)
     kept = enough.kept(runs.labels)
     runs = runs.part(kept)
     return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **enough.attributes())
 
 
-def on_disk(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Tell", target: Path, resume: bool) -> None:
+def on_disk(
+    resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell", target: Path, resume: bool
+) -> None:
     """Write the dataset of these runs, and of those that are there already."""
     import numpy as np
 
@@ -124,7 +158,7 @@ def on_disk(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Tell
         begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
         with _kept(shards, len(runs.labels)), writing(begin, results.labels(runs.labels)) as dataset:
             if len(missing.labels):
-                pieces = simulate(resolved, missing, workers, tell, before=(len(known), there.failed()))
+                pieces = simulate(missing, tell, compute, before=(len(known), there.failed()))
                 for piece in enough.until(pieces):
                     if shards.take(piece.tables):
                         sure = there.prefix(runs.labels[enough.decided(runs.labels)])
@@ -143,17 +177,18 @@ def on_disk(resolved: Scenario, labels: Sequence[int], workers: int, tell: "Tell
 
 @contextmanager
 def _kept(shards: "Shards", total: int) -> Iterator[None]:
-    """What was computed goes to the disk, whatever happens; an interrupt says so."""
+    """What was computed goes to the disk, whatever happens; what ends the sweep before its time says so."""
     try:
         yield
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ClusterError) as error:
         shards.flush()
         kept = len(shards.labels())
         if not kept:
             raise
-        raise Interrupted(
-            f"interrupted: {kept} of {total} runs are kept in {shards.folder}; go on with --resume"
-        ) from None
+        there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume"
+        if isinstance(error, ClusterError):
+            raise ClusterError(f"{error}; {there}") from None
+        raise Interrupted(f"interrupted: {there}") from None
     except WriteError:
         raise
     except BaseException:

@@ -67,23 +67,15 @@ class Runs:
             yield self.part(slice(first, first + size))
 
 
-def simulate(
-    resolved: Scenario,
-    runs: Runs,
-    workers: int,
-    tell: Tell,
-    prepared: Callable[[Runs], Iterable[Prepared]] | None = None,
-    code: Callable[[bool, Prepared], Code] | None = None,
-    before: tuple[int, int] = (0, 0),
-    results: Results | None = None,
-) -> Generator[Piece, None, None]:
-    """Yield the runs as they finish; of each the status is final.
+# compute(runs, fixed, report) yields what these runs give, each once, in any order; fixed: see
+# `lienumba.integrators.program.build`; report(runs done) is called a few times per second.
+Compute = Callable[[Runs, bool, Callable[[float], None]], Iterator[Piece]]
 
-    prepared, code: where portions and machine code come from, if they are known; before: runs done and failed already;
-    results: what is kept of runs, if that is not what the scenario says.
-    """
-    prepared = prepared or partial(_prepared, resolved)
-    code = code or (lambda fixed, first: compiled(resolved, first, fixed))
+
+def simulate(
+    runs: Runs, tell: Tell, compute: Compute, before: tuple[int, int] = (0, 0)
+) -> Generator[Piece, None, None]:
+    """Yield the runs as they finish; of each the status is final. before: runs done and failed already."""
     (done, failed), remaining = before, runs
     total = done + len(runs.labels)
 
@@ -93,9 +85,7 @@ def simulate(
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
         tell(Progress("compile", done, total, failed))
         again: list[np.ndarray] = []
-        for piece in execute(
-            _tasks(resolved, prepared(remaining), code, fixed, workers, report, results), workers, report
-        ):
+        for piece in compute(remaining, fixed, report):
             going = piece.codes == EXCHANGED
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
@@ -109,20 +99,41 @@ def simulate(
         total += len(remaining.labels)
 
 
-def _prepared(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
+@dataclass(frozen=True)
+class Threads:
+    """Computes on threads of this process.
+
+    prepared, code: where portions and machine code come from, if they are known; results: what is kept of runs, if that
+    is not what the scenario says.
+    """
+
+    resolved: Scenario
+    workers: int
+    prepared: Callable[[Runs], Iterable[Prepared]] | None = None
+    code: Callable[[bool, Prepared], Code] | None = None
+    results: Results | None = None
+
+    def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
+        prepared = (self.prepared or partial(portions, self.resolved))(runs)
+        code = self.code or (lambda fixed, first: compiled(self.resolved, first, fixed))
+        every = chunks(self.resolved, prepared, code, fixed, self.workers, report, self.results)
+        return execute(every, self.workers, report)
+
+
+def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
     data: Any = resolved.data
     for portion in runs.portions(len(data.model.bodies)):
         yield prepare(resolved, portion.labels.tolist(), portion.samples, runs.nominal, len(runs.labels))
 
 
-def _tasks(
+def chunks(
     resolved: Scenario,
     portions: Iterable[Prepared],
     code: Callable[[bool, Prepared], Code],
     fixed: bool,
     workers: int,
     report: Callable[[float], None],
-    results: Results | None,
+    results: Results | None = None,
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled."""
     program = None

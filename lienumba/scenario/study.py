@@ -17,7 +17,7 @@ from lienumba.scenario.batches import method_of
 from lienumba.scenario.memory import Memory
 from lienumba.scenario.prepare import Prepared, prepare
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.simulate import Code, Progress, Runs, Tell, compiled, simulate
+from lienumba.scenario.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
 from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
 from lienumba.scenario.study_start import problems, stated, told
 from lienumba.scenario.units import units
@@ -122,9 +122,8 @@ class _Bench:
         known = self.prepared[problem]
         runs = Runs(np.asarray(known.labels), known.samples, known.nominal)
         memory = Memory(known.labels)
-        for piece in simulate(
-            _lean(scenario), runs, self.workers, report, portions, lambda fixed, _: self.code(scenario, problem, fixed)
-        ):
+        threads = Threads(_lean(scenario), self.workers, portions, lambda fixed, _: self.code(scenario, problem, fixed))
+        for piece in simulate(runs, report, threads):
             memory.take(piece)
         self.done += self.runs
         self.failed += counted * int(np.count_nonzero(~np.isin(memory.arrays["status"], GOOD)))

@@ -5,11 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
-from lienumba.store.layout import FULL
+from lienumba.store.layout import CHUNK_BYTES, FULL
 
 if TYPE_CHECKING:
     import numpy as np
+
+CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are read and written in their order; HDF5's default is far more
+
+
+def small_caches(file: Any) -> None:
+    """Bound what HDF5 keeps in memory of an open file."""
+    for variable in file.variables.values():
+        if variable.dtype is not str:
+            variable.set_var_chunk_cache(CACHE_BYTES)
 
 
 class Columns(dict[str, "np.ndarray"]):
@@ -25,17 +35,14 @@ class Table:
 
     def __init__(self, file: Any, dim: str) -> None:
         self.file, self.dim = file, dim
-        self.labels: np.ndarray = file.variables[dim][:]
+        self.labels = _read(file, dim, slice(None))
 
     def read(self, part: slice) -> Columns:
-        with NETCDF:
-            own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)}
-            return Columns({name: x[part] for name, x in own.items()})
+        own = [name for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)]
+        return Columns({name: _read(self.file, name, part) for name in own})
 
     def column(self, name: str) -> np.ndarray:
-        with NETCDF:
-            values: np.ndarray = self.file.variables[name][:]
-            return values
+        return _read(self.file, name, slice(None))
 
 
 class Finished:
@@ -47,9 +54,27 @@ class Finished:
         with NETCDF:
             self.file = netCDF4.Dataset(path)
             self.file.set_auto_maskandscale(False)
+            small_caches(self.file)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
             self.tables = {dim: Table(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
+
+    @property
+    def inputs(self) -> dict[str, np.ndarray]:
+        """The samples (runs,) of each varied path, by path."""
+        paths = [name for name, x in self.file.variables.items() if getattr(x, "role", "") == "input"]
+        return {path: _read(self.file, path, slice(None)) for path in paths}
 
     def close(self) -> None:
         with NETCDF:
             self.file.close()
+
+
+def _read(file: Any, name: str, part: slice) -> np.ndarray:
+    try:
+        with NETCDF:
+            values: np.ndarray = file.variables[name][part]
+            return values
+    except RuntimeError as error:
+        raise ScenarioError(
+            f"{file.filepath()}: is damaged, {name} cannot be read ({error}); make this file again"
+        ) from None

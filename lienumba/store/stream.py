@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lienumba.store.files import NETCDF, WriteError, discard, partial_of, to_disk
-from lienumba.store.layout import CHUNK_BYTES, FULL, NO_COUNT
+from lienumba.store.finished import small_caches
+from lienumba.store.layout import FULL, NO_COUNT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     Records = Mapping[str, np.ndarray]  # columns by name; a structured array is one, too
 
 PART_BYTES = 8 * 2**20  # that are read and written at a time
-CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are written in their order, and HDF5's default is far more
 
 
 class Source(Protocol):
@@ -124,9 +124,7 @@ def _open(path: Path) -> Any:
 
     file = netCDF4.Dataset(path, "a")
     file.set_auto_maskandscale(False)
-    for variable in file.variables.values():
-        if variable.dtype is not str:
-            variable.set_var_chunk_cache(CACHE_BYTES)
+    small_caches(file)
     return file
 
 
