@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
-    from lienumba.scenario.merge import merge as merge
-    from lienumba.scenario.replay import replay as replay
-    from lienumba.scenario.runner import run as run
+    from lienumba.running.merge import merge as merge
+    from lienumba.running.replay import replay as replay
+    from lienumba.running.runner import run as run
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
@@ -17,15 +17,15 @@ __all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "run"]
 def __getattr__(name: str) -> Any:
     """Import the heavy half of the package when it is first asked for."""
     if name == "run":
-        from lienumba.scenario.runner import run
+        from lienumba.running.runner import run
 
         return run
     if name == "merge":
-        from lienumba.scenario.merge import merge
+        from lienumba.running.merge import merge
 
         return merge
     if name == "replay":
-        from lienumba.scenario.replay import replay
+        from lienumba.running.replay import replay
 
         return replay
     if name == "analysis":

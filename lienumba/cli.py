@@ -103,8 +103,8 @@ def run(
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
+        from lienumba.running.part import Part
         from lienumba.scenario.arguments import parse_assignments, parse_labels, parse_share
-        from lienumba.scenario.part import Part
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
@@ -118,7 +118,7 @@ def run(
             console.print_warnings(resolved.warnings)
 
         from lienumba.batch.statuses import GOOD
-        from lienumba.scenario import runner
+        from lienumba.running import runner
 
         with console.progress(quiet) as report:
             dataset = runner.run(
@@ -154,7 +154,7 @@ def merge(
 ) -> None:
     """Make one dataset of those of the parts of a sweep."""
     with console.exit_codes():
-        from lienumba.scenario.merge import gaps, merged
+        from lienumba.running.merge import gaps, merged
 
         with console.progress(quiet) as report:
             dataset = merged(files, output, allow_code, overwrite, report or (lambda event: None))
@@ -174,7 +174,7 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
         console.print_summary(summarise(dataset), target)
         return
     from lienumba.console_study import print_study
-    from lienumba.scenario.study import doubts
+    from lienumba.running.study import doubts
 
     console.print_warnings(doubts(dataset))
     print_study(dataset, target)
@@ -204,8 +204,8 @@ def replay(
 ) -> None:
     """Simulate one run of a dataset again, alone, with its whole course."""
     with console.exit_codes():
-        from lienumba.scenario.choice import chosen
-        from lienumba.scenario.replay import again, warnings_of
+        from lienumba.running.choice import chosen
+        from lienumba.running.replay import again, warnings_of
         from lienumba.store.files import check_target, read, write
 
         with read(file) as dataset:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from lienumba.analysis.summary import Outcome, Quantiles, Summary
-    from lienumba.scenario.replay import Replay
+    from lienumba.running.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal

@@ -43,7 +43,7 @@ def environment() -> str:
 
     from lienumba import __version__
     from lienumba.compiler import cache
-    from lienumba.scenario.runner import usable_cores
+    from lienumba.running.runner import usable_cores
 
     features = llvm.get_host_cpu_features()
     folder = Path(cache.folder())
@@ -73,7 +73,7 @@ def self_test() -> tuple[bool, str]:
     """Simulate 0.1 s of the heavy top; whether it agrees with the exact solution, and a sentence."""
     from time import perf_counter
 
-    from lienumba.scenario import runner
+    from lienumba.running import runner
 
     start = perf_counter()
     dataset = runner.run(HEAVY_TOP)

@@ -124,7 +124,7 @@ def _statuses(dataset: "xr.Dataset") -> str:
 def describe_scenario(scenario: "Scenario") -> str:
     """What a scenario's mechanism is made of, what its constraints amount to at the start, and its operations."""
     from lienumba.mechanics import constraints
-    from lienumba.scenario import runner
+    from lienumba.running import runner
 
     nominal = runner.check_initial(scenario)
     model, rank = nominal.model, nominal.rank

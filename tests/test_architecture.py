@@ -20,6 +20,7 @@ FLOORS = [
     {"sweep"},
     {"store"},
     {"scenario"},
+    {"running"},
     {"analysis"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},

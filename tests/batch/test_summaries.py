@@ -10,8 +10,8 @@ import xarray as xr
 
 import lienumba
 from lienumba.errors import ScenarioError
+from lienumba.running.stopping import Stopping, interval
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.stopping import Stopping, interval
 
 from .sweeps import ROOT, bits, top
 

@@ -15,11 +15,11 @@ import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
 from lienumba.errors import ClusterError
-from lienumba.scenario import connection, on_worker
+from lienumba.running import connection, on_worker
+from lienumba.running.on_cluster import DEATHS, Cluster, Sent
+from lienumba.running.runner import Interrupted, runs_of
 from lienumba.scenario.loading import load
-from lienumba.scenario.on_cluster import DEATHS, Cluster, Sent
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import Interrupted, runs_of
 
 from .processes import ROOT, Processes
 

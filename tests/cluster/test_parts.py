@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
+from lienumba.running.part import Part
 from lienumba.scenario import merge
-from lienumba.scenario.part import Part
 
 from .processes import ROOT
 

@@ -139,7 +139,7 @@ def test_another_sweep_is_refused(finished: bool, tmp_path: Path, monkeypatch: p
             lienumba.run(data, output=target, resume=True, overrides={path: value})
         assert message in str(refused.value)
         assert "\n" not in str(refused.value)
-    monkeypatch.setattr("lienumba.scenario.resume.__version__", "9.9")
+    monkeypatch.setattr("lienumba.running.resume.__version__", "9.9")
     with pytest.raises(ScenarioError, match=r"was begun by lienumba 0\.1\.0, but this is 9\.9, whose results"):
         lienumba.run(data, output=target, resume=True)
 

@@ -8,8 +8,8 @@ from batch.sweeps import assert_same, linkage
 from integrators.mechanisms import TOP, chain
 
 from lienumba.integrators import step_kernels
+from lienumba.running.runner import operation_counts
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import operation_counts
 
 from .rigs import close, order, own, pair, run
 

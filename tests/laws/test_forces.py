@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lienumba.running.runner import operation_counts
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import operation_counts
 
 from .rigs import close, order, own, pair, pendulum, run
 

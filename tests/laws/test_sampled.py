@@ -11,8 +11,8 @@ from integrators.mechanisms import chain
 from scipy.integrate import solve_ivp
 
 from lienumba.integrators import step_kernels
+from lienumba.running.runner import operation_counts
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import operation_counts
 
 from .rigs import close, exact, missed, order, own, pair, pendulum, run
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import lienumba
+from lienumba.running.runner import check_initial
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.runner import check_initial
 from lienumba.scenario.study_start import check
 
 DOCUMENTS = [Path(__file__).parents[2] / "docs" / name for name in ("your_own_laws.md", "studies.md")]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.scenario.batches import program_of
+from lienumba.running.batches import program_of
 from lienumba.scenario.prepare import prepare
 from lienumba.scenario.resolve import resolve
 

@@ -12,12 +12,12 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ClusterError
-from lienumba.scenario import on_worker
-from lienumba.scenario.connection import Connection
-from lienumba.scenario.dealing import Dealt
+from lienumba.running import on_worker
+from lienumba.running.connection import Connection
+from lienumba.running.dealing import Dealt
+from lienumba.running.results import Piece, Results
+from lienumba.running.simulate import Runs, portions
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.results import Piece, Results
-from lienumba.scenario.simulate import Runs, portions
 
 if TYPE_CHECKING:
     from distributed import Client, Future

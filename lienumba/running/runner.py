@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ClusterError, ScenarioError
-from lienumba.scenario import connection
+from lienumba.running import connection
+from lienumba.running.part import share_of
 from lienumba.scenario.arguments import check_labels
-from lienumba.scenario.part import share_of
 from lienumba.scenario.prepare import check_initial, design, prepare
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.words import plural
@@ -20,7 +20,7 @@ from lienumba.store.files import WriteError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.scenario.simulate import Compute, Progress, Runs, Tell
+    from lienumba.running.simulate import Compute, Progress, Runs, Tell
     from lienumba.store.shards import Shards
 
 __all__ = ["Interrupted", "check_initial", "operation_counts", "run"]
@@ -54,7 +54,7 @@ def run(
     times per second.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
-    from lienumba.scenario import study
+    from lienumba.running import study
     from lienumba.store.files import check_target, read, write
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
@@ -102,12 +102,12 @@ def _check_study(resume: bool, dask: Any) -> None:
 @contextmanager
 def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute]":
     """What computes runs: threads, or a cluster."""
-    from lienumba.scenario.simulate import Threads
+    from lienumba.running.simulate import Threads
 
     if dask is None:
         yield Threads(resolved, workers)
         return
-    from lienumba.scenario.on_cluster import Cluster
+    from lienumba.running.on_cluster import Cluster
 
     with Cluster(resolved, dask, workers) as cluster:
         yield cluster
@@ -115,10 +115,10 @@ def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute
 
 def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
-    from lienumba.scenario.memory import Memory
-    from lienumba.scenario.results import Results
-    from lienumba.scenario.simulate import simulate
-    from lienumba.scenario.stopping import stopping_of
+    from lienumba.running.memory import Memory
+    from lienumba.running.results import Results
+    from lienumba.running.simulate import simulate
+    from lienumba.running.stopping import stopping_of
 
     runs = runs_of(resolved, labels)
     results, memory = Results(resolved, runs.nominal), Memory(labels)
@@ -136,12 +136,12 @@ def on_disk(
     """Write the dataset of these runs, and of those that are there already."""
     import numpy as np
 
-    from lienumba.scenario.results import Results
-    from lienumba.scenario.resume import manifest
-    from lienumba.scenario.simulate import Progress, simulate
-    from lienumba.scenario.stopping import stopping_of
-    from lienumba.scenario.stored import stored
-    from lienumba.scenario.writing import writing
+    from lienumba.running.results import Results
+    from lienumba.running.resume import manifest
+    from lienumba.running.simulate import Progress, simulate
+    from lienumba.running.stopping import stopping_of
+    from lienumba.running.stored import stored
+    from lienumba.running.writing import writing
     from lienumba.store.stream import Stream
 
     with stored(target, resolved, resume) as there:
@@ -201,7 +201,7 @@ def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
     """These runs, with their samples, where the scenario starts."""
     import numpy as np
 
-    from lienumba.scenario.simulate import Runs
+    from lienumba.running.simulate import Runs
 
     nominal = check_initial(resolved)
     return Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
@@ -209,7 +209,7 @@ def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Operations of each kernel per evaluation and run: what the hardware must do."""
-    from lienumba.scenario.batches import program_of
+    from lienumba.running.batches import program_of
 
     prepared = prepare(scenario, [0])
     return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}

@@ -62,7 +62,7 @@ class Connection:
             if given == LOCAL:
                 address = LocalCluster(
                     n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0",
-                    silence_logs=logging.ERROR, preload="lienumba.scenario.on_worker",
+                    silence_logs=logging.ERROR, preload="lienumba.running.on_worker",
                 )  # fmt: skip
                 self._ends.callback(address.close)
             self.client = Client(address, timeout=PATIENCE, set_as_default=False)

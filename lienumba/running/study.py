@@ -13,11 +13,11 @@ import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.scenario.batches import method_of
-from lienumba.scenario.memory import Memory
+from lienumba.running.batches import method_of
+from lienumba.running.memory import Memory
+from lienumba.running.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
 from lienumba.scenario.prepare import Prepared, prepare
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
 from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
 from lienumba.scenario.study_start import problems, stated, told
 from lienumba.scenario.units import units

@@ -11,10 +11,10 @@ import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
+from lienumba.running.results import in_full
+from lienumba.running.resume import check_same
+from lienumba.running.writing import Sources
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.results import in_full
-from lienumba.scenario.resume import check_same
-from lienumba.scenario.writing import Sources
 from lienumba.store.files import folder_of, read
 from lienumba.store.finished import Finished
 from lienumba.store.layout import FULL

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.scenario.results import Piece
+from lienumba.running.results import Piece
 from lienumba.store.layout import FULL
 from lienumba.store.shards import LABEL
 

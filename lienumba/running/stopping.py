@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.errors import ScenarioError
+from lienumba.running.results import Piece
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.results import Piece
 from lienumba.scenario.schema_stop import Stop
 from lienumba.scenario.words import show, suggestion
 from lienumba.store.shards import LABEL

@@ -16,10 +16,10 @@ from lienumba.errors import ScenarioError
 if TYPE_CHECKING:
     import numpy as np
 
+    from lienumba.running.results import Piece
+    from lienumba.running.simulate import Code
     from lienumba.scenario.prepare import Nominal, Prepared
     from lienumba.scenario.resolve import Scenario
-    from lienumba.scenario.results import Piece
-    from lienumba.scenario.simulate import Code
 
 SCENARIOS = 8  # that are kept ready
 SHELF = "lienumba"  # under which the scheduler has the texts of scenarios
@@ -36,7 +36,7 @@ class Ready:
     codes: "dict[bool, Code]" = field(default_factory=dict)
 
     def code(self, fixed: bool, prepared: "Prepared") -> "Code":
-        from lienumba.scenario.simulate import compiled
+        from lienumba.running.simulate import compiled
 
         with _one_at_a_time:
             if fixed not in self.codes:
@@ -58,9 +58,9 @@ def compute(
 
     import numpy as np
 
+    from lienumba.running.results import joined
+    from lienumba.running.simulate import chunks
     from lienumba.scenario.prepare import prepare
-    from lienumba.scenario.results import joined
-    from lienumba.scenario.simulate import chunks
 
     with _one_at_a_time:
         ready = _ready(_text(tuple(shelf)))

@@ -22,7 +22,7 @@ from lienumba.scenario.words import listed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.scenario.simulate import Progress, Tell
+    from lienumba.running.simulate import Progress, Tell
 
 MOST_STEPS = 10_000  # so many stored intervals, unless others are asked for; where there are more steps, not every one
 INTERVALS = 1000  # of a run whose steps a tolerance chooses
@@ -77,8 +77,8 @@ def replay(
 
 def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_code: bool, tell: "Tell") -> Replay:
     """Simulate a run again, and compare; where: what the dataset is called."""
-    from lienumba.scenario.choice import check_run
-    from lienumba.scenario.same import common, first_difference, of_run, times_of
+    from lienumba.running.choice import check_run
+    from lienumba.running.same import common, first_difference, of_run, times_of
 
     check_run(ds, where, run)
     there = of_run(ds, run)
@@ -139,10 +139,10 @@ def _simulated(
     """The whole course of a run, and what its own scenario keeps of it."""
     import numpy as np
 
-    from lienumba.scenario.memory import Memory
+    from lienumba.running.memory import Memory
+    from lienumba.running.results import Twice
+    from lienumba.running.simulate import Runs, Threads, simulate
     from lienumba.scenario.prepare import check_initial
-    from lienumba.scenario.results import Twice
-    from lienumba.scenario.simulate import Runs, Threads, simulate
 
     inputs = {str(name): x.values for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     runs = Runs(np.array([run], np.int64), inputs, check_initial(dense))

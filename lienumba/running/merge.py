@@ -16,12 +16,12 @@ import numpy as np
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.running.results import Results
+from lienumba.running.resume import check_parts
+from lienumba.running.simulate import Progress, Tell
 from lienumba.scenario.code import check_allowed
 from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.results import Results
-from lienumba.scenario.resume import check_parts
-from lienumba.scenario.simulate import Progress, Tell
 from lienumba.scenario.words import plural
 from lienumba.store.files import check_target, folder_of, read
 from lienumba.store.finished import Columns, Finished

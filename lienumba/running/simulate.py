@@ -11,10 +11,10 @@ from lienumba.batch.execute import Task, execute, tasks
 from lienumba.batch.statuses import GOOD
 from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.tracer import split
-from lienumba.scenario.batches import batch_of, program_of
+from lienumba.running.batches import batch_of, program_of
+from lienumba.running.results import Piece, Results
 from lienumba.scenario.prepare import Nominal, Prepared, prepare
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.results import Piece, Results
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
