@@ -1,0 +1,1 @@
+"""How much of the cores goes into integrating where results are stored."""
