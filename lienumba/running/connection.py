@@ -92,8 +92,11 @@ class Connection:
             return None
         if error is not None:
             raise self._told(error)
-        with self._lost():
-            return self.client.gather(future, direct=True)  # not through the scheduler, which has other things to do
+        try:
+            with self._lost():
+                return self.client.gather(future, direct=True)  # the scheduler has other things to do
+        except KilledWorker:  # who had it has died, and so did who computed it again
+            return None
 
     @property
     def cores(self) -> int:
