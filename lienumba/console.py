@@ -66,6 +66,10 @@ def exit_codes() -> Iterator[None]:
             raise
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(SOME_FAILED) from None
+    except MemoryError as error:
+        remedy = "close other programs, give fewer workers (-j 1), or store fewer times or variables"
+        typer.echo(f"error: there is not enough memory ({error}); {remedy}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
     except KeyboardInterrupt as error:
         typer.echo(str(error) or "interrupted: no dataset was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -226,6 +230,8 @@ def print_summary(summary: "Summary", target: Path) -> None:
         output.print(f"largest {largest}", markup=False)
     if summary.not_unique:
         output.print(f"reactions not unique: {summary.not_unique}; those of least norm are stored", markup=False)
+    if summary.stopped:
+        output.print(summary.stopped, markup=False)
     output.print(f"written to {target}", markup=False)
 
 

@@ -51,8 +51,8 @@ class Summary:
     dataset has none; `final`: quantiles at the final time over those that reached the end; `kept`: those of summaries,
     over the good ones, which are `spread` runs. The nominal run is no part of quantiles, unless it is the only one.
 
-    not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its largest
-    energy residual over its largest kinetic energy.
+    stopped: what made the sweep end before all its runs were done; not_unique: the joints and drivers whose reactions
+    are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
     """
 
     title: str
@@ -68,6 +68,7 @@ class Summary:
     max_energy_drift: float | None
     max_relative_energy_drift: float | None
     not_unique: str = ""
+    stopped: str = ""
 
 
 def summarise(ds: xr.Dataset) -> Summary:
@@ -81,6 +82,7 @@ def summarise(ds: xr.Dataset) -> Summary:
     kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
     return Summary(
         title=str(ds.attrs.get("title", "")),
+        stopped=str(ds.attrs.get("stopped", "")),
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),

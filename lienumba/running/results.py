@@ -233,7 +233,7 @@ class Results:
             input_units={path: units(path, named) for path in samples},
             attributes={
                 **provenance.attributes(
-                    self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
+                    data.title, self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
                 ),
                 **more,
             },

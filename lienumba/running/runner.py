@@ -180,15 +180,15 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
     """What was computed goes to the disk, whatever happens; what ends the sweep before its time says so."""
     try:
         yield
-    except (KeyboardInterrupt, ClusterError) as error:
+    except (KeyboardInterrupt, ClusterError, MemoryError) as error:
         shards.flush()
         kept = len(shards.labels())
         if not kept:
             raise
         there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume"
-        if isinstance(error, ClusterError):
-            raise ClusterError(f"{error}; {there}") from None
-        raise Interrupted(f"interrupted: {there}") from None
+        if isinstance(error, KeyboardInterrupt):
+            raise Interrupted(f"interrupted: {there}") from None
+        raise type(error)(f"{error}; {there}") from None
     except WriteError:
         raise
     except BaseException:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,9 +84,10 @@ def simulate(
         tell(Progress("run", done + int(count), total, failed))
 
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
-        tell(Progress("compile", done, total, failed))
         again: list[np.ndarray] = []
-        for piece in compute(remaining, fixed, report):
+        pieces = compute(remaining, fixed, report)
+        tell(Progress("compile", done, total, failed))
+        for piece in pieces:
             going = piece.codes == EXCHANGED
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
@@ -114,9 +116,10 @@ class Threads:
     results: Results | None = None
 
     def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
-        prepared = (self.prepared or partial(portions, self.resolved))(runs)
+        prepared = iter((self.prepared or partial(portions, self.resolved))(runs))
+        first = next(prepared)  # a sweep of which no run can be prepared ends here, before anything is compiled
         code = self.code or (lambda fixed, first: compiled(self.resolved, first, fixed))
-        every = chunks(self.resolved, prepared, code, fixed, self.workers, report, self.results)
+        every = chunks(self.resolved, chain([first], prepared), code, fixed, self.workers, report, self.results)
         return execute(every, self.workers, report)
 
 

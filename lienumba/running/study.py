@@ -68,7 +68,7 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
         plan.coordinates,
         bench.samples,
         {path: units(path, model) for path in bench.samples},
-        provenance.attributes(scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
+        provenance.attributes(data.title, scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import sys
-import tomllib
 from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
@@ -17,7 +16,7 @@ PAPER = (
 )
 
 
-def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int | float]:
+def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int | float]:
     """Global attributes; `scenario_toml`: the resolved scenario; `sha256`: of what determines a run."""
     import llvmlite.binding
     import numba
@@ -28,7 +27,7 @@ def attributes(scenario_toml: str, sha256: str, seed: int, command: str) -> dict
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "Conventions": "CF-1.11",
-        "title": str(tomllib.loads(scenario_toml).get("title", "")),
+        "title": title,
         "history": f"{now} {command}",
         "source": f"lienumba {__version__}",
         "references": PAPER,

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,20 +14,21 @@ SCRIPT = """
 import json, resource, sys
 import lienumba
 data = json.loads(sys.argv[1])
-dataset = lienumba.run(data, workers=2)
+dataset = lienumba.run(data, workers=2, output=sys.argv[2] if len(sys.argv) > 2 else None)
 assert (dataset["status"] == 0).all()
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, dataset.nbytes)
 """
 MEBIBYTE = 2**20
 
 
-def peak(overrides: dict[str, Any]) -> tuple[float, float]:
-    """Peak resident memory of a process and the size of its dataset, in MiB."""
+def peak(overrides: dict[str, Any], *output: Path) -> tuple[float, float]:
+    """Peak resident memory of a process and the size of its dataset, in MiB; output: where that is written."""
     from lienumba.scenario.loading import apply_overrides, load
 
     data = load(ROOT / "scenarios" / "heavy_top_monte_carlo.toml")
     assert not apply_overrides(data, overrides)
-    done = subprocess.run([sys.executable, "-c", SCRIPT, json.dumps(data)], capture_output=True, text=True, check=False)
+    command = [sys.executable, "-c", SCRIPT, json.dumps(data), *map(str, output)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     resident, dataset = map(int, done.stdout.split())
     return resident * 1024 / MEBIBYTE if sys.platform == "linux" else resident / MEBIBYTE, dataset / MEBIBYTE
@@ -55,3 +57,18 @@ def test_the_stored_output_is_held_once_beside_the_chunks_in_flight() -> None:
     full, stored = peak({**SMALL, "sweep.runs": 4000, "output.every": 0.005})
     assert stored > 200
     assert full < base + 1.25 * stored + 100
+
+
+def test_what_is_written_is_never_in_memory(tmp_path: Path) -> None:
+    """Beyond what is in flight, which both have."""
+    some, half = peak({**SMALL, "sweep.runs": 1500, "output.every": 0.005}, tmp_path / "some.nc")
+    full, stored = peak({**SMALL, "sweep.runs": 4500, "output.every": 0.005}, tmp_path / "full.nc")
+    assert stored > half + 180
+    assert full < some + 60
+
+
+def test_a_hundred_thousand_runs_of_summaries(tmp_path: Path) -> None:
+    """In less than a GiB; most of it is what numba, xarray and scipy take."""
+    short = {"integrator.end_time": 0.02, "output.every": 0.01, "output.mode": "summary"}
+    many, _ = peak({"sweep.runs": 100_000, **short}, tmp_path / "many.nc")
+    assert many < 600

@@ -436,7 +436,10 @@ def test_output_exists(tmp_path: Path) -> None:
     target = tmp_path / "out.nc"
     target.write_bytes(b"precious")
     (message,) = refused(tmp_path, BASE)
-    assert message == f"output = {target}: exists already; choose another name, or replace it with --overwrite"
+    assert message == (
+        f"output = {target}: exists already; choose another name, replace it with --overwrite, or add runs to it with "
+        "--resume"
+    )
     assert target.read_bytes() == b"precious"
 
 

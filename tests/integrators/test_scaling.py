@@ -9,7 +9,7 @@ import pytest
 from mechanics import mechanisms
 from mechanics.linkages import bennett, door, planar_four_bar, triple, unit_body
 
-from lienumba.batch.execute import execute
+from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch
 from lienumba.compiler import cache
 from lienumba.compiler.emit import Kernel
@@ -180,7 +180,7 @@ def timed(now, choice, program, machine, runs=64, steps=200):
 
     def run():
         start = perf_counter()
-        chunks = list(execute(batch, 1, lambda *_: None))
+        chunks = list(execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None))
         assert not any(chunk.codes.any() for chunk in chunks)
         return 1e9 * (perf_counter() - start) / (runs * steps)
 

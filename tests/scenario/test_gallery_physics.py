@@ -248,3 +248,22 @@ def test_screw_press() -> None:
     assert effort.max() == pytest.approx(3.6, abs=0.05)
     rise = ds.potential_energy.sel(time=2.0, method="nearest") - ds.potential_energy[0]
     assert float(rise) == pytest.approx(100 - 40 * G * 0.05, abs=1e-6)
+
+
+def test_a_top_that_is_let_go_comes_as_low_as_energy_and_angular_momentum_say() -> None:
+    """(C s)^2 (u0 - u) = 2 A m g l (1 - u^2) at the lowest u, with C about the axis and A across it at the pivot."""
+    ds = dataset("heavy_top_robust")
+    assert ds.run.values[0] == -1
+    assert ds.sizes["run"] == 2305
+    assert ds.attrs["stopped"].startswith("enough after 2304 runs: the 5 % quantile of height_min is ")
+    m, s = ds["bodies.top.mass"], ds["bodies.top.angular_velocity[1]"]
+    w, x, y, z = (ds[f"bodies.top.rotation[{n}]"] for n in range(4))
+    u0 = 2 * (y * z + w * x)  # the height of the axis at the start
+    A, L = 0.234375 + m, 0.46875 * s
+    a, b = 2 * A * m * G, -(L**2)
+    lowest = (-b - np.sqrt(b**2 - 4 * a * (L**2 * u0 - a))) / (2 * a)
+    np.testing.assert_allclose(ds.height_min, lowest, rtol=0, atol=2e-5)
+    np.testing.assert_allclose(ds.height_max, u0, rtol=0, atol=2e-4)
+    np.testing.assert_array_equal(ds.height.min("time"), ds.height_min.sel(run=ds.full_run.values))
+    spread = np.corrcoef(m[1:], s[1:])[0, 1]
+    assert -0.66 < spread < -0.54

@@ -190,12 +190,14 @@ def test_rows_go_by_their_labels(tmp_path: Path) -> None:
         ("", "is empty; give a first line with the names of the columns, and numbers below"),
     ],
 )
-def test_a_wrong_file_is_named_with_the_place(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "design.csv").write_text(text, encoding="utf-8")
-    file = str(tmp_path / "design.csv")
+def test_a_wrong_file_is_named_with_the_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, message: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("design.csv").write_text(text, encoding="utf-8")
     with pytest.raises(lienumba.ScenarioError) as caught:
-        load(short(example(), sampler="table", table={"file": file}))
-    assert str(caught.value) == f'sweep.table.file = "{file}": {message}'
+        load(short(example(), sampler="table", table={"file": "design.csv"}))
+    assert str(caught.value) == f'sweep.table.file = "design.csv": {message}'
 
 
 def test_a_netcdf_file_without_inputs_is_no_table(tmp_path: Path) -> None:

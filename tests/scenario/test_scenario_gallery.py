@@ -43,6 +43,7 @@ def test_the_gallery_is_complete() -> None:
         "gyroscope_in_gimbals",
         "heavy_top",
         "heavy_top_monte_carlo",
+        "heavy_top_robust",
         "heavy_top_study",
         "n_four_bar",
         "pendulum_chain",

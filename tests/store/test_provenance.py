@@ -18,7 +18,7 @@ TOML = 'title = "Kreisel µ"\n[sweep]\nruns = 3\n'
 
 
 def test_what_is_said():
-    said = attributes(TOML, "ab12", 2015, "lienumba run top.toml")
+    said = attributes("Kreisel µ", TOML, "ab12", 2015, "lienumba run top.toml")
     assert said["Conventions"].startswith("CF-1.")
     assert said["title"] == "Kreisel µ"
     assert said["scenario"] == TOML
@@ -37,14 +37,10 @@ def test_what_is_said():
     assert abs(age) < datetime.timedelta(seconds=10)
 
 
-def test_a_scenario_without_title():
-    assert attributes("[sweep]\nruns = 3\n", "", 0, "")["title"] == ""
-
-
 @pytest.mark.parametrize("seed", [0, 2**63 - 1, 2**63, 2**127])
 def test_netcdf_gives_back_every_attribute(tmp_path, seed):
     long = TOML + "# every default written out\n" * 20_000  # far beyond the 64 KiB of an old HDF5 attribute
-    said = attributes(long, "ab12", seed, "lienumba run 'my file.toml'")
+    said = attributes("", long, "ab12", seed, "lienumba run 'my file.toml'")
     write(example().assign_attrs(said), tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as opened:
         for name, value in said.items():
@@ -54,4 +50,4 @@ def test_netcdf_gives_back_every_attribute(tmp_path, seed):
 
 def test_the_cpu_is_the_one_that_numba_compiles_for(monkeypatch):
     monkeypatch.setattr(numba.config, "CPU_NAME", "haswell")
-    assert attributes(TOML, "", 0, "")["cpu"] == "haswell"
+    assert attributes("", TOML, "", 0, "")["cpu"] == "haswell"
