@@ -18,6 +18,8 @@ from lienumba.compiler.rows import W
 CHUNK_BYTES = 8 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
 LONG_CHUNKS_PER_WORKER = 3  # where lanes are filled again: only the end of a chunk leaves some empty
+SECONDS = 2.0  # that a chunk should take: what is in flight is lost if the process is killed
+FIRST_BLOCKS = 4  # of a chunk whose cost is not known
 POLL = 0.1  # s between two looks at the progress
 
 T = TypeVar("T")
@@ -30,6 +32,13 @@ class Task(Generic[T]):
     runs: int
     whole: int
     work: Callable[[np.ndarray, np.ndarray], T]
+
+
+@dataclass
+class Cost:
+    """per_run: how long (s) a core was busy with a run of the chunk that ended last."""
+
+    per_run: float | None = None
 
 
 def execute(tasks: Iterable[Task[T]], workers: int, report: Callable[[float], None]) -> Iterator[T]:
@@ -64,23 +73,31 @@ def execute(tasks: Iterable[Task[T]], workers: int, report: Callable[[float], No
             raise
 
 
-def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T]) -> Iterator[Task[T]]:
-    """One task for each chunk: integrate it, and then what is to be done with it."""
-    for runs in _slices(batch, workers):
+def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T], cost: Cost | None = None) -> Iterator[Task[T]]:
+    """One task for each chunk: integrate it, and then what is to be done with it; cost: what is known of it."""
+    cost = cost or Cost()
+    for runs in _slices(batch, workers, cost):
         whole = len(batch.outputs) * -(-(runs.stop - runs.start) // W)
-        yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then))
+        yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then, cost))
 
 
-def _chunk(batch: Batch, runs: slice, then: Callable[[Chunk], T], progress: np.ndarray, stop: np.ndarray) -> T:
-    return then(integrate(batch, runs, progress, stop))
+def _chunk(
+    batch: Batch, runs: slice, then: Callable[[Chunk], T], cost: Cost, progress: np.ndarray, stop: np.ndarray
+) -> T:
+    chunk = integrate(batch, runs, progress, stop)
+    cost.per_run = chunk.seconds / len(chunk.codes)
+    return then(chunk)
 
 
-def _slices(batch: Batch, workers: int) -> Iterator[slice]:
-    """The runs of each chunk: whole blocks, enough chunks for all workers, none too large for the memory."""
+def _slices(batch: Batch, workers: int, cost: Cost) -> Iterator[slice]:
+    """The runs of each chunk: whole blocks, enough chunks for all workers, none too large or too long."""
     blocks = -(-batch.runs // W)
     landings = 2 * sum(len(landing.knots) for landing in batch.landings)
     record = 8 * W * (len(batch.outputs) * batch.record_rows + landings)
     chunks = workers * (LONG_CHUNKS_PER_WORKER if batch.machine.free else CHUNKS_PER_WORKER)
-    per_chunk = max(1, min(CHUNK_BYTES // record, blocks // chunks))
-    for first in range(0, batch.runs, per_chunk * W):
-        yield slice(first, min(first + per_chunk * W, batch.runs))
+    most, first = min(CHUNK_BYTES // record, blocks // chunks), 0
+    while first < batch.runs:
+        long = FIRST_BLOCKS if cost.per_run is None else int(SECONDS / max(cost.per_run * W, 1e-9))
+        size = W * max(1, min(most, long))
+        yield slice(first, min(first + size, batch.runs))
+        first += size

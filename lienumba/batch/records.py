@@ -56,10 +56,6 @@ class Layout:
             "position_violation", "velocity_violation", *ITERATIONS, *self.quantities,
         ]  # fmt: skip
 
-    @property
-    def summaries(self) -> list[str]:
-        return list(SUMMARIES)
-
     def shape(self, name: str) -> tuple[int, ...]:
         if name in STATE:
             return (self.bodies, *STATE[name][2])

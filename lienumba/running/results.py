@@ -13,6 +13,7 @@ from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import STATE, SUMMARIES, Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
+from lienumba.errors import ScenarioError
 from lienumba.integrators.program import Program
 from lienumba.mechanics.quantities import XYZ, Part
 from lienumba.scenario.arguments import parse_ranges
@@ -74,12 +75,13 @@ class Results:
         self.times = np.array(resolved.times)
         output = data.output
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
-        once = [*self._fates(), *self._summaries()]
+        courses = [field for field in courses if all(field.shape)]  # some mechanisms have no joints
+        once = [field for field in self._fates() if all(field.shape)] + self._summaries(taken=[x.name for x in courses])
         if output.mode == "full":
             self.tables = {"run": [*courses, *once]}
         else:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
-            self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs else {})
+            self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
 
     def _stored(self, name: str, variables: list[str]) -> bool:
         return (name.partition(".")[0] if name in self.layout.quantities else name) in variables
@@ -124,14 +126,23 @@ class Results:
 
         return Field(f"last_{name}", VARIABLES[f"last_{name}"], self.layout.shape(name), value)
 
-    def _summaries(self) -> list[Field]:
+    def _summaries(self, taken: Sequence[str]) -> list[Field]:
+        """Each once, if it is asked for in two ways; taken: names of variables."""
         data: Any = self.resolved.data
-        return [
+        every = [
             self._summary(shown, name, part, statistic)
             for asked, statistics in data.output.summary.items()
             for shown, name, part in self._parts(asked)
             for statistic in statistics
         ]
+        found = {field.name: field for field in every if all(field.shape)}
+        for name in found:
+            if name in taken or name in VARIABLES:
+                raise ScenarioError(
+                    f"output.summary: gives {name}, but the dataset has a variable of this name already; give that "
+                    "quantity another name"
+                )
+        return list(found.values())
 
     def _parts(self, asked: str) -> list[tuple[str, str, int | None]]:
         """How a thing that is asked for is called, its variable, and which component of this it is."""

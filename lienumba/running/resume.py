@@ -11,6 +11,7 @@ from lienumba.scenario.words import show
 
 INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
 WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
+VARY, ORDER = "sweep.vary", "{} (order)"  # what comes first matters: to sequences of samples, and to records
 LONGEST = 40  # characters of a value in a sentence
 
 
@@ -84,13 +85,16 @@ def _shown(values: Mapping[str, Any], key: str) -> str:
 
 def _flat(value: Any, path: str = "") -> dict[str, Any]:
     """Every value by its path; tables of a list by their names, so that a sentence says them."""
+    found: dict[str, Any] = {}
     if isinstance(value, Mapping):
         items = [(str(key), item) for key, item in value.items()]
+        if path == VARY:
+            found[ORDER.format(path)] = list(value)
     elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
         items = [(str(item.get("name", n)), item) for n, item in enumerate(value)]
+        found[ORDER.format(path)] = [name for name, _ in items]
     else:
         return {path: value}
-    found: dict[str, Any] = {}
     for key, item in items:
         found |= _flat(item, f"{path}.{key}" if path else key)
     return found

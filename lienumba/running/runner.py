@@ -1,6 +1,7 @@
 """From a scenario to its dataset: prepare, compile, run, label, write."""
 
 import os
+import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -46,7 +47,8 @@ def run(
 ) -> "xr.Dataset":
     """Simulate a scenario (a path, a dict or a System) and return its dataset.
 
-    output: write it to this netCDF file, which is read when values are asked for; without it the dataset is in memory;
+    output: write it to this netCDF file, which is read when values are asked for, its runs in the order of their
+    labels; without it the dataset is in memory, its runs as they are given;
     workers: threads, by default one per core; runs: labels of the runs to simulate, by default all (-1: the nominal
     run); part: such as "3/20", the third of twenty parts of these; resume: go on with what an interrupted sweep has
     left beside `output`, or add runs to a finished one; dask: "local" for `workers` processes, the address of a
@@ -55,7 +57,7 @@ def run(
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
     from lienumba.running import study
-    from lienumba.store.files import check_target, read, write
+    from lienumba.store.files import check_target, folder_of, read, write
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
@@ -84,11 +86,12 @@ def run(
             warnings.warn(sentence, stacklevel=2)
         if output is not None:
             write(dataset, output)
+            shutil.rmtree(folder_of(Path(output)), ignore_errors=True)
         return dataset
     with _computing(resolved, workers, dask) as compute:
         if output is None:
             return in_memory(resolved, labels, compute, tell)
-        on_disk(resolved, labels, compute, tell, Path(output), resume)
+        on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
     return read(Path(output))
 
 
@@ -131,7 +134,13 @@ def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tel
 
 
 def on_disk(
-    resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell", target: Path, resume: bool
+    resolved: Scenario,
+    labels: Sequence[int],
+    compute: "Compute",
+    tell: "Tell",
+    target: Path,
+    resume: bool,
+    overwrite: bool,
 ) -> None:
     """Write the dataset of these runs, and of those that are there already."""
     import numpy as np
@@ -140,8 +149,9 @@ def on_disk(
     from lienumba.running.resume import manifest
     from lienumba.running.simulate import Progress, simulate
     from lienumba.running.stopping import stopping_of
-    from lienumba.running.stored import stored
+    from lienumba.running.stored import Arrived, stored
     from lienumba.running.writing import writing
+    from lienumba.store.shards import LABEL
     from lienumba.store.stream import Stream
 
     with stored(target, resolved, resume) as there:
@@ -149,23 +159,30 @@ def on_disk(
         if shards.damaged:
             files = plural(len(shards.damaged), "file was", "files were")
             warnings.warn(f"{shards.folder}: {files} damaged; their runs are simulated again", stacklevel=3)
-        runs = runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist())
+        runs = there.samples(runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist()))
         results = Results(resolved, runs.nominal)
         enough = stopping_of(resolved, results.numbers)
         enough.know(known, there.column)
         missing = runs.part(~np.isin(runs.labels, known) & enough.kept(runs.labels))
-        shards.begin(manifest(resolved))
+        shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)
         begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
-        with _kept(shards, len(runs.labels)), writing(begin, results.labels(runs.labels)) as dataset:
+        with writing(begin, results.labels(runs.labels)) as dataset, _kept(shards, len(runs.labels)):
             if len(missing.labels):
-                pieces = simulate(missing, tell, compute, before=(len(known), there.failed()))
+
+                def watched(event: Progress) -> None:
+                    tell(event)
+                    shards.look()
+
+                pieces = simulate(missing, watched, compute, before=(len(known), there.failed()))
+                arrived = Arrived(runs.labels, known)
                 for piece in enough.until(pieces):
+                    arrived.take(piece.tables["run"][LABEL])
                     if shards.take(piece.tables):
-                        sure = there.prefix(runs.labels[enough.decided(runs.labels)])
+                        sure = arrived.prefix(enough.decided(runs.labels))
                         dataset.follow(sure, there.sources(results.tables))
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
-            dataset.finish(
+            dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),
                 runs.samples,
@@ -188,9 +205,8 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
         there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume"
         if isinstance(error, KeyboardInterrupt):
             raise Interrupted(f"interrupted: {there}") from None
-        raise type(error)(f"{error}; {there}") from None
-    except WriteError:
-        raise
+        kind = ClusterError if isinstance(error, ClusterError) else MemoryError
+        raise kind(f"{error}; {there}") from None
     except BaseException:
         with suppress(WriteError):
             shards.flush()

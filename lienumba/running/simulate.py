@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.batch.execute import Task, execute, tasks
+from lienumba.batch.execute import Cost, Task, execute, tasks
 from lienumba.batch.statuses import GOOD
 from lienumba.integrators.codes import EXCHANGED
 from lienumba.integrators.tracer import split
@@ -139,7 +139,7 @@ def chunks(
     results: Results | None = None,
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled."""
-    program = None
+    program, cost = None, Cost()
     for prepared in portions:
         if program is None:
             program, machine = code(fixed, prepared)
@@ -148,7 +148,7 @@ def chunks(
         assert results is not None
         own = replace(program, parameters=split(prepared.model)[1])
         batch = batch_of(resolved, prepared, own, machine)
-        yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)))
+        yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
 
 
 def _piece(results: Results, program: "Program", labels: np.ndarray, chunk: "Chunk") -> Piece:

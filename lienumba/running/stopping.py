@@ -33,8 +33,9 @@ class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
     as long as that is not known; interval: of these. Without a rule there are never enough."""
 
-    def __init__(self, rule: Stop | None, runs: int) -> None:
+    def __init__(self, rule: Stop | None, runs: int, nominal: bool) -> None:
         self.rule = rule
+        self._waiting = nominal  # for the nominal run, which is not counted
         self.end: int | None = None
         self.interval: Interval | None = None
         self._values = np.full(runs if rule else 0, np.nan)
@@ -48,7 +49,7 @@ class Stopping:
             if self.rule is not None:
                 records = piece.tables["run"]
                 self._take(records[LABEL], records[self.rule.variable])
-                if self.end is not None:
+                if self.end is not None and not self._waiting:
                     pieces.close()
                     return
 
@@ -61,9 +62,9 @@ class Stopping:
         """Which of these runs are among those that are enough (runs,)."""
         return labels < (self.end if self.end is not None else inf)
 
-    def decided(self, labels: np.ndarray) -> np.ndarray:
-        """Of these runs those of which it is known that they are kept (runs,)."""
-        return labels < (self._checked if self.rule is not None else inf)
+    def decided(self, labels: np.ndarray) -> int:
+        """How many of these runs (labels, ascending) are kept for sure."""
+        return len(labels) if self.rule is None else int(np.searchsorted(labels, self._checked))
 
     def attributes(self) -> dict[str, str]:
         """What the dataset says of it."""
@@ -71,6 +72,7 @@ class Stopping:
 
     def _take(self, labels: np.ndarray, values: np.ndarray) -> None:
         assert self.rule is not None
+        self._waiting = self._waiting and not (labels < 0).any()
         own = (labels >= 0) & (labels < len(self._values))
         self._values[labels[own]] = values[own]
         self._known[labels[own]] = True
@@ -104,7 +106,7 @@ def stopping_of(resolved: Scenario, numbers: list[str]) -> Stopping:
             f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "
             f"{suggestion(rule.variable, numbers)}, or ask for it in output.summary"
         )
-    return Stopping(rule, data.sweep.runs)
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal)
 
 
 def interval(values: np.ndarray, rule: Stop) -> Interval:

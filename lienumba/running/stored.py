@@ -1,9 +1,8 @@
 """A sweep on the disk: its shards, the dataset that was finished before, and the one that comes of both."""
 
-import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,10 @@ from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.running.results import in_full
 from lienumba.running.resume import check_same
+from lienumba.running.simulate import Runs
 from lienumba.running.writing import Sources
 from lienumba.scenario.resolve import Scenario
-from lienumba.store.files import folder_of, read
+from lienumba.store.files import read
 from lienumba.store.finished import Finished
 from lienumba.store.layout import FULL
 from lienumba.store.shards import Shards
@@ -59,14 +59,36 @@ class Stored:
             found[np.searchsorted(labels, source.labels[own])] = source.column(name)[own]
         return found
 
+    def samples(self, runs: Runs) -> Runs:
+        """These runs with the samples that those had that were finished before, whoever drew them."""
+        if self.finished is None:
+            return runs
+        had, rows = self.finished.inputs, np.searchsorted(runs.labels, self.older)
+        samples = {path: x.copy() for path, x in runs.samples.items()}
+        for path in samples.keys() & had.keys():
+            samples[path][rows] = had[path]
+        return replace(runs, samples=samples)
+
     def failed(self) -> int:
         """How many of these failed."""
         return int(np.count_nonzero(~np.isin(self.column("status"), GOOD)))
 
-    def prefix(self, labels: np.ndarray) -> int:
-        """How many of these runs are there up to the first that is not."""
-        missing = ~np.isin(labels, self.labels)
-        return int(missing.argmax()) if missing.any() else len(labels)
+
+class Arrived:
+    """Which of the runs (labels, ascending) have arrived, of which those that are known were there before."""
+
+    def __init__(self, labels: np.ndarray, known: np.ndarray) -> None:
+        self.labels, self.first = labels, 0
+        self.there = np.isin(labels, known)
+
+    def take(self, labels: np.ndarray) -> None:
+        self.there[np.searchsorted(self.labels, labels)] = True
+
+    def prefix(self, most: int) -> int:
+        """How many of the first so many runs are there up to one that is not."""
+        rest = self.there[self.first :]
+        self.first = len(self.there) if rest.all() else self.first + int(rest.argmin())
+        return min(self.first, most)
 
 
 def _labels(sources: Sequence[Source]) -> np.ndarray:
@@ -77,13 +99,13 @@ def _labels(sources: Sequence[Source]) -> np.ndarray:
 @contextmanager
 def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
     """What there is already, if it is to go on; a ScenarioError if that is of another sweep."""
-    shards, finished = Shards(target), None
-    if not resume and folder_of(target).exists():
-        shutil.rmtree(folder_of(target))
+    shards, finished, replaced = Shards(target), None, False
     try:
         if resume and shards.exists:
-            check_same(shards.load(), resolved, str(shards.folder))
-        if resume and target.exists():
+            manifest = shards.load()
+            check_same(manifest, resolved, str(shards.folder))
+            replaced = bool(manifest.get("overwrites"))
+        if resume and target.exists() and not replaced:
             read(target).close()  # which refuses what is none
             finished = Finished(target)
             check_same(finished.attributes, resolved, str(target))

@@ -37,9 +37,12 @@ class Writing:
         """Write what is left of these records (their labels begin as those that are written), and the rest."""
         self._wait()
         self.labels = labels
-        self._write(len(labels["run"]), sources, tell)
-        assert self.stream is not None
-        self.stream.finish({**labels, **columns}, attributes)
+        try:
+            self._write(len(labels["run"]), sources, tell)
+            assert self.stream is not None
+            self.stream.finish({**labels, **columns}, attributes)
+        except WriteError as error:
+            raise WriteError(f"{error}; no run is lost, go on with --resume") from None
 
     def _write(self, runs: int, sources: Sources, tell: Callable[[int], None] = lambda runs: None) -> None:
         if self.stream is None:

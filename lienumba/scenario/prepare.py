@@ -194,7 +194,7 @@ def prepare(
     runs = len(labels)
     done = assembly.assemble(model, start, runs)
     bad = unphysical(model, start, samples, runs)
-    whole = runs > 1 and asked >= data.sweep.runs
+    whole = 1 < runs == asked and asked >= data.sweep.runs
     if whole and bad.all():
         refuse_invalid(scenario, samples)
     good = done.good & _same_rank(done, nominal.rank)

@@ -29,6 +29,7 @@ from lienumba.scenario.words import plural
 from lienumba.sweep.design import NOMINAL_RUN
 
 FIRST = ("name", "type")  # keys that head a table
+SEQUENCES = ("sobol", "halton", "saltelli")  # samplers to which it matters which path comes first
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,8 @@ class Scenario:
         sweep.pop("stop", None)
         if sweep["sampler"] != "latin_hypercube":
             del sweep["runs"]
+        if sweep["sampler"] in SEQUENCES:
+            sweep["order"] = list(sweep["vary"])
         if not sweep["correlate"]:
             del sweep["correlate"]
         if "study" in content:

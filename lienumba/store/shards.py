@@ -101,9 +101,12 @@ class Shards:
         self.manifest = manifest
         return manifest
 
-    def begin(self, manifest: dict[str, Any]) -> None:
-        """What the sweep is; it is written with the first shard."""
+    def begin(self, manifest: dict[str, Any], fresh: bool) -> None:
+        """What the sweep is, which is written with the first shard; fresh: nothing of what is there is kept."""
         self.manifest = manifest
+        if fresh and self.folder.exists():
+            self._acquire()
+            self._clear()
 
     def labels(self) -> np.ndarray:
         """The runs that are there, ascending."""
@@ -118,6 +121,10 @@ class Shards:
             if len(records):
                 self.pending.setdefault(name, []).append(records)
                 self.bytes += records.nbytes
+        return self.look()
+
+    def look(self) -> bool:
+        """Write what has waited long enough, or is much; whether it is so."""
         due = self.bytes >= SHARD_BYTES or time.monotonic() - self.since >= PAUSE
         if due:
             self.flush()
@@ -128,9 +135,11 @@ class Shards:
         import numpy as np
 
         try:
-            if self.pending and self._lock is None:
+            if self.pending and not self.exists:
                 self.folder.mkdir(exist_ok=True)
+                to_disk(self.folder.parent)
                 self._acquire()
+                self._clear()
                 self._write(MANIFEST, json.dumps(self.manifest, indent=1).encode())
             for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
                 records = np.concatenate(sorted(self.pending[table], key=lambda part: int(part[LABEL][0])))
@@ -150,8 +159,15 @@ class Shards:
     def remove(self) -> None:
         """The dataset is safe: the folder has done its work."""
         if self.folder.is_dir():
+            self._clear()
             shutil.rmtree(self.folder)
         self.close()
+
+    def _clear(self) -> None:
+        """Remove all shards, and then what says of which sweep they are: none may be taken for those of another."""
+        for path in self.folder.glob("*.npy"):
+            path.unlink()
+        (self.folder / MANIFEST).unlink(missing_ok=True)
 
     def close(self) -> None:
         if self._lock is not None:
@@ -188,6 +204,8 @@ class Shards:
         try:
             import fcntl
         except ImportError:  # not on Windows
+            return
+        if self._lock is not None:
             return
         lock = (self.folder / "lock").open("w")
         try:

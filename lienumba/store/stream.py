@@ -50,8 +50,10 @@ def pieces(labels: np.ndarray, sources: Sequence[Source]) -> list[Piece]:
     origin = np.full(len(labels), -1, np.int64)
     for n in reversed(range(len(sources))):
         own = sources[n].labels
-        at = np.minimum(np.searchsorted(labels, own), max(len(labels) - 1, 0))
-        wanted = np.flatnonzero(labels[at] == own) if len(labels) else np.empty(0, np.int64)
+        if not len(own) or not len(labels) or own.max() < labels[0] or own.min() > labels[-1]:
+            continue
+        at = np.minimum(np.searchsorted(labels, own), len(labels) - 1)
+        wanted = np.flatnonzero(labels[at] == own)
         place[at[wanted]], origin[at[wanted]] = wanted, n
     if (origin < 0).any():
         raise ValueError(f"no source has run {labels[origin < 0][0]}")
@@ -70,7 +72,7 @@ class Stream:
         self.path, self.target = path, Path(path).resolve()
         self.partial = partial_of(self.target)
         self.file: Any = None
-        with self._safely():
+        with self._whole_or_nothing(), self._safely():
             unlimited = [name for name in ("run", FULL) if name in frame.dims]
             frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
             self.file = _open(self.partial)
@@ -103,6 +105,14 @@ class Stream:
             if self.file is not None and self.file.isopen():
                 self.file.close()
         discard(self.partial)
+
+    @contextmanager
+    def _whole_or_nothing(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:
+            self.discard()
+            raise
 
     @contextmanager
     def _safely(self) -> Iterator[None]:

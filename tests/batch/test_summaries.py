@@ -130,6 +130,37 @@ def test_wrong_outputs(output: dict[str, Any], message: str) -> None:
     assert message in str(refused.value)
 
 
+def test_a_summary_that_is_asked_for_twice_is_there_once() -> None:
+    ds = lienumba.run(observed(runs=2, summary={"pointing": ["max"], "pointing.angle": ["max"]}))
+    assert ds["pointing.angle_max"].dims == ("run",)
+
+
+def test_names_that_collide() -> None:
+    data = observed(runs=2, summary={"tip": ["max"]})
+    data["quantities"] = [*QUANTITIES, {"name": "tip_max", "type": "expression", "value": "tip.z"}]
+    with pytest.raises(ScenarioError, match=r"output\.summary: gives tip_max, but the dataset has a variable"):
+        lienumba.run(data)
+
+
+def test_courses_of_nothing(tmp_path: Path) -> None:
+    data = observed(mode="summary", full_runs="0:2", variables=["driver_effort"])
+    with lienumba.run(data, output=tmp_path / "out.nc") as ds:
+        assert "full_run" not in ds.dims
+
+
+def test_runs_that_are_all_invalid_in_one_portion_do_not_end_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    from lienumba.running import simulate
+
+    monkeypatch.setattr(simulate.Runs, "portions", lambda self, bodies: (self.part(slice(n, n + 8)) for n in (0, 8)))
+    data = top(runs=16)
+    mass = {"distribution": "choice", "values": [15.0, 15.0]}
+    data["sweep"]["vary"] = {"bodies.top.mass": mass}
+    from .sweeps import edit_samples
+
+    edit_samples(monkeypatch, {run: {"bodies.top.mass": -1.0} for run in range(8)})
+    assert (lienumba.run(data).status.values == [6] * 8 + [0] * 8).all()
+
+
 def test_a_component_without_quotes() -> None:
     text = '[output]\nsummary = { pointing.angle = ["max"] }\n'
     data = observed() | tomllib.loads(text)
@@ -208,7 +239,7 @@ def test_runs_may_finish_in_any_order() -> None:
     values, order = np.random.default_rng(5).normal(size=400), np.random.default_rng(6).permutation(400)
     ends = set()
     for labels in (np.arange(400), np.arange(400)[::-1], order):
-        stopping = Stopping(rule, 400)
+        stopping = Stopping(rule, 400, False)
         for part in np.array_split(labels, 60):
             stopping.know(part, lambda name, part=part: values[part])
         ends.add(stopping.end)

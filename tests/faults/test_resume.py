@@ -21,7 +21,7 @@ class EnoughError(Exception):
     """Ends a sweep in the middle."""
 
 
-def begin(data: dict[str, Any], target: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def begin(data: dict[str, Any], target: Path, monkeypatch: pytest.MonkeyPatch, **options: Any) -> Path:
     """A sweep that ends in the middle, when there are three shards of runs; their folder."""
     folder = target.with_name(f"{target.name}.runs")
 
@@ -32,7 +32,7 @@ def begin(data: dict[str, Any], target: Path, monkeypatch: pytest.MonkeyPatch) -
     with monkeypatch.context() as patch:
         patch.setattr(shards, "PAUSE", 0.0)
         with pytest.raises(EnoughError):
-            lienumba.run(data, workers=1, output=target, progress=stop)
+            lienumba.run(data, workers=1, output=target, progress=stop, **options)
     return folder
 
 
@@ -198,3 +198,101 @@ def test_the_manifest_tells_the_scenario(tmp_path: Path, monkeypatch: pytest.Mon
     manifest = json.loads((folder / shards.MANIFEST).read_text())
     assert manifest["lienumba_version"] == lienumba.__version__
     assert "[sweep]" in manifest["scenario"]
+
+
+def test_what_was_to_be_overwritten_is_not_in_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """--overwrite is interrupted; --resume goes on with that, whatever the old dataset is of."""
+    other, data, target = sweep(end=0.02), sweep(), tmp_path / "out.nc"
+    lienumba.run(other, output=target).close()
+    begin(data, target, monkeypatch, overwrite=True)
+    with lienumba.run(other, runs=[3]) as old, lienumba.run(other, output=tmp_path / "x.nc") as same:
+        assert_same_data(same.sel(run=[3]), old)
+    with lienumba.run(data, workers=1, output=target, resume=True) as resumed:
+        assert_same_data(resumed, lienumba.run(data, workers=1))
+
+
+def test_nothing_is_removed_for_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data, target = sweep(), tmp_path / "out.nc"
+    folder = begin(data, target, monkeypatch)
+    before = sorted(path.name for path in folder.iterdir())
+    wrong = {"sweep.stop": {"variable": "nothing", "width": 1.0, "every": 8}}
+    with pytest.raises(ScenarioError, match=r"sweep\.stop\.variable"):
+        lienumba.run(data, output=target, overwrite=True, overrides=wrong)
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_shards_without_a_manifest_are_nobodys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder that was being removed: its shards must not become those of another sweep."""
+    data, other, target = sweep(), sweep(), tmp_path / "out.nc"
+    other["sweep"]["seed"] = 4
+    folder = begin(data, target, monkeypatch)
+    (folder / shards.MANIFEST).unlink()
+    for path in sorted(folder.glob("run-*"))[:2]:
+        path.unlink()
+
+    def stop(event: Any) -> None:
+        if (folder / shards.MANIFEST).exists():
+            raise EnoughError
+
+    with monkeypatch.context() as patch, pytest.raises(EnoughError):
+        patch.setattr(shards, "PAUSE", 0.0)
+        lienumba.run(other, workers=1, output=target, resume=True, progress=stop)
+    with lienumba.run(other, workers=1, output=target, resume=True) as resumed:
+        assert_same_data(resumed, lienumba.run(other, workers=1))
+
+
+@pytest.mark.parametrize("finished", [False, True])
+def test_the_order_is_part_of_a_sweep(finished: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of what varies: a Sobol' sequence has its dimensions in this order; and of bodies, which records have in it."""
+    data, target = sweep(sampler="sobol"), tmp_path / "out.nc"
+    if finished:
+        lienumba.run(data, workers=1, output=target).close()
+    else:
+        begin(data, target, monkeypatch)
+    turned = sweep(sampler="sobol")
+    turned["sweep"]["vary"] = dict(reversed(turned["sweep"]["vary"].items()))
+    with pytest.raises(ScenarioError, match=r"belongs to another scenario, sweep\.vary \(order\) = "):
+        lienumba.run(turned, output=target, resume=True)
+
+
+def test_runs_that_were_finished_keep_their_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another version of SciPy might draw others."""
+    data, target = sweep(), tmp_path / "out.nc"
+    with lienumba.run(data, workers=1, output=target) as first:
+        had = first["bodies.top.mass"].values
+    from lienumba.scenario import prepare
+
+    draw = prepare.draw
+    monkeypatch.setattr(prepare, "draw", lambda *given: {path: x * 1.001 for path, x in draw(*given).items()})
+    more = sweep(50)
+    with lienumba.run(more, workers=1, output=target, resume=True) as extended:
+        assert (extended["bodies.top.mass"].values[:40] == had).all()
+        assert (
+            extended["bodies.top.mass"].values[40:] != lienumba.run(more)["bodies.top.mass"].values[40:] / 1.001
+        ).any()
+
+
+def test_too_little_memory_is_told_and_nothing_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the middle, as NumPy says it."""
+    import numpy as np
+
+    from lienumba.batch import execute
+
+    data, target, calls = sweep(), tmp_path / "out.nc", [0]
+    integrate = execute.integrate
+
+    def greedy(*given: Any) -> Any:
+        calls[0] += 1
+        if calls[0] == 4:
+            np.empty((1 << 60,), np.uint8)
+        return integrate(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(execute, "integrate", greedy)
+        patch.setattr(shards, "PAUSE", 0.0)
+        with pytest.raises(
+            MemoryError, match=r"Unable to allocate .*; \d+ of 40 runs are kept in .*; go on with --resume"
+        ):
+            lienumba.run(data, workers=1, output=target)
+    with lienumba.run(data, workers=1, output=target, resume=True) as resumed:
+        assert_same_data(resumed, lienumba.run(data, workers=1))
