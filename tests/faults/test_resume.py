@@ -234,8 +234,8 @@ def test_shards_without_a_manifest_are_nobodys(tmp_path: Path, monkeypatch: pyte
         if (folder / shards.MANIFEST).exists():
             raise EnoughError
 
-    with monkeypatch.context() as patch, pytest.raises(EnoughError):
-        patch.setattr(shards, "PAUSE", 0.0)
+    monkeypatch.setattr(shards, "PAUSE", 0.0)
+    with pytest.raises(EnoughError):
         lienumba.run(other, workers=1, output=target, resume=True, progress=stop)
     with lienumba.run(other, workers=1, output=target, resume=True) as resumed:
         assert_same_data(resumed, lienumba.run(other, workers=1))
