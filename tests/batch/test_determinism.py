@@ -66,6 +66,7 @@ def test_other_chunk_sizes(sweep: Any, workers: int, monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(execute, "integrate", watched)
     monkeypatch.setattr(execute, "CHUNKS_PER_WORKER", 1)
+    monkeypatch.setattr(execute, "FIRST_BLOCKS", 100)
     datasets = []
     for limit in (2**30, 1):  # bytes in a chunk: all of them; one block
         monkeypatch.setattr(execute, "CHUNK_BYTES", limit)
