@@ -1,6 +1,6 @@
 """A sweep on the disk: its shards, the dataset that was finished before, and the one that comes of both."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.store.files import read
 from lienumba.store.finished import Finished
 from lienumba.store.layout import FULL
-from lienumba.store.shards import Shards
+from lienumba.store.shards import Shards, labels_of
 from lienumba.store.stream import Source
 
 
@@ -42,8 +42,8 @@ class Stored:
     @property
     def labels(self) -> np.ndarray:
         """The runs that are there, ascending; with their courses, if these are kept."""
-        runs = _labels(self.of("run"))
-        return runs[~in_full(self.resolved, runs) | np.isin(runs, _labels(self.of(FULL)))]
+        runs = labels_of(self.of("run"))
+        return runs[~in_full(self.resolved, runs) | np.isin(runs, labels_of(self.of(FULL)))]
 
     @property
     def older(self) -> np.ndarray:
@@ -89,11 +89,6 @@ class Arrived:
         rest = self.there[self.first :]
         self.first = len(self.there) if rest.all() else self.first + int(rest.argmin())
         return min(self.first, most)
-
-
-def _labels(sources: Sequence[Source]) -> np.ndarray:
-    every = [np.empty(0, np.int64), *(source.labels for source in sources)]
-    return np.unique(np.concatenate(every))
 
 
 @contextmanager

@@ -108,9 +108,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     try:
         with NETCDF:
             dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
-        to_disk(partial)
-        os.replace(partial, target)
-        to_disk(target.parent)
+        settle(partial, target)
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
         free = shutil.disk_usage(target.parent).free if target.parent.is_dir() else 0
         raise WriteError(
@@ -131,6 +129,13 @@ def discard(partial: Path) -> None:
 
 def partial_of(target: Path) -> Path:
     return target.with_name(f"{target.name}.{secrets.token_hex(4)}.partial")
+
+
+def settle(partial: Path, target: Path) -> None:
+    """Give a file its name when all of it is on the disk."""
+    to_disk(partial)
+    os.replace(partial, target)
+    to_disk(target.parent)
 
 
 def to_disk(path: Path) -> None:

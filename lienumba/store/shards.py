@@ -9,18 +9,20 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
 import re
 import shutil
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.store.files import WriteError, folder_of, to_disk
+from lienumba.store.files import WriteError, folder_of, settle, to_disk
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from lienumba.store.stream import Source
 
 MANIFEST = "sweep.json"
 NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{16})\.npy")
@@ -98,7 +100,6 @@ class Shards:
                     path.unlink()
                 else:
                     self.tables.setdefault(match["table"], []).append(shard)
-        self.manifest = manifest
         return manifest
 
     def begin(self, manifest: dict[str, Any], fresh: bool) -> None:
@@ -110,10 +111,7 @@ class Shards:
 
     def labels(self) -> np.ndarray:
         """The runs that are there, ascending."""
-        import numpy as np
-
-        found = [source.labels for source in self.tables.get("run", [])]
-        return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
+        return labels_of(self.tables.get("run", []))
 
     def take(self, tables: dict[str, np.ndarray]) -> bool:
         """Keep finished runs, which are on the disk a second later at most; whether all of them are there."""
@@ -188,12 +186,8 @@ class Shards:
         path = self.folder / name
         partial = path.with_name(f"{name}.partial")
         try:
-            with partial.open("wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(partial, path)
-            to_disk(self.folder)
+            partial.write_bytes(content)
+            settle(partial, path)
         except OSError:
             partial.unlink(missing_ok=True)
             raise
@@ -216,6 +210,14 @@ class Shards:
                 f"{self.folder}: another process is writing this sweep; wait until it is done, or choose another output"
             ) from None
         self._lock = lock
+
+
+def labels_of(sources: Sequence[Source]) -> np.ndarray:
+    """The runs that any of these has, ascending."""
+    import numpy as np
+
+    every = [np.empty(0, np.int64), *(source.labels for source in sources)]
+    return np.unique(np.concatenate(every))
 
 
 def _checksum(content: Any) -> str:

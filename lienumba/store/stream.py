@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from lienumba.store.files import NETCDF, WriteError, discard, partial_of, to_disk
+from lienumba.store.files import NETCDF, WriteError, discard, partial_of, settle
 from lienumba.store.finished import small_caches
 from lienumba.store.layout import FULL, NO_COUNT
 
@@ -95,9 +95,7 @@ class Stream:
             for name, column in columns.items():
                 self.file.variables[name][: len(column)] = column
             self.file.close()
-            to_disk(self.partial)
-            os.replace(self.partial, self.target)
-            to_disk(self.target.parent)
+            settle(self.partial, self.target)
 
     def discard(self) -> None:
         """Leave nothing of a dataset that is not whole."""

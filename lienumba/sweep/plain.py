@@ -65,9 +65,7 @@ class TruncatedNormal(Scalar):
         if self.low is None and self.high is None:
             raise ValueError('has neither low nor high; give one of them, or the distribution "normal"')
         if self.low is not None and self.high is not None:
-            if self.low == self.high:
-                raise ValueError(f"low = {self.low:g}: must be below high; give a constant instead")
-            _check_order(self.low, self.high)
+            _check_apart(self.low, self.high)
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
@@ -121,9 +119,7 @@ class Triangular(Scalar):
 
     @model_validator(mode="after")
     def _ordered(self) -> Triangular:
-        if self.low == self.high:
-            raise ValueError(f"low = {self.low:g}: must be below high; give a constant instead")
-        _check_order(self.low, self.high)
+        _check_apart(self.low, self.high)
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
@@ -187,6 +183,12 @@ class Constant(Scalar):
 
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         return [self.value * self.scale(nominal)]
+
+
+def _check_apart(low: float, high: float) -> None:
+    if low == high:
+        raise ValueError(f"low = {low:g}: must be below high; give a constant instead")
+    _check_order(low, high)
 
 
 def _check_order(low: float, high: float) -> None:
