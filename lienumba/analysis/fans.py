@@ -95,7 +95,7 @@ def statuses(ds: xr.Dataset) -> dict[str, int]:
 
 def label(ds: xr.Dataset, panel: Panel) -> str:
     """What the axis of the values shows, with its unit."""
-    return f"angle of its axes from {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
+    return f"angle of its axes\nfrom {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
 
 
 def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarray:
