@@ -22,6 +22,7 @@ FLOORS = [
     {"scenario"},
     {"running"},
     {"analysis"},
+    {"scene"},
     {"figures"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},

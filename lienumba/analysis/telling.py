@@ -34,7 +34,7 @@ MOST_LINES = 12  # in one panel
 MOST_ASKED = 24  # panels
 MOST, COURSES, ALONE = 12, 6, 7  # panels that are chosen where none is asked for: courses with spreads, and without
 ROUNDING = 1e-12  # of the largest value of a variable: what varies by less is constant
-FEW = 8  # runs: too few for a spread
+FEW = 12  # runs: too few for a spread
 RANKED = 10_000  # runs that say on which inputs an output depends
 
 

@@ -18,14 +18,15 @@ if TYPE_CHECKING:
 
 BANDS = ((1, 3, 0.42), (0, 4, 0.22))  # levels from and to, opacity
 MEDIAN = LEVELS.index(0.5)
-NOMINAL: dict[str, Any] = {"color": "black", "lw": 1.0, "ls": (0, (4, 2)), "label": "nominal run"}
+NOMINAL: dict[str, Any] = {"color": "black", "lw": 1.0, "ls": (0, (4, 2))}
 SAMPLE: dict[str, Any] = {"color": "0.35", "lw": 0.6}
+DECADES = 4  # of a logarithmic axis, below the largest
 LARGEST: dict[str, Any] = {"lw": 0.8, "ls": ":"}
 LEGEND: dict[str, Any] = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "frameon": False, "borderpad": 0.2,
     "borderaxespad": 0.1, "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.4,
 }  # fmt: skip
-BESIDE = 57  # letters of a title and a legend in one row
+BESIDE = 52  # letters of a title and a legend in one row
 LONG = 44  # letters of a title in small print
 
 
@@ -47,8 +48,8 @@ def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> Courses | None:
     return shown
 
 
-def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], note: str) -> None:
-    """Say below a figure what its bands and lines are, and a note."""
+def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], nominal: bool, note: str) -> None:
+    """Say below a figure what its bands and lines are, that of the nominal run too if there is one, and a note."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -64,8 +65,8 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
         handles.append(Line2D([], [], color="0.3", **LARGEST, label="largest of the runs"))
     if any(len(courses.lines) == 1 for _, courses in fans):
         handles.append(Line2D([], [], **SAMPLE, label="some of the runs"))
-    if any(line.nominal is not None for courses in shown for line in courses.lines):
-        handles.append(Line2D([], [], **NOMINAL))
+    if nominal:
+        handles.append(Line2D([], [], **NOMINAL, label="nominal run"))
     if handles or note:
         drawn.legend(
             handles=handles, loc="outside lower center", ncols=max(len(handles), 1), frameon=False, fontsize="small",
@@ -85,10 +86,12 @@ def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
             ax.plot(shown.times, _positive(line.largest), color=style["color"], **LARGEST)
         else:
             _fan(ax, shown, line, style, alone)
-        if line.nominal is not None:
-            ax.plot(shown.times, line.nominal, **NOMINAL | {"label": None})
-    if logarithmic and any((line.quantiles[MEDIAN] > 0.0).any() for line in shown.lines):
+        if line.nominal is not None and not logarithmic:
+            ax.plot(shown.times, line.nominal, **NOMINAL)
+    largest = max((value for line in shown.lines for value in line.largest if value > 0.0), default=0.0)
+    if logarithmic and largest:
         ax.set_yscale("log")
+        ax.set_ylim(max(ax.get_ylim()[0], largest * 10.0**-DECADES))
 
 
 def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:

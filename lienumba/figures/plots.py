@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.fans import Courses
 from lienumba.analysis.labels import fates
+from lienumba.analysis.reading import nominal_run
 from lienumba.analysis.telling import STATUS, Choice, asked, good_runs, telling
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
@@ -64,7 +65,8 @@ def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
     for ax in flat[len(choice.panels) :]:
         ax.set_visible(False)
     courses = [courses for courses in shown if courses is not None]
-    explain(drawn, [panel for panel in choice.panels if panel.course], courses, choice.left_out)
+    nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
+    explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
     drawn.suptitle(": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(runs, courses, fates(ds))])))
     return drawn
 
@@ -75,6 +77,6 @@ def _columns(panels: int) -> int:
 
 def _count(runs: int, courses: Sequence[Courses], ended: str) -> str:
     """Of how many runs it is, and what became of the others."""
-    read = min((x.runs for x in courses if x.runs < x.of), default=runs)
+    read = min((x.runs for x in courses), default=runs)
     which = plural(runs, "run", "runs") + (f", courses of {read:,}" if read < runs else "")
     return "; ".join(filter(None, [which, ended]))
