@@ -97,8 +97,8 @@ def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
         for variable in dict.fromkeys(x for x, each in known.items() for y in each if y in wanted):
             whole = [n for n, component in enumerate(known[variable]) if component in wanted]
             found += [_input(ds[variable])] if variable in ds.coords else _panels(ds[variable], whole)
-    shown = tuple(dict.fromkeys(found))
-    return Choice(shown[:MOST_ASKED], _left_out(shown[MOST_ASKED:], 0))
+    shown = [panel for n, panel in enumerate(found) if panel not in found[:n]]
+    return Choice(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))
 
 
 def good_runs(ds: xr.Dataset) -> np.ndarray:
@@ -253,7 +253,7 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
     if name in ROTATIONS and len(group) == 9:
         end = "" if course else " at the end"
         lines = [Line(name, axis, {"body": group[0][0], "body_axis": n}) for n, axis in enumerate("xyz")]
-        return Panel(f"attitude{end}{of}", "", tuple(lines), _dim(variable), course, angles=True)
+        return Panel(f"attitude{of}{end}", "", tuple(lines), _dim(variable), course, angles=True)
     lines = []
     for place in group:
         index = dict(zip(dims, place, strict=True))
