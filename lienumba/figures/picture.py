@@ -1,0 +1,176 @@
+"""A mechanism in three dimensions: bodies, joints and the paths of mass centres at one time of one or more runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain, product
+from typing import TYPE_CHECKING, Any
+
+from lienumba.figures.canvas import COLORS, empty
+from lienumba.figures.playing import Film, played
+from lienumba.figures.shapes import Shapes, box, shades
+from lienumba.mechanics.model import GROUND
+from lienumba.scene import Moving, Scene
+from lienumba.scene.mechanism import AXIS
+
+if TYPE_CHECKING:
+    import numpy as np
+
+WIDTH, HEIGHT = 6.4, 4.8  # inches
+THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
+SHORTEST_EDGE = 0.15  # of the longest edge
+ROD = "#555555"
+BESIDE = 0.8  # opacity of several runs
+FILLED = (0.72, 0.72)  # of the width and the height of the figure
+MOST_NAMED = 7  # in a legend
+PATH, SOLID, JOINT = 1, 2, 3  # what lies in the drawing above what
+MARKS: dict[bool, dict[str, Any]] = {  # of joints on bodies, and on the ground
+    False: {"ls": "", "marker": "o", "ms": 3.5, "mfc": "white", "mec": "black", "mew": 0.8},
+    True: {"ls": "", "marker": "s", "ms": 5.0, "mfc": "black", "mec": "black"},
+}
+
+
+class Picture:
+    """The figure of a scene, at the times of a film; `show` turns to one of its frames."""
+
+    def __init__(self, scene: Scene, film: Film, title: str = "", dpi: float = 100.0) -> None:
+        self.film, self.scene = film, scene
+        self.runs = [played(run, film.times) for run in scene.runs]
+        self.low, self.high = _room(self.runs)
+        self.figure = empty(WIDTH, HEIGHT, layout=None, dpi=dpi)
+        self.axes: Any = self.figure.add_axes((-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False)
+        self._furnish(title)
+        self.shapes = [Shapes(run, float((self.high - self.low).max())) for run in self.runs]
+        self._draw()
+        self._name()
+        self.show(len(film.times) - 1)
+
+    def show(self, frame: int) -> None:
+        """Turn to a frame."""
+        import numpy as np
+
+        time = self.film.times[frame]
+        polygons = list(chain.from_iterable(shape.at(frame) for shape in self.shapes))
+        self.solids.set_verts(polygons)
+        colors = self._lit(polygons)
+        self.solids.set_facecolor(colors)
+        self.solids.set_edgecolor(colors)
+        for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
+            passed = int(source.times.searchsorted(time, side="right"))
+            for body, path in enumerate(paths):
+                path.set_data_3d(*np.vstack([source.positions[:passed, body], run.positions[frame, body]]).T)
+        self.lines.set_segments([ends[frame] for ends in self.segments])
+        for artist, points in self.marks:
+            artist.set_data_3d(*points[frame].T)
+        speed = f"  ({self.film.speed:.3g} × real time)" if abs(self.film.speed - 1.0) > 1e-3 else ""
+        self.clock.set_text(f"t = {time:.{_digits(self.film)}f} s{speed}")
+
+    def _furnish(self, title: str) -> None:
+        """Axes in true proportions, and words."""
+        from matplotlib.ticker import MaxNLocator
+
+        edges = self.high - self.low
+        of = "from the mass centre " if self.scene.followed else ""
+        for n, name in enumerate("xyz"):
+            getattr(self.axes, f"set_{name}lim")(self.low[n], self.high[n])
+            getattr(self.axes, f"set_{name}label")(f"{name} {of}(m)", fontsize="small")
+            axis = getattr(self.axes, f"{name}axis")
+            axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * edges[n] / edges.max()))))
+            axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
+            axis._axinfo["grid"].update(color="0.88", linewidth=0.6)
+        self.axes.tick_params(labelsize="x-small", pad=0)
+        self.axes.view_init(**_view(edges))
+        self._fill(edges)
+        self.figure.text(0.5, 0.965, title, ha="center", va="center", fontsize="medium")
+        self.clock = self.figure.text(0.02, 0.02, "", ha="left", va="bottom", fontsize="small")
+
+    def _fill(self, edges: np.ndarray) -> None:
+        """Make the box as large as its corners and their labels allow."""
+        import numpy as np
+        from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+        self.axes.set_box_aspect(edges, zoom=1.0)
+        self.axes.apply_aspect()
+        corners = np.array([[x, y, z] for x, y, z in product(*zip(self.low, self.high, strict=True))])
+        x, y, _ = proj_transform(*corners.T, self.axes.get_proj())
+        seen = self.figure.transFigure.inverted().transform(self.axes.transData.transform(np.column_stack([x, y])))
+        self.axes.set_box_aspect(edges, zoom=float(min(FILLED / np.ptp(seen, axis=0))))
+
+    def _draw(self) -> None:
+        """All that moves; where it is, `show` says."""
+        import numpy as np
+        from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+        self.solids = Poly3DCollection([], zorder=SOLID, linewidths=0.2)
+        self.lines = Line3DCollection([], zorder=JOINT, linewidths=1.0, colors="0.1")
+        for collection in (self.solids, self.lines):
+            self.axes.add_collection3d(collection, autolim=False)
+        self.tones = np.array([tone for shape in self.shapes for tone in shape.tone])[:, None]
+        self.colors = [self._color(n, body) for n, shape in enumerate(self.shapes) for body in shape.body]
+        self.paths = [
+            [self._points(PATH, color=self._color(n, k), lw=0.9, alpha=0.8) for k in range(len(run.mechanism.bodies))]
+            for n, run in enumerate(self.runs)
+        ]
+        self.segments = [run.at(x.ends) for run in self.runs for x in run.mechanism.segments if x.kind == AXIS]
+        self.marks = [(self._points(JOINT, **style), self._places(ground)) for ground, style in MARKS.items()]
+
+    def _points(self, zorder: int, **style: Any) -> Any:
+        """A line or points in space."""
+        return self.axes.plot([], [], [], zorder=zorder, **style)[0]
+
+    def _places(self, ground: bool) -> np.ndarray:
+        """Where joints are on the ground, or on bodies (frames, n, 3)."""
+        import numpy as np
+
+        marks = [[x.place for x in run.mechanism.marks if (x.place.body == GROUND) == ground] for run in self.runs]
+        return np.concatenate([run.at(places) for run, places in zip(self.runs, marks, strict=True)], axis=1)
+
+    def _color(self, run: int, body: int) -> tuple[float, ...]:
+        """Of one run each body has a colour, of several each run."""
+        from matplotlib.colors import to_rgb
+
+        number = run if len(self.runs) > 1 else body
+        return to_rgb(ROD if number == GROUND else COLORS[number % len(COLORS)])
+
+    def _lit(self, polygons: Sequence[np.ndarray]) -> np.ndarray:
+        """The colours of polygons (n, 4) in the light."""
+        import numpy as np
+
+        opacity = np.full((len(polygons), 1), BESIDE if len(self.runs) > 1 else 1.0)
+        return np.hstack([self.tones * np.array(self.colors) * shades(polygons)[:, None], opacity])
+
+    def _name(self) -> None:
+        """A legend of the runs, or of the bodies."""
+        from matplotlib.patches import Patch
+
+        labels = [run.label for run in self.runs]
+        if len(labels) == 1:
+            labels = list(self.runs[0].mechanism.bodies)
+        if 1 < len(labels) <= MOST_NAMED:
+            patches = [Patch(color=COLORS[n % len(COLORS)], label=label) for n, label in enumerate(labels)]
+            self.figure.legend(handles=patches, loc="lower right", ncols=1, frameon=False, fontsize="small")
+
+
+def _room(runs: Sequence[Moving]) -> tuple[np.ndarray, np.ndarray]:
+    """The box in which the runs move that reached their end, in no direction so thin that nothing could be read."""
+    import numpy as np
+
+    boxes = [box(run) for run in runs if run.good] or [box(run) for run in runs]
+    low, high = np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+    missing = np.maximum(SHORTEST_EDGE * (high - low).max() - (high - low), 0.0)
+    return low - 0.5 * missing, high + 0.5 * missing
+
+
+def _view(edges: np.ndarray) -> dict[str, float]:
+    """The direction of view: across the thinnest edge, if one is thin."""
+    thinnest = int(edges.argmin())
+    if edges[thinnest] > THIN * edges.max():
+        return {"elev": 22.0, "azim": -60.0}
+    return ({"elev": 15.0, "azim": -20.0}, {"elev": 15.0, "azim": -75.0}, {"elev": 50.0, "azim": -70.0})[thinnest]
+
+
+def _digits(film: Film) -> int:
+    """Of a time, so that frames differ."""
+    from math import ceil, log10
+
+    return max(0, ceil(-log10(max(film.times[1], 1e-9))))
