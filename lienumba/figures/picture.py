@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, product
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from lienumba.figures.canvas import COLORS, empty
 from lienumba.figures.playing import Film, played
-from lienumba.figures.shapes import Shapes, box, shades
+from lienumba.figures.shapes import Shapes, box, hiding, shades
 from lienumba.mechanics.model import GROUND
 from lienumba.scene import Moving, Scene
 from lienumba.scene.mechanism import AXIS
@@ -20,7 +20,7 @@ WIDTH, HEIGHT = 6.4, 4.8  # inches
 THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
 SHORTEST_EDGE = 0.15  # of the longest edge
 ROD = "#555555"
-BESIDE = 0.8  # opacity of several runs
+BESIDE, HIDING = 0.45, 0.3  # opacity of the runs beside the first, and of bodies with others inside
 FILLED = (0.72, 0.72)  # of the width and the height of the figure
 MOST_NAMED = 7  # in a legend
 PATH, SOLID, JOINT = 1, 2, 3  # what lies in the drawing above what
@@ -40,6 +40,7 @@ class Picture:
         self.figure = empty(WIDTH, HEIGHT, layout=None, dpi=dpi)
         self.axes: Any = self.figure.add_axes((-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False)
         self._furnish(title)
+        self.hiding = [hiding(run) for run in self.runs]
         self.shapes = [Shapes(run, float((self.high - self.low).max())) for run in self.runs]
         self._draw()
         self._name()
@@ -50,9 +51,9 @@ class Picture:
         import numpy as np
 
         time = self.film.times[frame]
-        polygons = list(chain.from_iterable(shape.at(frame) for shape in self.shapes))
-        self.solids.set_verts(polygons)
-        colors = self._lit(polygons)
+        corners = np.concatenate([shape.at(frame) for shape in self.shapes])
+        self.solids.set_verts(corners)
+        colors = self._lit(corners)
         self.solids.set_facecolor(colors)
         self.solids.set_edgecolor(colors)
         for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
@@ -75,10 +76,10 @@ class Picture:
             getattr(self.axes, f"set_{name}lim")(self.low[n], self.high[n])
             getattr(self.axes, f"set_{name}label")(f"{name} {of}(m)", fontsize="small")
             axis = getattr(self.axes, f"{name}axis")
-            axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * edges[n] / edges.max()))))
+            axis.set_major_locator(MaxNLocator(nbins=max(1, round(5 * edges[n] / edges.max()))))
             axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
             axis._axinfo["grid"].update(color="0.88", linewidth=0.6)
-        self.axes.tick_params(labelsize="x-small", pad=0)
+        self.axes.tick_params(labelsize="x-small", pad=1)
         self.axes.view_init(**_view(edges))
         self._fill(edges)
         self.figure.text(0.5, 0.965, title, ha="center", va="center", fontsize="medium")
@@ -105,8 +106,11 @@ class Picture:
         self.lines = Line3DCollection([], zorder=JOINT, linewidths=1.0, colors="0.1")
         for collection in (self.solids, self.lines):
             self.axes.add_collection3d(collection, autolim=False)
-        self.tones = np.array([tone for shape in self.shapes for tone in shape.tone])[:, None]
-        self.colors = [self._color(n, body) for n, shape in enumerate(self.shapes) for body in shape.body]
+        colors = [self._color(n, body) for n, shape in enumerate(self.shapes) for body in shape.body]
+        self.colors = np.array(colors) * np.array([tone for shape in self.shapes for tone in shape.tone])[:, None]
+        self.opacity = np.array(
+            [[self._opacity(n, body)] for n, shape in enumerate(self.shapes) for body in shape.body]
+        )
         self.paths = [
             [self._points(PATH, color=self._color(n, k), lw=0.9, alpha=0.8) for k in range(len(run.mechanism.bodies))]
             for n, run in enumerate(self.runs)
@@ -132,12 +136,15 @@ class Picture:
         number = run if len(self.runs) > 1 else body
         return to_rgb(ROD if number == GROUND else COLORS[number % len(COLORS)])
 
-    def _lit(self, polygons: Sequence[np.ndarray]) -> np.ndarray:
-        """The colours of polygons (n, 4) in the light."""
+    def _opacity(self, run: int, body: int) -> float:
+        """Less of the runs beside the first, and of bodies with others inside."""
+        return (BESIDE if run else 1.0) * (HIDING if body in self.hiding[run] else 1.0)
+
+    def _lit(self, corners: np.ndarray) -> np.ndarray:
+        """The colours (n, 4) of quadrilaterals in the light."""
         import numpy as np
 
-        opacity = np.full((len(polygons), 1), BESIDE if len(self.runs) > 1 else 1.0)
-        return np.hstack([self.tones * np.array(self.colors) * shades(polygons)[:, None], opacity])
+        return np.hstack([self.colors * shades(corners)[:, None], self.opacity])
 
     def _name(self) -> None:
         """A legend of the runs, or of the bodies."""
@@ -148,7 +155,9 @@ class Picture:
             labels = list(self.runs[0].mechanism.bodies)
         if 1 < len(labels) <= MOST_NAMED:
             patches = [Patch(color=COLORS[n % len(COLORS)], label=label) for n, label in enumerate(labels)]
-            self.figure.legend(handles=patches, loc="lower right", ncols=1, frameon=False, fontsize="small")
+            self.figure.legend(
+                handles=patches, loc="upper left", bbox_to_anchor=(0.0, 0.95), frameon=False, fontsize="small"
+            )
 
 
 def _room(runs: Sequence[Moving]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,11 +1,10 @@
-"""The polygons of a mechanism: its bodies, arms from their mass centres to their joints, and rods between bodies.
+"""The quadrilaterals of a mechanism: its bodies, arms from their mass centres to their joints, rods between bodies.
 
 Round bodies have light and dark quarters, so that their spin is seen.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -37,8 +36,8 @@ class Part:
 
 
 class Shapes:
-    """The polygons of one run, frame by frame; size: of the scene in m. body, tone: of each polygon, that of rods is
-    the ground."""
+    """The quadrilaterals of one run, frame by frame; size: of the scene in m. body, tone: of each; that of rods is the
+    ground."""
 
     def __init__(self, run: Moving, size: float) -> None:
         import numpy as np
@@ -56,17 +55,17 @@ class Shapes:
         self.body = [part.body for part in self.parts for _ in part.faces] + [GROUND] * more
         self.tone = [tone for part in self.parts for tone in part.tones] + [1.0] * more
 
-    def at(self, frame: int) -> list[np.ndarray]:
-        """The polygons (n, 3) of a frame in m."""
-        found: list[np.ndarray] = []
+    def at(self, frame: int) -> np.ndarray:
+        """Their corners (n, 4, 3) in a frame in m."""
+        import numpy as np
+
+        found = []
         for part in self.parts:
             r, R = self.run.positions[frame, part.body], self.run.rotations[frame, part.body]
-            vertices = part.vertices @ R.T + r
-            found += [vertices[list(face)] for face in part.faces]
+            found.append((part.vertices @ R.T + r)[np.array(part.faces)])
         for first, second in self.rods:
-            vertices = _prism(first[frame], second[frame], self.thickness)
-            found += [vertices[list(face)] for face in PRISM]
-        return found
+            found.append(_prism(first[frame], second[frame], self.thickness)[np.array(PRISM)])
+        return np.concatenate(found)
 
 
 def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
@@ -82,11 +81,23 @@ def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
     return every.min(axis=0), every.max(axis=0)
 
 
-def shades(polygons: Sequence[np.ndarray]) -> np.ndarray:
-    """How much light each polygon gets (n,), from DARKEST to 1."""
+def hiding(run: Moving) -> set[int]:
+    """The bodies within which, at the start, the mass centre of another one lies, as far as boxes around them tell."""
     import numpy as np
 
-    corners = np.array([polygon[:3] for polygon in polygons])
+    found = set()
+    for n, solid in enumerate(run.mechanism.solids):
+        others = np.delete(run.positions[0] - run.positions[0, n], n, axis=0) @ run.rotations[0, n]
+        low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+        if ((low < others) & (others < high)).all(axis=1).any():
+            found.add(n)
+    return found
+
+
+def shades(corners: np.ndarray) -> np.ndarray:
+    """How much light quadrilaterals (n, 4, 3) get (n,), from DARKEST to 1."""
+    import numpy as np
+
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
     length = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
     found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT) / length, 0.0, 1.0)
@@ -94,21 +105,26 @@ def shades(polygons: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _part(body: int, solid: Solid) -> Part:
-    """A body; the ends of a cylinder in quarters."""
+    """A body; the ends of a cylinder cut from their centres."""
     import numpy as np
 
     if solid.kind != "cylinder":
         return Part(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
     *sides, bottom, top = solid.faces
-    quarter, count = len(sides) // 4, len(solid.vertices)
-    faces, tones = list(sides), [DARK if k // quarter % 2 else 1.0 for k in range(len(sides))]
-    for end, centre in ((bottom, count), (top, count + 1)):
-        for first in range(0, len(end), quarter):
-            ring = [end[k % len(end)] for k in range(first, first + quarter + 1)]
-            faces.append((centre, *ring))
-            tones.append(DARK if min(ring) % len(sides) // quarter % 2 else 1.0)
-    centres = [solid.vertices[list(end)].mean(axis=0) for end in (bottom, top)]
-    return Part(body, np.vstack([solid.vertices, *centres]), tuple(faces), tuple(tones))
+    count, vertices = len(sides), [solid.vertices]
+    faces, tones = list(sides), [_tone(k, count) for k in range(count)]
+    for n, end in enumerate((bottom, top)):
+        vertices.append(solid.vertices[list(end)].mean(axis=0, keepdims=True))
+        for k in range(0, count, 2):
+            ring = [end[j % count] for j in range(k, k + 3)]
+            faces.append((len(solid.vertices) + n, *ring))
+            tones.append(_tone(ring[1] % count, count))
+    return Part(body, np.concatenate(vertices), tuple(faces), tuple(tones))
+
+
+def _tone(vertex: int, count: int) -> float:
+    """That of the quarter of a circle of so many vertices."""
+    return DARK if 4 * vertex // count % 2 else 1.0
 
 
 def _prism(first: np.ndarray, second: np.ndarray, thickness: float) -> np.ndarray:
