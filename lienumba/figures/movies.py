@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 GIF, MP4 = ".gif", ".mp4"
-COLORS = 128  # of all frames of a GIF
+COLORS = 256  # of all frames of a GIF
 # H.264 with half the colour resolution is what every browser plays; its size is even.
 H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4")
 SAME = ("-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact")  # the same frames, the same bytes

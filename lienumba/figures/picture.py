@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from math import ceil, cos, log10, radians, sin
 from typing import TYPE_CHECKING, Any
 
 from lienumba.figures.canvas import COLORS, empty
 from lienumba.figures.playing import Film, played
-from lienumba.figures.shapes import Shapes, box, hiding, shades
+from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
 from lienumba.mechanics.model import GROUND
 from lienumba.scene import Moving, Scene
 from lienumba.scene.mechanism import AXIS
@@ -38,7 +39,9 @@ class Picture:
         self.runs = [played(run, film.times) for run in scene.runs]
         self.low, self.high = _room(self.runs)
         self.figure = empty(WIDTH, HEIGHT, layout=None, dpi=dpi)
-        self.axes: Any = self.figure.add_axes((-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False)
+        self.axes: Any = self.figure.add_axes(
+            (-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False, proj_type="ortho"
+        )
         self._furnish(title)
         self.hiding = [hiding(run) for run in self.runs]
         self.shapes = [Shapes(run, float((self.high - self.low).max())) for run in self.runs]
@@ -52,8 +55,10 @@ class Picture:
 
         time = self.film.times[frame]
         corners = np.concatenate([shape.at(frame) for shape in self.shapes])
-        self.solids.set_verts(corners)
-        colors = self._lit(corners)
+        outward = normals(corners)
+        seen = outward @ self.towards > 0.0
+        self.solids.set_verts(corners[seen])
+        colors = np.hstack([self.colors[seen] * shades(outward[seen])[:, None], self.opacity[seen]])
         self.solids.set_facecolor(colors)
         self.solids.set_edgecolor(colors)
         for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
@@ -70,17 +75,23 @@ class Picture:
         """Axes in true proportions, and words."""
         from matplotlib.ticker import MaxNLocator
 
-        edges = self.high - self.low
+        edges, middle = self.high - self.low, 0.5 * (self.low + self.high)
         of = "from the mass centre " if self.scene.followed else ""
         for n, name in enumerate("xyz"):
             getattr(self.axes, f"set_{name}lim")(self.low[n], self.high[n])
             getattr(self.axes, f"set_{name}label")(f"{name} {of}(m)", fontsize="small")
             axis = getattr(self.axes, f"{name}axis")
-            axis.set_major_locator(MaxNLocator(nbins=max(1, round(5 * edges[n] / edges.max()))))
+            if edges[n] > THIN * edges.max():
+                axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * edges[n] / edges.max()))))
+            else:
+                axis.set_ticks([middle[n]], [f"{middle[n] + 0.0:.2g}"])
             axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
             axis._axinfo["grid"].update(color="0.88", linewidth=0.6)
-        self.axes.tick_params(labelsize="x-small", pad=1)
-        self.axes.view_init(**_view(edges))
+        self.axes.tick_params(labelsize="x-small", pad=3)
+        elevation, azimuth = _view(edges)
+        self.axes.view_init(elevation, azimuth)
+        up, turn = radians(elevation), radians(azimuth)
+        self.towards = (cos(up) * cos(turn), cos(up) * sin(turn), sin(up))
         self._fill(edges)
         self.figure.text(0.5, 0.965, title, ha="center", va="center", fontsize="medium")
         self.clock = self.figure.text(0.02, 0.02, "", ha="left", va="bottom", fontsize="small")
@@ -140,12 +151,6 @@ class Picture:
         """Less of the runs beside the first, and of bodies with others inside."""
         return (BESIDE if run else 1.0) * (HIDING if body in self.hiding[run] else 1.0)
 
-    def _lit(self, corners: np.ndarray) -> np.ndarray:
-        """The colours (n, 4) of quadrilaterals in the light."""
-        import numpy as np
-
-        return np.hstack([self.colors * shades(corners)[:, None], self.opacity])
-
     def _name(self) -> None:
         """A legend of the runs, or of the bodies."""
         from matplotlib.patches import Patch
@@ -170,16 +175,14 @@ def _room(runs: Sequence[Moving]) -> tuple[np.ndarray, np.ndarray]:
     return low - 0.5 * missing, high + 0.5 * missing
 
 
-def _view(edges: np.ndarray) -> dict[str, float]:
-    """The direction of view: across the thinnest edge, if one is thin."""
+def _view(edges: np.ndarray) -> tuple[float, float]:
+    """Elevation and azimuth (degrees) of the viewer: across the thinnest edge, if one is thin."""
     thinnest = int(edges.argmin())
     if edges[thinnest] > THIN * edges.max():
-        return {"elev": 22.0, "azim": -60.0}
-    return ({"elev": 15.0, "azim": -20.0}, {"elev": 15.0, "azim": -75.0}, {"elev": 50.0, "azim": -70.0})[thinnest]
+        return 22.0, -60.0
+    return ((15.0, -20.0), (15.0, -75.0), (50.0, -70.0))[thinnest]
 
 
 def _digits(film: Film) -> int:
     """Of a time, so that frames differ."""
-    from math import ceil, log10
-
     return max(0, ceil(-log10(max(film.times[1], 1e-9))))

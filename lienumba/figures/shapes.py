@@ -82,25 +82,34 @@ def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
 
 
 def hiding(run: Moving) -> set[int]:
-    """The bodies within which, at the start, the mass centre of another one lies, as far as boxes around them tell."""
+    """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
     import numpy as np
 
     found = set()
     for n, solid in enumerate(run.mechanism.solids):
-        others = np.delete(run.positions[0] - run.positions[0, n], n, axis=0) @ run.rotations[0, n]
         low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
-        if ((low < others) & (others < high)).all(axis=1).any():
-            found.add(n)
+        for other, inner in enumerate(run.mechanism.solids):
+            place = inner.vertices @ run.rotations[0, other].T + run.positions[0, other] - run.positions[0, n]
+            own = place @ run.rotations[0, n]
+            if other != n and np.mean(((low < own) & (own < high)).all(axis=1)) > 0.5:
+                found.add(n)
     return found
 
 
-def shades(corners: np.ndarray) -> np.ndarray:
-    """How much light quadrilaterals (n, 4, 3) get (n,), from DARKEST to 1."""
+def normals(corners: np.ndarray) -> np.ndarray:
+    """The outward unit normals (n, 3) of quadrilaterals (n, 4, 3)."""
     import numpy as np
 
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
-    length = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
-    found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT) / length, 0.0, 1.0)
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    found: np.ndarray = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    return found
+
+
+def shades(normals: np.ndarray) -> np.ndarray:
+    """How much light falls on what has these normals (n, 3), from DARKEST to 1."""
+    import numpy as np
+
+    found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT), 0.0, 1.0)
     return found
 
 
@@ -128,7 +137,7 @@ def _tone(vertex: int, count: int) -> float:
 
 
 def _prism(first: np.ndarray, second: np.ndarray, thickness: float) -> np.ndarray:
-    """The vertices (8, 3) of a square bar between two points."""
+    """The vertices (8, 3) of a square bar between two points (m)."""
     import numpy as np
 
     along = second - first
