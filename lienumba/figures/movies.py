@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
@@ -47,10 +48,9 @@ def write_mp4(frames: Iterator[np.ndarray], fps: int, target: Path) -> None:
         )
         assert process.stdin is not None
         try:
-            process.stdin.write(first.tobytes())
-            for frame in frames:
-                process.stdin.write(frame.tobytes())
-            process.stdin.close()
+            with process.stdin as pipe:
+                for frame in chain([first], frames):
+                    pipe.write(frame.tobytes())
         except BrokenPipeError:
             pass  # ffmpeg has ended, and says why
         except BaseException:
@@ -76,7 +76,7 @@ def ffmpeg() -> str:
         return str(get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise ScenarioError(
-            'an MP4 needs ffmpeg, which is missing; pip install "lienumba[animate]", or give a name that ends in .gif'
+            'an MP4 needs ffmpeg, which is missing; pip install "lienumba[animate]", or write a GIF'
         ) from None
 
 
