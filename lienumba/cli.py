@@ -370,7 +370,8 @@ def animate(
             console.print_warnings(list(seen.remarks))
         with console.drawing(quiet) as frame:
             animate(seen, target, title=title, fps=fps, duration=duration, progress=frame)
-        typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
+        if not quiet:
+            typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
 
 
 @app.command()

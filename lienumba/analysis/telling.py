@@ -85,7 +85,8 @@ def telling(ds: xr.Dataset) -> Choice:
     room = MOST - len(shown) - len(checks)
     results = results[: max(room - len(inputs), room // 2)]
     known = inputs[: room - len(results)]
-    return Choice((*shown, *checks, *results, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
+    first = (*shown, *checks, *results) if courses else (*results, *checks)
+    return Choice((*first, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
 
 
 def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:

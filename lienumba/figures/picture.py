@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 6.4, 4.8  # inches
 THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
+TALL = 1.3  # height by width, from which the labels of heights would come to lie on the box
 SHORTEST_EDGE = 0.15  # of the longest edge
 ROD = "#555555"
 BESIDE, HIDING = 0.45, 0.3  # opacity of the runs beside the first, and of bodies with others inside
@@ -88,6 +89,9 @@ class Picture:
             axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
             axis._axinfo["grid"].update(color="0.88", linewidth=0.6)
         self.axes.tick_params(labelsize="x-small", pad=3)
+        if edges[2] > TALL * edges[:2].max():
+            self.axes.tick_params(axis="z", pad=10)
+            self.axes.zaxis.labelpad = 14
         elevation, azimuth = _view(edges)
         self.axes.view_init(elevation, azimuth)
         up, turn = radians(elevation), radians(azimuth)
