@@ -1,9 +1,5 @@
-"""Every block of the documents that names a file is one, and works."""
+"""What the examples of some pages say is so, beyond that they run."""
 
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,40 +7,21 @@ import pytest
 import lienumba
 from lienumba.running.runner import check_initial
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.study_start import check
 
-DOCUMENTS = [Path(__file__).parents[2] / "docs" / name for name in ("your_own_laws.md", "studies.md")]
-TEXT = "".join(document.read_text() for document in DOCUMENTS)
-BLOCKS = dict(re.findall(r"```\w+\n# (\w+\.\w+)\n(.*?)```", TEXT, re.DOTALL))
+from .pages import ROOT, blocks
+
+
+def files(page: str) -> dict[str, str]:
+    """The files that stand on a page."""
+    found = blocks((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    return {block.name: block.text for block in found if block.name}
 
 
 @pytest.fixture
-def folder(tmp_path):
-    for name, text in BLOCKS.items():
-        (tmp_path / name).write_text(text)
+def folder(tmp_path: Path) -> Path:
+    for name, text in (files("your_own_laws.md") | files("studies.md")).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
-
-
-def test_there_are_blocks():
-    laws = {"pointing.toml", "engine.toml", "engine.csv", "arm.py", "arm.toml", "system.py"}
-    assert laws | {"study.toml", "study.py", "known.toml"} == set(BLOCKS)
-
-
-@pytest.mark.parametrize("name", [name for name in BLOCKS if name.endswith(".toml")])
-def test_scenarios_are_valid(folder, name):
-    scenario = resolve(folder / name)
-    assert scenario.warnings == []
-    check(scenario)
-
-
-@pytest.mark.parametrize(
-    ("program", "said"), [("system.py", "travel.displacement"), ("study.py", "time of one core per run")]
-)
-def test_the_programs_run(folder, program, said):
-    path = {**os.environ, "PYTHONPATH": str(Path(lienumba.__file__).parents[1])}
-    done = subprocess.run([sys.executable, program], cwd=folder, capture_output=True, text=True, check=False, env=path)
-    assert done.returncode == 0, done.stderr
-    assert said in done.stdout
 
 
 def test_the_motion_is_as_known(folder):
