@@ -1,12 +1,13 @@
 """Every link to a file, to a heading, and every picture of every page is there."""
 
+import pkgutil
 import re
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
 
-from .pages import FENCE, ROOT, pages
+from .pages import FENCE, ROOT, pages, prose
 
 PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
 LINK = re.compile(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
@@ -40,6 +41,16 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert target.is_relative_to(ROOT), f"{link}: leads out of the repository"
         if anchor:
             assert anchor in anchors(target.read_text(encoding="utf-8")), f"{link}: no heading #{anchor}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_names_and_files_in_the_text_exist(page: Path) -> None:
+    """`lienumba.groups.so3.exp` can be imported, `scenarios/heavy_top.toml` is there."""
+    for span in re.findall(r"`([^`\n]+)`", prose(page.read_text(encoding="utf-8"))):
+        if re.fullmatch(r"lienumba(\.\w+)+", span):
+            pkgutil.resolve_name(span)
+        elif re.fullmatch(r"(lienumba|scenarios|scripts|tests|docs)(/[\w.]+)+/?", span):
+            assert (ROOT / span).exists(), f"there is no {span}"
 
 
 def test_links_and_headings_are_read() -> None:
