@@ -38,6 +38,8 @@ def test_commands_in_the_text_are_commands(page: Path) -> None:
     for span in re.findall(r"`(lienumba [^`]+)`", prose(page.read_text(encoding="utf-8"))):
         words = [re.sub(r"\b[A-Z]{1,2}\b", "1", word) for word in shlex.split(span, comments=True)[1:]]
         try:
+            if words and words[0].isupper():
+                continue  # any command
             if len(words) > 1:
                 player.parse(words)
             elif words and not words[0].startswith("-"):
