@@ -4,7 +4,7 @@ How blocks are written, so that tests can run what a reader would type. A page i
 one folder with a copy of `scenarios/` and nothing else; all Python blocks of a page share their names. Files that
 stand on the page are there from the beginning.
 
-    ```python     runs. If its first line is `# name.py`, it is also that file.
+    ```python     runs, but for those in `player.COMPILED_ONLY`. If its first line is `# name.py`, it is also that file.
     ```toml       `# name.toml` as the first line: a scenario of that name, which has to be valid and without warnings.
                   With [model] and [integrator] in it: the same, without a name. Any other is a fragment, which has
                   to be valid when it `extends` a scenario: that in `<!-- into: FILE -->` above it, or else

@@ -1,14 +1,19 @@
 """What the examples of some pages say is so, beyond that they run."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 import lienumba
+from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
 from lienumba.running.runner import check_initial
 from lienumba.scenario.resolve import resolve
+from lienumba.store.layout import VARIABLES
 
 from .pages import ROOT, blocks
+from .player import COMMANDS
 
 
 def files(page: str) -> dict[str, str]:
@@ -57,3 +62,28 @@ def test_laws_of_joints_work(folder, function, more, monkeypatch):
 def scenario(**model):
     body = {"name": "b", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "position": [1.0, 0.0, 0.0], "rotation": [1, 0, 0, 0]}
     return {"model": {"bodies": [body], **model}, "integrator": {"step": 1e-3, "end_time": 0.1}}
+
+
+def test_the_readme_has_every_joint() -> None:
+    table = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name in (*JOINT_TYPES, *COUPLED):
+        rows = len(JOINT_TYPES[name].rows) if name in JOINT_TYPES else 5 if name == "screw" else 1
+        assert re.search(rf"`{name}`[^|]*\| {rows} \|", table), name
+
+
+def test_every_method_stands_beside_its_order() -> None:
+    page = (ROOT / "docs" / "choose_a_method.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d) \| (`.*?) \|", page, re.MULTILINE)
+    assert {name: int(order) for order, names in rows for name in re.findall(r"`(\w+)`", names)} == {
+        name: tableau.order for name, tableau in TABLEAUS.items()
+    }
+
+
+def test_every_command_is_listed() -> None:
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS.commands if f"\nlienumba {name}" not in page] == []
+
+
+def test_every_variable_is_in_the_table() -> None:
+    page = (ROOT / "docs" / "read_the_dataset.md").read_text(encoding="utf-8")
+    assert [name for name in VARIABLES if f"`{name}`" not in page] == []
