@@ -108,7 +108,8 @@ def _method(source: Source) -> str:
     named = listed([f"{METHODS[name]} of order {TABLEAUS[name].order}" for name in methods])
     lie = "lie" in source.values("integrator.coordinates") and any(name != "cf4" for name in methods)
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
-    duration = f"over {_seconds(source, 'integrator.end_time')}"
+    stopped = any(event["action"] == "stop" for event in source.content.get("events", []))
+    duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
 
 
@@ -156,7 +157,9 @@ def _constraints(source: Source) -> str:
     projected, rates = _projected(source), source.values("projection.baumgarte")
     said = []
     if projected:
-        said.append(f"After every step the state was projected onto the constraints [@terze2015]: {listed(projected)}.")
+        said.append(
+            f"After every step the state was projected onto the constraints [@terze2015]: {'; '.join(projected)}."
+        )
     if rates:
         each = _or(map(number, rates))
         said.append(
@@ -229,7 +232,7 @@ def _sweep(source: Source) -> str:
 
 def _ends(source: Source) -> str:
     if source.dataset is None:
-        return "(No run has been made yet: how many failed, and why, is told of the dataset.)"
+        return "(No run has been made yet; cite the dataset to say how many failed, and why.)"
     from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
 
     codes = source.dataset["status"].values.ravel()

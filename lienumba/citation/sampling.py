@@ -122,7 +122,7 @@ def correlations(groups: list[Table]) -> str:
 def drawn(sweep: Table) -> str:
     """The sampler and its seed."""
     seed = "" if sweep["sampler"] == "table" and not _random(sweep) else f" with the seed {sweep['seed']}"
-    return f"Their values were drawn by {SAMPLERS[sweep['sampler']]}{seed}"
+    return f"Their values were drawn from {SAMPLERS[sweep['sampler']]}{seed}"
 
 
 def _random(sweep: Table) -> bool:

@@ -86,7 +86,7 @@ def test_the_default() -> None:
     assert "index 1 [@terze2015], were integrated on the Lie group of the states of all bodies" in text
     assert "each with the group R^3 x SO(3)." in text
     assert (
-        "positions in local coordinates of the rotations, to a violation of 1e-11 m in at most 10 iterations and "
+        "positions in local coordinates of the rotations, to a violation of 1e-11 m in at most 10 iterations; "
         "velocities with the mass matrix as weight." in text
     )
     assert "No run has been made yet" in text
@@ -125,7 +125,7 @@ def test_the_default() -> None:
         (
             {"projection__position": "embedded", "projection__velocity": "identity", "projection__chord": True},
             "positions in the elements of the rotation matrices, to a violation of 1e-11 m in at most 10 iterations, "
-            "the later ones by the elimination of the first and velocities with the identity as weight.",
+            "the later ones by the elimination of the first; velocities with the identity as weight.",
             "local",
         ),
     ],
@@ -187,7 +187,12 @@ def test_samplers(sampler: str) -> None:
         "runs": 8, "seed": 3, "sampler": sampler, "nominal": True,
         "vary": {"bodies.top.mass": {"distribution": "uniform", "low": 14, "high": 16}},
     })  # fmt: skip
-    assert f"Their values were drawn by {SAMPLERS[sampler]} with the seed 3. One run more had the nominal" in text
+    assert f"Their values were drawn from {SAMPLERS[sampler]} with the seed 3. One run more had the nominal" in text
+
+
+def test_events_may_end_a_run_before() -> None:
+    text = paragraph(cite_scenario(resolve(ROOT / "scenarios" / "satellite_settles.toml")))
+    assert ", over at most 200 s." in text
 
 
 def test_tables_have_no_seed() -> None:
@@ -200,7 +205,7 @@ def test_tables_have_no_seed() -> None:
             "vary": {"bodies.top.mass": {"column": "bodies.top.mass"}},
         }
     )
-    assert "by a table of samples that were given." in text
+    assert "from a table of samples that were given." in text
 
 
 def test_correlations() -> None:
@@ -235,7 +240,7 @@ def test_a_dataset_and_its_scenario_agree() -> None:
     changes = {"integrator.end_time": 0.02, "sweep.runs": 4}
     of_dataset = paragraph(cite_dataset(lienumba.run(MONTE_CARLO, overrides=changes)))
     of_scenario = paragraph(cite_scenario(resolve(MONTE_CARLO, overrides=changes)))
-    expected = re.sub(r"\(No run.*?dataset.\)", "All 4 runs succeeded.", of_scenario)
+    expected = re.sub(r"\(No run.*?why\.\)", "All 4 runs succeeded.", of_scenario)
     assert of_dataset == expected
 
 
