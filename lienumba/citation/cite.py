@@ -46,12 +46,8 @@ def _source(
 ) -> Source:
     content["model"] = {kind: [] for kind in ("bodies", "joints", "drivers", "forces")} | content["model"]
     content["sweep"] = {"vary": {}, "correlate": []} | content["sweep"]
-    grid: dict[str, list[Any]] = {}
-    for one in content.get("study", {}).get("grid", []):
-        for path, values in one.items():
-            grid[path] = [*grid.get(path, []), *values]
     nominal = {path: _nominal(content, path) for path in content["sweep"]["vary"]}
-    return Source(content, units, nominal, versions, dataset, grid)
+    return Source(content, units, nominal, versions, dataset)
 
 
 def _nominal(content: dict[str, Any], path: str) -> Any:

@@ -1,7 +1,7 @@
 """A paragraph for the section on methods of a publication: what a scenario, or a dataset, was computed with."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.citation import sampling
@@ -34,6 +34,7 @@ PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",
 }  # fmt: skip
 CITED = {"numpy": "harris2020", "scipy": "virtanen2020", "numba": "lam2015", "xarray": "hoyer2017"}
+INSTEAD = {"integrator.step": "integrator.tolerance", "integrator.tolerance": "integrator.step"}
 ABSOLUTE_UNITS = {"position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s", "state": ""}
 
 
@@ -47,13 +48,21 @@ class Source:
     nominal: Mapping[str, Any]
     versions: Mapping[str, str]
     dataset: "xr.Dataset | None" = None
-    grid: dict[str, list[Any]] = field(default_factory=dict)
+
+    @property
+    def grids(self) -> list[Mapping[str, Any]]:
+        """Those of a study; none of a sweep."""
+        found: list[Mapping[str, Any]] = self.content.get("study", {}).get("grid", [])
+        return found
 
     def values(self, path: str) -> list[Any]:
-        """What a setting was: its one value, or those on the grid of a study."""
+        """What a setting was: its one value, or those on the grids of a study."""
         section, _, key = path.partition(".")
-        values = self.grid.get(path) or [self.content[section].get(key)]
-        return [value for value in values if value is not None]
+        found: list[Any] = []
+        for grid in self.grids or [{}]:
+            replaced = INSTEAD.get(path) in grid
+            found += grid.get(path, [] if replaced else [self.content[section].get(key)])
+        return [value for n, value in enumerate(found) if value is not None and value not in found[:n]]
 
 
 def paragraph(source: Source) -> str:
@@ -192,14 +201,15 @@ def _projected(source: Source) -> list[str]:
 
 
 def _study(source: Source) -> str:
-    if not source.grid:
+    if not source.grids:
         return ""
-    study = source.content["study"]
     grids = "; ".join(
         " by ".join(f"{path} ({', '.join(map(_plain, values))})" for path, values in grid.items())
-        for grid in study["grid"]
+        for grid in source.grids
     )
-    return f"This was a study of the settings {grids}, compared with {_reference(study['reference'])}."
+    return (
+        f"This was a study of the settings {grids}, compared with {_reference(source.content['study']['reference'])}."
+    )
 
 
 def _reference(reference: Mapping[str, Any]) -> str:
@@ -238,7 +248,7 @@ def _ends(source: Source) -> str:
     codes = source.dataset["status"].values.ravel()
     counts = {status: int((codes == status.code).sum()) for status in STATUSES}
     failed = {status: n for status, n in counts.items() if n and status.code not in GOOD}
-    what = "simulation" if source.grid else "run"
+    what = "simulation" if source.grids else "run"
     stopped = sum(n for status, n in counts.items() if status.code in GOOD and status.code != SUCCESS)
     by_event = f" {plural(stopped, what, f'{what}s')} of them ended at an event, as intended." if stopped else ""
     if not failed:

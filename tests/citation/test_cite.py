@@ -262,6 +262,17 @@ def test_a_dataset_of_a_study() -> None:
     assert "compared with formulas of the motion. All 4 simulations succeeded." in text
 
 
+def test_a_step_on_a_grid_takes_the_place_of_a_tolerance() -> None:
+    reference = {"method": "dop853", "step": 1e-4}
+    grids = [{"integrator.step": [1e-3, 5e-4]}, {"integrator.tolerance": [1e-6]}]
+    changes = {"integrator__method": "dp54", "integrator__tolerance": 1e-9, "output__every": 0.1}
+    one = told(**changes, study={"grid": grids[:1], "reference": reference})
+    assert "with a fixed step of 0.001 or 0.0005 s, over" in one
+    assert "1e-9" not in one
+    both = told(**changes, study={"grid": grids, "reference": reference})
+    assert "step of 0.001 or 0.0005 s or with steps that each run chose for an error per step of 1e-6 relative" in both
+
+
 @pytest.mark.parametrize("x", [0.001, 1e-9, 1.5e20, 15, -4.61538, 2.5e-4, 1e16])
 def test_numbers_keep_their_digits(x: float) -> None:
     assert float(number(x)) == x
