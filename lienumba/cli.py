@@ -281,12 +281,15 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
 @app.command()
 def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
+    cite: Annotated[
+        bool, typer.Option("--cite", help="Print a paragraph for a section on methods, and BibTeX, instead.")
+    ] = False,
 ) -> None:
     """Say what a dataset or a scenario holds."""
     with console.exit_codes():
-        from lienumba.info import describe
+        from lienumba import info
 
-        typer.echo(describe(file))
+        typer.echo(info.cite(file) if cite else info.describe(file))
 
 
 @app.command()
