@@ -60,8 +60,12 @@ def quantile_interval(
     is at least that. An end is infinite where there are too few runs for it. Infinite values count, so that
     `x.fillna(numpy.inf)` ranks failed runs behind all others. Dimension `quantile`, unless q is one number.
     """
+    import numpy as np
+    import xarray as xr
+
     check_probability("confidence", confidence)
-    wanted = list(q) if isinstance(q, Sequence) or getattr(q, "ndim", 0) else [q]
+    single = np.ndim(q) == 0
+    wanted: list[Any] = [q] if single else list(q)  # type: ignore[arg-type]
     for one in wanted:
         check_probability("q", one)
     if not wanted:
@@ -69,8 +73,6 @@ def quantile_interval(
     runs = Runs(x, dim)
 
     def work(block: Block) -> Found:
-        import numpy as np
-
         ordered = np.sort(block.values, axis=1)
         count = (~np.isnan(ordered)).sum(axis=1)
         each = [_quantile(ordered, count, float(one), confidence) for one in wanted]
@@ -81,11 +83,9 @@ def quantile_interval(
         "low": f"lower end of the {_percent(confidence)} confidence interval of the quantile",
         "high": f"upper end of the {_percent(confidence)} confidence interval of the quantile",
     }
-    import xarray as xr
-
     labels = {"quantile": xr.Variable("quantile", [float(one) for one in wanted], texts("1", "probability"))}
     found = runs.labelled(runs.gather(work), _described(x, described, ("quantile",)), labels)
-    return found if isinstance(q, Sequence) or getattr(q, "ndim", 0) else found.isel(quantile=0)
+    return found.isel(quantile=0) if single else found
 
 
 def _quantile(ordered: np.ndarray, count: np.ndarray, q: float, confidence: float) -> Found:

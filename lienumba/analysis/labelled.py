@@ -107,7 +107,7 @@ def _kind(x: Any) -> str:
 
     if isinstance(x, xr.DataArray):
         return f"the variable {x.name} of type {x.dtype}"
-    return "a whole dataset" if isinstance(x, xr.Dataset) else f"a {type(x).__name__}"
+    return "a whole dataset" if isinstance(x, xr.Dataset) else f"an object of type {type(x).__name__}"
 
 
 def check_probability(name: str, value: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import karcher
@@ -42,9 +42,7 @@ def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
     if not isinstance(reference, xr.DataArray):
         matrix = np.asarray(reference, dtype=float)
         if matrix.shape != (3, 3):
-            raise ScenarioError(
-                f"reference: has the shape {matrix.shape}; give a 3x3 matrix, or a variable of rotations"
-            )
+            raise ScenarioError(f"reference: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
         reference = xr.DataArray(matrix, dims=MATRIX, name="reference")
     _check_matrices(R)
     reference = _matching(R, reference)
@@ -83,7 +81,7 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     runs = Runs(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(*rotations) for _, *rotations in _portions(runs, block)]
+        parts = [_mean(R, known) for _, R, known in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
@@ -205,9 +203,7 @@ def _at_labels(runs: Runs, mean: Any) -> np.ndarray:
 
     _check_matrices(mean)
     if runs.dim in mean.dims:
-        raise ScenarioError(
-            f"mean: has the dimension {runs.dim}; give one rotation for all runs, as mean_rotation does"
-        )
+        raise ScenarioError(f"mean: has the dimension {runs.dim}; give one rotation for all runs")
     coordinates = {name: runs.x[name] for name in runs.dims if name in runs.x.coords}
     labels = xr.DataArray(np.zeros(runs.sizes), coordinates, runs.dims, runs.x.name)
     mean = _matching(labels, mean)
@@ -221,8 +217,9 @@ def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
     import numpy as np
 
     _check_matrices(other)
-    for name in other.dims:
-        if name in x.dims and not np.array_equal(x[name], other[name]):
+    for name in set(x.dims) & set(other.dims):
+        both = name in x.coords and name in other.coords
+        if x.sizes[name] != other.sizes[name] or (both and not np.array_equal(x[name], other[name])):
             of = other.name or "the reference"
             raise ScenarioError(f"{of}: has other labels of {name} than {x.name or 'R'}; select those that both have")
     return other.drop_vars([name for name in other.coords if name not in other.dims])
@@ -231,12 +228,10 @@ def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
 def _check_matrices(R: Any) -> None:
     check(R, *MATRIX)
     if any(R.sizes[name] != 3 for name in MATRIX):
-        raise ScenarioError(
-            f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole rotation matrices"
-        )
+        raise ScenarioError(f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole matrices")
 
 
-def _flags() -> Mapping[str, Any]:
+def _flags() -> dict[str, Any]:
     import numpy as np
 
     return {
