@@ -121,7 +121,7 @@ def test_failed_runs_may_rank_behind_all_others():
         (lambda x: quantile_interval(x, [0.5, "a"]), 'q = "a": must be above 0 and below 1'),
         (lambda x: quantile_interval(x, []), "q = []: asks for no quantile; give numbers between 0 and 1"),
         (lambda x: mean_interval(x, dim="runs"), '"runs" is no dimension of the variable tip; the nearest known'),
-        (lambda x: mean_interval(x.values), "an object of type ndarray has no numbers to compare; give one variable, such as"),
+        (lambda x: mean_interval(x.values), "an object of type ndarray has no numbers to compare; give one"),
         (lambda x: mean_interval(x.astype(str)), "the variable tip of type <U32 has no numbers to compare"),
     ],
 )

@@ -87,7 +87,9 @@ def test_about_one_axis_it_is_that_of_the_circle(deviation, runs):
     assert status == "unique" or deviation > 0.5
 
 
-@pytest.mark.parametrize(("runs", "deviation"), [(2, 3.0), (3, 3.0), (5, 1.0), (9, 3.0), (20, 1.2), (40, 3.0), (60, 0.9)])
+@pytest.mark.parametrize(
+    ("runs", "deviation"), [(2, 3.0), (3, 3.0), (5, 1.0), (9, 3.0), (20, 1.2), (40, 3.0), (60, 0.9)]
+)
 def test_it_is_the_least_of_all_minima(runs, deviation):
     rng = np.random.default_rng(runs)
     for _ in range(3):
