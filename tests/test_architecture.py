@@ -20,6 +20,7 @@ FLOORS = [
     {"sweep"},
     {"store"},
     {"scenario"},
+    {"progress"},
     {"running"},
     {"analysis"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
@@ -34,6 +35,7 @@ LIGHT = [
     "cli.py",
     "operations.py",
     "expressions.py",
+    "progress.py",
     "scenario",
     "sweep/distributions.py",
 ]

@@ -22,7 +22,8 @@ from lienumba.scenario.words import listed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.running.simulate import Progress, Tell
+    from lienumba.progress import shown
+from lienumba.running.simulate import Progress, Tell
 
 MOST_STEPS = 10_000  # so many stored intervals, unless others are asked for; where there are more steps, not every one
 INTERVALS = 1000  # of a run whose steps a tolerance chooses
@@ -47,7 +48,7 @@ def replay(
     allow_code: bool = False,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
-    progress: "Callable[[Progress], None] | None" = None,
+    progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate one run of a dataset again, with its course at many times, and return that.
 
@@ -64,7 +65,8 @@ def replay(
     ds: Any = dataset if path is None else read(path)
     where = "the dataset" if path is None else str(path)
     try:
-        done = again(ds, where, run, every, allow_code, progress or (lambda event: None))
+        with shown(progress) as tell:
+            done = again(ds, where, run, every, allow_code, tell)
     finally:
         if path is not None:
             ds.close()
