@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.progress import shown
 from lienumba.scenario import timegrid
 from lienumba.scenario.code import check_allowed
 from lienumba.scenario.resolve import Scenario, resolve
@@ -22,8 +23,7 @@ from lienumba.scenario.words import listed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.progress import shown
-from lienumba.running.simulate import Progress, Tell
+    from lienumba.running.simulate import Progress, Tell
 
 MOST_STEPS = 10_000  # so many stored intervals, unless others are asked for; where there are more steps, not every one
 INTERVALS = 1000  # of a run whose steps a tolerance chooses

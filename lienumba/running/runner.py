@@ -209,7 +209,7 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
         shards.flush()
         kept = len(shards.labels())
         if not kept and isinstance(error, KeyboardInterrupt):
-            raise Interrupted("interrupted: no dataset was written, since no run had finished") from None
+            raise Interrupted("interrupted: no dataset was written") from None
         if not kept:
             raise
         there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume (in Python: resume=True)"
