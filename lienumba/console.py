@@ -1,11 +1,10 @@
 """What a person sees while lienumba works: errors, warnings, progress and the summary."""
 
-import itertools
 import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,13 +15,10 @@ from lienumba.errors import ClusterError, ScenarioError
 from lienumba.progress import ProgressLines, bar, silent
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from lienumba.analysis.summary import Outcome, Quantiles, Summary
+    from lienumba.analysis.summary import Summary
     from lienumba.running.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-MOST_BODIES = 3  # whose final state the summary shows
 
 
 @contextmanager
@@ -115,72 +111,9 @@ def print_summary(summary: "Summary", target: Path) -> None:
     """How the runs ended, where, and how well the constraints held."""
     from rich.console import Console
 
+    from lienumba.analysis.summary_shown import parts
+
     output = Console(width=None if sys.stdout.isatty() else 110, highlight=False, soft_wrap=True)
-    failed = summary.runs - summary.good
-    title = f"{summary.title}: " if summary.title else ""
-    output.print(f"{title}{summary.good:,} of {summary.runs:,} runs good, {failed:,} failed", markup=False)
-    for line in _outcomes(summary):
-        output.print(f"  {line}", markup=False)
-    first = next((label for outcome in _failed(summary) for label in outcome.labels), None)
-    if first is not None:
-        output.print(f"  look at one: lienumba replay {target} --run {first}", markup=False)
-    if summary.final:
-        output.print(_quantiles(f"at t = {summary.final_time:g} s", summary.final, summary.spread))
-    if summary.kept:
-        output.print(_quantiles("of each run", summary.kept, summary.spread))
-    violations = (
-        ("position violation", summary.max_position_violation, " m"),
-        ("velocity violation", summary.max_velocity_violation, " m/s"),
-        ("relative energy drift", summary.max_relative_energy_drift, ""),
-    )
-    largest = ", ".join(f"{name} {value:.1e}{unit}" for name, value, unit in violations if value is not None)
-    if largest:
-        output.print(f"largest {largest}", markup=False)
-    if summary.not_unique:
-        output.print(f"reactions not unique: {summary.not_unique}; those of least norm are stored", markup=False)
-    if summary.stopped:
-        output.print(summary.stopped, markup=False)
+    for part in parts(summary, str(target)):
+        output.print(part, markup=False)
     output.print(f"written to {target}", markup=False)
-
-
-def _failed(summary: "Summary") -> "list[Outcome]":
-    """The ways in which runs failed."""
-    from lienumba.batch.statuses import GOOD, STATUSES
-
-    good = [status.name for status in STATUSES if status.code in GOOD]
-    return [outcome for outcome in summary.outcomes if outcome.status not in good]
-
-
-def _outcomes(summary: "Summary") -> Iterator[str]:
-    from lienumba.batch.statuses import STATUSES
-
-    sentences = {status.name: status.sentence for status in STATUSES}
-    for outcome in summary.outcomes:
-        if outcome.status != STATUSES[0].name:
-            more = ", ..." if outcome.count > len(outcome.labels) else ""
-            runs = ", ".join(
-                f"{label} (at {end:g} s)"
-                for label, end in itertools.zip_longest(outcome.labels, outcome.end_times, fillvalue=0.0)
-            )
-            yield f"{outcome.count:,} {outcome.status}: {sentences[outcome.status]}; runs {runs}{more}"
-
-
-def _quantiles(what: str, rows: "Sequence[Quantiles]", runs: int) -> "Table":
-    """Quantiles over so many runs; of many bodies only the last."""
-    from rich import box
-    from rich.table import Table
-
-    bodies = list(dict.fromkeys(row.body for row in rows if row.body))
-    shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
-    which = f", the last of {len(bodies)} bodies" if len(shown) < len(bodies) else ""
-    table = Table(title=what + which, box=box.SIMPLE_HEAD, title_justify="left")
-    for heading in ("quantity", "body", "axis"):
-        table.add_column(heading)
-    for heading in ("5 %", "median", "95 %") if runs > 1 else ("value",):
-        table.add_column(heading, justify="right")
-    table.add_column("unit")
-    for row in rows:
-        if not row.body or row.body in shown:
-            values = (row.low, row.median, row.high) if runs > 1 else (row.median,)
-            table.add_row(row.quantity, row.body, row.axis, *(f"{value:.6g}" for value in values), row.units)
-    return table

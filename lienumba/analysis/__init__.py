@@ -10,6 +10,7 @@ from lienumba.analysis.rotations import rotation_covariance as rotation_covarian
 from lienumba.analysis.rotations import rotation_error as rotation_error
 from lienumba.analysis.sensitivity import sensitivity as sensitivity
 from lienumba.analysis.study import work_precision as work_precision
+from lienumba.analysis.summary import summarise as summarise
 
 __all__ = [
     "covariance",
@@ -21,5 +22,6 @@ __all__ = [
     "rotation_covariance",
     "rotation_error",
     "sensitivity",
+    "summarise",
     "work_precision",
 ]

@@ -8,7 +8,9 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD, SUCCESS
+from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, VARIABLES
+from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
 from lienumba.sweep.design import NOMINAL_RUN
 
@@ -45,7 +47,7 @@ class Quantiles:
     high: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
     dataset has none; `final`: quantiles at the final time over those that reached the end; `kept`: those of summaries,
@@ -70,10 +72,21 @@ class Summary:
     not_unique: str = ""
     stopped: str = ""
 
+    def __repr__(self) -> str:
+        from lienumba.analysis.summary_shown import text
+
+        return text(self)
+
 
 def summarise(ds: xr.Dataset) -> Summary:
-    """Summarise a dataset that `lienumba run` made, or a selection of its runs. It may be larger than the memory."""
+    """Summarise a dataset that `lienumba run` made, or a selection of its runs. It may be larger than the memory.
+
+    Printed, or at the end of a cell, it shows itself.
+    """
     import numpy as np
+
+    if is_study(ds):
+        raise ScenarioError("the dataset is of a study, which lienumba.analysis.orders sums up; give one of a sweep")
 
     status = ds["status"].values
     good, finished = np.isin(status, GOOD), status == SUCCESS

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from lienumba import ScenarioError
 from lienumba.analysis.summary import summarise
 from lienumba.batch.statuses import STATUSES
 from lienumba.store import windows
@@ -167,3 +168,17 @@ def test_summaries_instead_of_courses():
     assert summary.final[0].median == 10.0
     assert summary.final_time == 1.0
     assert summary.max_relative_energy_drift is None
+
+
+def test_it_shows_itself():
+    shown = repr(summarise(known([0, 0, 2, 0])))
+    assert shown.startswith("known: 3 of 4 runs good, 1 failed\n  1 projection_not_converged: ")
+    assert "runs 102 (at 0.25 s)\n" in shown
+    assert " position   top    y " in " ".join(shown.split(" ")).replace("  position", " position")
+    assert shown.endswith("relative energy drift 7.5e-07")
+    assert "\x1b" not in shown
+
+
+def test_a_study_is_summed_up_elsewhere():
+    with pytest.raises(ScenarioError, match=r"is of a study, which lienumba\.analysis\.orders sums up"):
+        summarise(known([0]).assign_coords(step=xr.Variable((), 0.1, {"role": "grid", "path": "integrator.step"})))
