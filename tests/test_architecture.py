@@ -22,6 +22,7 @@ FLOORS = [
     {"scenario"},
     {"running"},
     {"analysis"},
+    {"scene"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},
     {"__init__", "__main__"},

@@ -82,7 +82,8 @@ def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_cod
 
     check_run(ds, where, run)
     there = of_run(ds, run)
-    original = _scenario(there, where, allow_code)
+    check_allowed(tomllib.loads(ds.attrs["scenario"]), where, "a replay", allow_code)
+    original = scenario_of(ds)
     dense = _dense(original, every)
     dataset, kept = _simulated(dense, original, there, run, tell)
     one, other = common(there, of_run(kept, run))
@@ -101,11 +102,9 @@ def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:
     return [f"{where}: was written by lienumba {version}, and this is {__version__}, whose results may differ"]
 
 
-def _scenario(there: "xr.Dataset", where: str, allow_code: bool) -> Scenario:
+def scenario_of(ds: "xr.Dataset") -> Scenario:
     """The scenario of a dataset; code that comes with it has not run yet."""
-    raw = tomllib.loads(there.attrs["scenario"])
-    check_allowed(raw, where, "a replay", allow_code)
-    return resolve(raw)
+    return resolve(tomllib.loads(ds.attrs["scenario"]))
 
 
 def _dense(original: Scenario, every: float | None) -> Scenario:

@@ -30,6 +30,16 @@ def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Mode
     has them."""
     import numpy as np
 
+    with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
+        return _builder(scenario, samples).build()
+
+
+def geometry(scenario: Scenario, samples: Mapping[str, Any]) -> tuple[Model, Start]:
+    """Bodies, and the joints between two of them: what can be drawn, without running code of the user's own."""
+    return _builder(scenario, samples).geometry()
+
+
+def _builder(scenario: Scenario, samples: Mapping[str, Any]) -> "_Builder":
     data = scenario.data.model.model_dump()
     scenario.parameters.fill(data, samples)
     for path, kind in scenario.data.sweep.vary.items():
@@ -39,8 +49,7 @@ def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Mode
     for path, values in samples.items():
         if not path.startswith("parameters."):
             paths.put(data, paths.parse(path), values)
-    with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
-        return _Builder(data, scenario.data.files).build()
+    return _Builder(data, scenario.data.files)
 
 
 class _Builder:
@@ -55,7 +64,7 @@ class _Builder:
         data = self.data
         model = Model(
             gravity=_timed3(data["gravity"]),
-            bodies=tuple(m.Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in data["bodies"]),
+            bodies=self.masses(),
             joints=tuple(map(self.joint, data["joints"])),
             drivers=tuple(map(self.driver, data["drivers"])),
             forces=tuple(map(self.force, data["forces"])),
@@ -63,6 +72,15 @@ class _Builder:
             events=tuple(map(_event, data["events"])),
         )
         return tried(model), Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
+
+    def geometry(self) -> tuple[Model, Start]:
+        drawn = [joint for joint in self.data["joints"] if joint["type"] != PYTHON and "joints" not in joint]
+        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(map(self.joint, drawn)))
+        return model, Start((), tuple(map(_joint_start, drawn)))
+
+    def masses(self) -> tuple[m.Body, ...]:
+        bodies = self.data["bodies"]
+        return tuple(m.Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in bodies)
 
     def ends(self, names: Sequence[str]) -> tuple[int, ...]:
         return tuple(self.bodies[name] for name in names)

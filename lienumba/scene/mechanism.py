@@ -1,0 +1,131 @@
+"""What of a mechanism can be drawn: a solid for each body, and the points, axes and rods of its joints."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import hypot
+from typing import TYPE_CHECKING
+
+from lienumba.groups import so3
+from lienumba.mechanics import placing
+from lienumba.mechanics.mapping import map_numbers
+from lienumba.mechanics.model import GROUND, Joint, Vec3
+from lienumba.scenario.build import geometry
+from lienumba.scenario.code import PYTHON
+from lienumba.scenario.resolve import Scenario
+from lienumba.scene.solids import Solid, equivalent
+
+if TYPE_CHECKING:
+    import numpy as np
+
+AXIS, ROD, ARM = "axis", "rod", "arm"
+# How long an axis is drawn, relative to the size of the mechanism; where something slides along it, it is a rail.
+AXIS_LENGTH, RAIL_LENGTH = 0.25, 0.6
+RAILS = {"prismatic", "cylindrical", "point_on_line", "screw"}
+WITHOUT_AXIS = {"fixed", "spherical", "distance"}
+ORIGIN = (0.0, 0.0, 0.0)
+STILL = (0.0,) * 6  # velocities
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point (m) of a body (index; -1 for the ground), in its own frame."""
+
+    body: int
+    point: Vec3
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight line between two places. kind: the "axis" of a joint, the "rod" of a distance joint, or the "arm" from
+    the mass centre of a body to one of its joints; name: of the joint."""
+
+    kind: str
+    name: str
+    ends: tuple[Place, Place]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The point of a joint on one of its bodies."""
+
+    name: str
+    type: str
+    place: Place
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """bodies: names, in the order of `masses` (kg) and `solids`; free: whether nothing holds it anywhere."""
+
+    bodies: tuple[str, ...]
+    masses: tuple[float, ...]
+    solids: tuple[Solid, ...]
+    segments: tuple[Segment, ...]
+    marks: tuple[Mark, ...]
+    free: bool
+
+
+def mechanism(
+    scenario: Scenario, samples: Mapping[str, float], positions: "np.ndarray", rotations: "np.ndarray"
+) -> Mechanism:
+    """The mechanism of a run: with its samples, by path, and the poses of its bodies at the start, (k, 3) in m and
+    (k, 3, 3) body to global, which say where a joint that is entered in the global frame is in each body.
+
+    No code of the user's own runs; joints that are such code are not drawn, nor are gears and couplers, which have no
+    place.
+    """
+    model, start = geometry(scenario, samples)
+    model = map_numbers(model, lambda x, _: float(x))
+    states = [(*r, *R.ravel(), *STILL) for r, R in zip(positions, rotations, strict=True)]
+    joints = [
+        placing.place(joint, says, tuple(states), None, known=True)
+        for joint, says in zip(model.joints, start.joints, strict=True)
+    ]
+    solids = tuple(equivalent(body.mass, body.inertia) for body in model.bodies)
+    marks = tuple(Mark(joint.name, joint.type, place) for joint in joints for place in _points(joint))
+    own = [mark for mark in marks if mark.place.body != GROUND]
+    size = max(*(solid.radius for solid in solids), *(hypot(*mark.place.point) for mark in own), 0.0)
+    arms = [Segment(ARM, mark.name, (Place(mark.place.body, ORIGIN), mark.place)) for mark in own]
+    return Mechanism(
+        tuple(body.name for body in model.bodies),
+        tuple(body.mass for body in model.bodies),
+        solids,
+        (*arms, *(line for joint in joints for line in _lines(joint, size))),
+        marks,
+        _free(scenario),
+    )
+
+
+def _free(scenario: Scenario) -> bool:
+    """No joint or driver has to do with the ground, as far as is known of code of the user's own."""
+    model = scenario.data.model
+    ends = [end for joint in model.joints for end in getattr(joint, "bodies", ())]
+    return not model.drivers and "ground" not in ends and all(joint.type != PYTHON for joint in model.joints)
+
+
+def _points(joint: Joint) -> Iterator[Place]:
+    """Where a joint is, on each of its bodies."""
+    if joint.points is not None:
+        yield from map(Place, joint.bodies, joint.points)
+
+
+def _lines(joint: Joint, size: float) -> Iterator[Segment]:
+    """The axis of a joint, on every body where it has one of its own; the rod of a distance."""
+    if joint.type == "distance":
+        first, second = _points(joint)
+        yield Segment(ROD, joint.name, (first, second))
+    if joint.frames is None or joint.type in WITHOUT_AXIS:
+        return
+    half = 0.5 * size * (RAIL_LENGTH if joint.type in RAILS else AXIS_LENGTH)
+    kind = placing.kind_of(joint)
+    for body, point, frame in zip(joint.bodies, joint.points or (ORIGIN, ORIGIN), joint.frames, strict=True):
+        z = frame[2]
+        ends = (Place(body, _along(point, z, sign * half)) for sign in (-1.0, 1.0))
+        yield Segment(AXIS, joint.name, (next(ends), next(ends)))
+        if kind.parallel or kind.axes == 1:
+            return  # one line for both
+
+
+def _along(point: Vec3, z: Vec3, length: float) -> Vec3:
+    x, y, z = so3.axpy(length, z, point)
+    return x, y, z

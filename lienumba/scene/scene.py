@@ -1,0 +1,169 @@
+"""Some runs of a dataset in motion, for whoever draws them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from lienumba.batch.statuses import GOOD
+from lienumba.errors import ScenarioError
+from lienumba.mechanics.model import GROUND
+from lienumba.running.replay import again, scenario_of
+from lienumba.running.same import of_run
+from lienumba.scenario.resolve import Scenario
+from lienumba.scene.mechanism import Mechanism, Place, mechanism
+from lienumba.scene.runs import NOMINAL, POSE, Choice, choose
+from lienumba.store.layout import FULL
+from lienumba.store.study_layout import is_study
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from lienumba.running.simulate import Tell
+
+TURN = 2.0  # rad between two stored times, beyond which nobody can tell how a body got from one to the other
+FAR = 5.0  # of its own size: a free mechanism that travels farther is followed
+
+
+@dataclass(frozen=True)
+class Moving:
+    """One run. times (T,) in s; positions (T, k, 3) of the mass centres in m, rotations (T, k, 3, 3) body to global;
+    why: it is shown; good: whether it reached its end."""
+
+    run: int
+    why: str
+    good: bool
+    mechanism: Mechanism
+    times: "np.ndarray"
+    positions: "np.ndarray"
+    rotations: "np.ndarray"
+
+    @property
+    def label(self) -> str:
+        """What the run is called."""
+        if self.why == NOMINAL:
+            return "nominal run"
+        return f"run {self.run}" + (f" ({self.why})" if self.why else "")
+
+    def at(self, places: Sequence[Place]) -> "np.ndarray":
+        """Where these places of bodies or ground are (T, n, 3) in m."""
+        import numpy as np
+
+        found = np.empty((len(self.times), len(places), 3))
+        for n, place in enumerate(places):
+            found[:, n] = place.point
+            if place.body != GROUND:
+                found[:, n] = self.positions[:, place.body] + self.rotations[:, place.body] @ np.array(place.point)
+        return found
+
+
+@dataclass(frozen=True)
+class Scene:
+    """runs: the first is the one to look at first; low, high (3,) in m: the box in which all that reached their end
+    move; followed: whether positions are relative to the mass centre of the mechanism, which travels far."""
+
+    runs: tuple[Moving, ...]
+    low: "np.ndarray"
+    high: "np.ndarray"
+    followed: bool
+
+
+def scene(
+    ds: "xr.Dataset",
+    where: str = "the dataset",
+    *,
+    count: int = 1,
+    runs: Sequence[int] = (),
+    worst: str | None = None,
+    allow_code: bool = False,
+    tell: "Tell" = lambda event: None,
+) -> Scene:
+    """Up to `count` runs of a dataset, or these runs, with their courses. A run whose course is not stored from the
+    start on, or at times that lie too far apart to see how it turns, is simulated again.
+
+    where: what the dataset is called; worst: the name of what the worst run has the largest of; allow_code: run the
+    Python code that the dataset brings, if runs must be simulated again.
+    """
+    if is_study(ds):
+        raise ScenarioError(
+            f"{where}: is of a study, which has many settings for each run; run the scenario with those of the point "
+            "(--set) and without [study], and look at that"
+        )
+    scenario = scenario_of(ds)
+    found = choose(ds, scenario, where, count, runs=runs, name=worst)
+    if not found:
+        raise ScenarioError(f"{where}: no run has moved, so there is nothing to see; lienumba info says why")
+    moving = [_moving(ds, where, scenario, choice, allow_code, tell) for choice in found]
+    followed = all(map(_travels, moving))
+    if followed:
+        moving = [_followed(run) for run in moving]
+    return Scene(tuple(moving), *_box([run for run in moving if run.good] or moving), followed)
+
+
+def _moving(ds: "xr.Dataset", where: str, scenario: Scenario, choice: Choice, allow_code: bool, tell: "Tell") -> Moving:
+    import numpy as np
+
+    there = of_run(ds, choice.run)
+    course = _stored(there)
+    if course is None:
+        course = _stored(again(ds, where, choice.run, None, allow_code, tell).dataset)
+    assert course is not None, "a replay stores all from the start on"
+    times, positions, rotations = (x[np.isfinite(course[1]).all(axis=(1, 2))] for x in course)
+    samples = {str(name): x.item() for name, x in there.coords.items() if x.attrs.get("role") == "input"}
+    built = mechanism(scenario, samples, positions[0], rotations[0])
+    good = there["status"].item() in GOOD
+    return Moving(choice.run, choice.why, good, built, times, positions, rotations)
+
+
+def _stored(there: "xr.Dataset") -> "tuple[np.ndarray, np.ndarray, np.ndarray] | None":
+    """The course of the one run that a dataset has, if it tells how the run moves: times, positions, rotations."""
+    import numpy as np
+
+    dim = FULL if FULL in there.dims else "run"
+    if any(name not in there or there[name].dims[:2] != (dim, "time") for name in POSE) or not there.sizes[dim]:
+        return None
+    times = there["time"].values
+    if times[0] != 0.0:
+        return None
+    if "angular_velocity" in there and there["angular_velocity"].dims[:2] == (dim, "time"):
+        rates = np.sqrt((there["angular_velocity"].values[0] ** 2).sum(axis=-1)).max(axis=-1)
+        turns = np.diff(times) * np.fmax(rates[:-1], rates[1:])
+        if np.nanmax(turns, initial=0.0) > TURN:
+            return None
+    return times, *(there[name].values[0] for name in POSE)
+
+
+def _travels(run: Moving) -> bool:
+    """Whether the mass centre of a mechanism that nothing holds leaves the place of the start."""
+    path = _centre(run)
+    return run.mechanism.free and bool(abs(path - path[0]).max() > FAR * _size(run))
+
+
+def _centre(run: Moving) -> "np.ndarray":
+    """The mass centre of the mechanism (T, 1, 3)."""
+    import numpy as np
+
+    return np.average(run.positions, axis=1, weights=run.mechanism.masses)[:, None]
+
+
+def _size(run: Moving) -> float:
+    """The extent of the mechanism at the start in m."""
+    low, high = _box([replace(run, positions=run.positions[:1])])
+    return float((high - low).max())
+
+
+def _followed(run: Moving) -> Moving:
+    return replace(run, positions=run.positions - _centre(run))
+
+
+def _box(runs: Sequence[Moving]) -> "tuple[np.ndarray, np.ndarray]":
+    """The corners (3,) of the box in which bodies and joints of these runs are."""
+    import numpy as np
+
+    low, high = [], []
+    for run in runs:
+        radii = np.array([solid.radius for solid in run.mechanism.solids])[:, None]
+        ground = [mark.place.point for mark in run.mechanism.marks if mark.place.body == GROUND]
+        low += [(run.positions - radii).min(axis=(0, 1)), *map(np.array, ground)]
+        high += [(run.positions + radii).max(axis=(0, 1)), *map(np.array, ground)]
+    return np.min(low, axis=0), np.max(high, axis=0)
