@@ -73,7 +73,8 @@ def packed(values: np.ndarray, kind: str = "f8") -> dict[str, str]:
     """Numbers as plotly.js reads them; NaN and infinity are such numbers too."""
     import numpy as np
 
-    return {"dtype": kind, "bdata": b64encode(np.ascontiguousarray(values, KINDS[kind]).tobytes()).decode()}
+    shape = {"shape": ", ".join(map(str, values.shape))} if values.ndim > 1 else {}
+    return {"dtype": kind, "bdata": b64encode(np.ascontiguousarray(values, KINDS[kind]).tobytes()).decode(), **shape}
 
 
 def plain(text: str) -> str:

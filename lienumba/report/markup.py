@@ -29,19 +29,17 @@ def join(children: Iterable[str]) -> Markup:
     return Markup("".join(child if isinstance(child, Markup) else escape(child, quote=False) for child in children))
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, caption: str = "") -> Markup:
-    """A table that scrolls inside itself; words: so many columns from the left hold words, the others numbers."""
+def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, prose: bool = False) -> Markup:
+    """A table that scrolls inside itself; words: so many columns from the left hold words, the others numbers; prose:
+    some hold sentences."""
     kinds = ["word" if n < words else "number" for n in range(len(headings))]
     head = element("tr", *(element("th", text, class_=kind) for text, kind in zip(headings, kinds, strict=True)))
     body = (
         element("tr", *(element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True))) for row in rows
     )
-    named = [element("caption", caption)] if caption else []
-    return element(
-        "div",
-        element("table", *named, element("thead", head), element("tbody", *body)),
-        class_="scroll", tabindex="0", role="region", aria_label=caption or ", ".join(headings),
-    )  # fmt: skip
+    whole = element("table", element("thead", head), element("tbody", *body))
+    kind = "scroll prose" if prose else "scroll"
+    return element("div", whole, class_=kind, tabindex="0", role="region", aria_label=", ".join(headings))
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> Markup:

@@ -59,7 +59,7 @@ def _ends(found: Summary, name: str) -> Iterator[Markup]:
     rows = ((f"{x.count:,}", x.status.replace("_", " "), known[x.status].sentence, _which(x)) for x in others)
     headings = ("runs", "how they ended", "what it means, and a remedy", "which, and when")
     yield element("h3", "Runs that ended early")
-    yield Markup(table(headings, rows, 4).replace('class="scroll"', 'class="scroll prose"', 1))
+    yield table(headings, rows, 4, prose=True)
     label = others[0].labels[0]
     yield element("p", "Look at one, with its whole course: ", element("code", f"lienumba replay {name} --run {label}"))
 
