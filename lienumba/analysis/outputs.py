@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 from math import nan
 from typing import TYPE_CHECKING, Any
 
+from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.scenario.words import show, suggestion
 from lienumba.store.layout import VARIABLES
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
     import numpy as np
 
     good = ds[STATUS].isin(GOOD).values & sampled
-    known = {FAILED: [FAILED]} | {str(name): list(_components(x)) for name, x in ds.data_vars.items() if _is_output(x)}
+    known = {FAILED: [FAILED]} | {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
     asked = [output for name in names for output in _matching(name, known)]
     if not names:
         asked = _telling(ds, known, time)
@@ -65,23 +64,13 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
             yield from _read(ds[name], known[name], dict.fromkeys(wanted), at, good)
 
 
+def telling(ds: xr.Dataset) -> list[str]:
+    """The names of the outputs that say most."""
+    return _telling(ds, {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}, None)
+
+
 def _is_output(variable: xr.DataArray) -> bool:
     return variable.name != STATUS and "run" in variable.dims and variable.dtype.kind in "biuf"
-
-
-def _labels(variable: xr.DataArray) -> Iterator[tuple[int, ...]]:
-    """The indices along the dimensions other than run and time of each output."""
-    return product(*(range(variable.sizes[dim]) for dim in _dims(variable)))
-
-
-def _dims(variable: xr.DataArray) -> list[str]:
-    return [str(dim) for dim in variable.dims if dim not in ("run", "time")]
-
-
-def _components(variable: xr.DataArray) -> Iterator[str]:
-    """The names of the outputs of a variable."""
-    each = [[str(label) for label in variable[dim].values] for dim in _dims(variable)]
-    return (".".join([str(variable.name), *labels]) for labels in product(*each))
 
 
 def _variable_of(output: str, known: dict[str, list[str]]) -> str:
@@ -89,16 +78,10 @@ def _variable_of(output: str, known: dict[str, list[str]]) -> str:
 
 
 def _matching(asked: str, known: dict[str, list[str]]) -> list[str]:
-    """The outputs of a variable, one of them, or those of a body or joint: position, position.top.z, position.top."""
+    """The outputs of this name."""
     if asked == STATUS:
         raise ScenarioError(f'the output "{STATUS}" is a code, not a number; ask for "{FAILED}"')
-    found = known.get(asked) or [
-        name for components in known.values() for name in components if f"{name}.".startswith(f"{asked}.")
-    ]
-    if not found:
-        own = next((x for name, x in known.items() if asked.startswith(f"{name}.") and len(x) > 1), list(known))
-        raise ScenarioError(f"the dataset has no output {show(asked)}; {suggestion(asked, own)}")
-    return found
+    return matching(asked, known, "output")
 
 
 def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) -> list[str]:
@@ -108,8 +91,8 @@ def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) ->
     own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
     outputs = [output for name in own for output in known[name]]
     if not outputs:
-        places = [name for name in (f"{LAST}position", "position") if name in names] or names
-        outputs = known[places[0]][-3:] if places else []
+        where = [name for name in (f"{LAST}position", "position") if name in names] or names
+        outputs = known[where[0]][-3:] if where else []
     if not outputs:
         raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
     return outputs[:MOST]
@@ -131,19 +114,19 @@ def _stored(ds: xr.Dataset, time: float | None) -> int:
 
 
 def _read(
-    variable: xr.DataArray, components: list[str], wanted: Iterable[str], at: int, good: np.ndarray
+    variable: xr.DataArray, names: list[str], wanted: Iterable[str], at: int, good: np.ndarray
 ) -> Iterator[Output]:
     """These components of a variable; only what they need of it is read."""
     import numpy as np
 
     time = float(variable["time"].values[at]) if "time" in variable.dims else nan
     here = variable.isel(time=at) if "time" in variable.dims else variable
-    places = dict(zip(components, _labels(variable), strict=True))
-    needed = [sorted({places[name][k] for name in wanted}) for k in range(len(_dims(variable)))]
-    part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(_dims(variable), needed, strict=True)})
+    at_place = dict(zip(names, places(variable), strict=True))
+    needed = [sorted({at_place[name][k] for name in wanted}) for k in range(len(dims_of(variable)))]
+    part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(dims_of(variable), needed, strict=True)})
     values = np.where(good.reshape(-1, *(1 for _ in needed)), part.transpose("run", ...).values, nan)
     scale = float(np.nanmax(abs(values), initial=0.0))
     units, long_name = (str(variable.attrs.get(key, default)) for key, default in (("units", "1"), ("long_name", "")))
     for name in wanted:
-        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(places[name], needed, strict=True)))
+        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(at_place[name], needed, strict=True)))
         yield Output(name, units, long_name, values[place], time, scale)

@@ -87,7 +87,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         good=int(good.sum()),
         spread=int((good & sampled).sum()),
         final_time=time,
-        outcomes=_outcomes(ds),
+        outcomes=outcomes(ds),
         final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled)),
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
         max_position_violation=_maximum(ds, "max_position_violation", good),
@@ -117,7 +117,7 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
     return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in known], time
 
 
-def _outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
+def outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
     """One entry for each status that occurs, success first, then the most frequent failures."""
     status = ds["status"]
     names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
@@ -161,11 +161,9 @@ def _relative_drift(ds: xr.Dataset, good: np.ndarray) -> float | None:
     names = ["energy_residual", "kinetic_energy"]
     if any(name not in ds or ds[name].dims[:1] != RUN for name in names) or not good.any():
         return None
-    drifts, first = [], 0
-    for window in windows(ds, names):
-        here = good[first : first + window.sizes["run"]]
-        first += window.sizes["run"]
-        residual, kinetic = (np.fmax.reduce(abs(window[name].values[here]), axis=1) for name in names)
+    drifts = []
+    for window in windows(ds, names, which=good):
+        residual, kinetic = (np.fmax.reduce(abs(window[name].values), axis=1) for name in names)
         with np.errstate(divide="ignore", invalid="ignore"):
             drifts.append(np.where(kinetic > 0.0, residual / kinetic, np.where(residual > 0.0, np.nan, 0.0)))
     return float(np.concatenate(drifts).max())

@@ -1,0 +1,47 @@
+"""Names of what a dataset holds: `tip`, `position.top.z`, `event_time.far`; of several, `position` or `position.top`.
+
+A component is one number of every run, or one at every time of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.words import show, suggestion
+from lienumba.store.layout import FULL, RUN
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NOT_OF_A_COMPONENT = (*RUN, FULL, "time")
+
+
+def dims_of(variable: xr.DataArray) -> list[str]:
+    """The dimensions that tell components apart."""
+    return [str(dim) for dim in variable.dims if dim not in NOT_OF_A_COMPONENT]
+
+
+def places(variable: xr.DataArray) -> Iterator[tuple[int, ...]]:
+    """The indices of each component along `dims_of`."""
+    return product(*(range(variable.sizes[dim]) for dim in dims_of(variable)))
+
+
+def components(variable: xr.DataArray) -> list[str]:
+    """The name of each component, in the order of `places`."""
+    each = [[str(label) for label in variable[dim].values] for dim in dims_of(variable)]
+    return [".".join([str(variable.name), *labels]) for labels in product(*each)]
+
+
+def matching(asked: str, known: Mapping[str, Sequence[str]], what: str) -> list[str]:
+    """The components of a variable, one of them, or those of a body or joint; known: those of each variable; what: the
+    word for what is asked for."""
+    found = list(known.get(asked, ())) or [
+        name for each in known.values() for name in each if f"{name}.".startswith(f"{asked}.")
+    ]
+    if not found:
+        own = next((x for name, x in known.items() if asked.startswith(f"{name}.") and len(x) > 1), list(known))
+        raise ScenarioError(f"the dataset has no {what} {show(asked)}; {suggestion(asked, own)}")
+    return found

@@ -1,0 +1,149 @@
+"""The numbers of a panel: courses of runs with quantiles over them, and how numbers that each run has once are spread.
+
+Failed runs are no part of them; a run that an event ended is, up to there. The nominal run is told apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lienumba.analysis import attitude, reading
+from lienumba.analysis.telling import FEW, Panel
+from lienumba.batch.statuses import STATUSES
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+SAMPLES = 3  # runs that are kept beside the quantiles
+FEWEST_BINS, MOST_BINS = 5, 60
+WIDE = 100.0  # 95 % by 5 % quantile of positive numbers that only a logarithmic axis shows
+ROUNDING = 1e-12  # relative: numbers nearer than this are the same
+
+
+@dataclass(frozen=True)
+class Course:
+    """One line of a panel over the time. quantiles (5, times): at LEVELS over the runs that have a value; largest
+    (times,): of these; nominal (times,): the nominal run, None if there is none; each: courses (times,) by label, of
+    all runs where they are few, else of some."""
+
+    label: str
+    quantiles: np.ndarray
+    largest: np.ndarray
+    nominal: np.ndarray | None
+    each: dict[int, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Courses:
+    """runs: how many are shown; of: how many there are; lines: one for each line of the panel."""
+
+    times: np.ndarray
+    runs: int
+    of: int
+    lines: list[Course]
+
+    @property
+    def few(self) -> bool:
+        """Whether the runs are too few for quantiles, so that each stands for itself."""
+        return self.runs <= FEW
+
+
+@dataclass(frozen=True)
+class Spread:
+    """One line of a panel without times. values: of the runs that have one; missing: how many have none; nominal: that
+    of the nominal run, None if there is none."""
+
+    label: str
+    values: np.ndarray
+    missing: int
+    nominal: float | None
+
+
+def courses(ds: xr.Dataset, panel: Panel) -> Courses:
+    """The courses of a panel."""
+    which = reading.shown_runs(ds, panel)
+    labels = ds[panel.dim].values
+    read = zip(panel.lines, reading.values(ds, panel, which), _nominal(ds, panel), strict=True)
+    lines = [_course(line.label, x, labels[which], nominal) for line, x, nominal in read]
+    everyone = reading.every_run(ds, panel)
+    return Courses(ds["time"].values, int(which.sum()), int(everyone.sum()), lines)
+
+
+def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
+    """What each run has once of a panel, line by line; of a course the last value."""
+    import numpy as np
+
+    read = zip(panel.lines, reading.values(ds, panel, reading.shown_runs(ds, panel)), _nominal(ds, panel), strict=True)
+    found = []
+    for line, x, nominal in read:
+        known = x[np.isfinite(x)]
+        own = None if nominal is None or not np.isfinite(nominal[-1]) else float(nominal[-1])
+        found.append(Spread(line.label, known, len(x) - len(known), own))
+    return found
+
+
+def statuses(ds: xr.Dataset) -> dict[str, int]:
+    """How many runs ended in each way that occurs."""
+    codes = ds["status"].values
+    counts = {status.name: int((codes == status.code).sum()) for status in STATUSES}
+    return {name: count for name, count in counts.items() if count}
+
+
+def label(ds: xr.Dataset, panel: Panel) -> str:
+    """What the axis of the values shows, with its unit."""
+    return f"angle of its axes from {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
+
+
+def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarray:
+    """Quantiles (levels, times) of values (runs, times) at each time, over the runs that have one."""
+    import numpy as np
+
+    ordered = np.sort(values.T, axis=1)  # NaN last
+    last = np.maximum(np.isfinite(ordered).sum(axis=1) - 1, 0)
+    at = np.multiply.outer(np.asarray(levels), last)
+    below, rows = at.astype(int), np.arange(len(ordered))
+    low, high = ordered[rows, below], ordered[rows, np.minimum(below + 1, last)]
+    found: np.ndarray = low + (at - below) * (high - low)
+    return found
+
+
+def bins(spreads: Sequence[Spread]) -> np.ndarray:
+    """The edges of a histogram of all of these: around whole numbers if they are few; of positive numbers of many
+    magnitudes in equal ratios; else as many as Rice's rule says, 2 n^(1/3)."""
+    import numpy as np
+
+    every = np.concatenate([spread.values for spread in spreads])
+    low, high = float(every.min()), float(every.max())
+    if high - low <= ROUNDING * max(abs(low), abs(high)):
+        half = 0.5 * (abs(low) or 1.0)
+        return np.array([low - half, low + half])
+    if high - low < MOST_BINS and (every == np.round(every)).all():
+        return np.arange(low - 0.5, high + 1.0)
+    number = int(np.clip(np.ceil(2.0 * max(len(x.values) for x in spreads) ** (1 / 3)), FEWEST_BINS, MOST_BINS))
+    if low > 0.0 and np.quantile(every, 0.95) > WIDE * np.quantile(every, 0.05):
+        return np.geomspace(low, high, number + 1)
+    return np.linspace(low, high, number + 1)
+
+
+def _course(label: str, values: np.ndarray, labels: np.ndarray, nominal: np.ndarray | None) -> Course:
+    """Of values (runs, times)."""
+    import numpy as np
+
+    kept = range(len(values)) if len(values) <= FEW else np.linspace(0, len(values) - 1, SAMPLES).astype(int)
+    each = {int(labels[n]): values[n].copy() for n in kept}
+    return Course(label, quantiles(values), np.fmax.reduce(values, axis=0), nominal, each)
+
+
+def _nominal(ds: xr.Dataset, panel: Panel) -> list[np.ndarray | None]:
+    """Each line of the nominal run (times,)."""
+    import numpy as np
+
+    at = reading.nominal_run(ds, panel)
+    if at is None or (panel.angles and reading.reference(ds, panel) == attitude.NOMINAL):
+        return [None for _ in panel.lines]
+    only = np.arange(ds.sizes[panel.dim]) == at
+    return [x[0] for x in reading.values(ds, panel, only)]

@@ -1,0 +1,53 @@
+"""Words for what a dataset holds: what an axis shows, with its unit as people write it; how the runs ended."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from lienumba.analysis.summary import outcomes
+from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
+from lienumba.scenario.words import plural
+from lienumba.store import study_layout
+from lienumba.store.layout import VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EITHER = {"driver_effort": "N or N·m", "multiplier": "N or N·m"}  # units of variables that have several
+POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def unit_label(units: str) -> str:
+    """A unit as people write it: kg·m²/s of kg m2 s-1; nothing of 1."""
+    above, below = [], []
+    for name, power in re.findall(r"([^\W\d]+)(-?\d*)", units):
+        size = power.removeprefix("-")
+        (below if power.startswith("-") else above).append(name + ("" if size == "1" else size.translate(POWERS)))
+    return "/".join(["·".join(above) or "1", *below]) if above or below else ""
+
+
+def words(name: str) -> str:
+    """A variable in words; names that a scenario gives stay as they are."""
+    return name.replace("_", " ") if name in VARIABLES or name in study_layout.VARIABLES else name
+
+
+def axis_label(name: str, units: str) -> str:
+    """What an axis shows, with its unit."""
+    unit = EITHER.get(name) or unit_label(units)
+    return words(name) + (f" ({unit})" if unit else "")
+
+
+def fates(ds: xr.Dataset) -> str:
+    """How many runs failed, and why, and how many an event has ended; empty if all reached the end."""
+    names = {status.name: status.code for status in STATUSES}
+    ended = [outcome for outcome in outcomes(ds) if names[outcome.status] != SUCCESS]
+    failed = [outcome for outcome in ended if names[outcome.status] not in GOOD]
+    stopped = [
+        plural(x.count, "run was stopped by an event", "runs were stopped by events") for x in ended if x not in failed
+    ]
+    if not failed:
+        return "; ".join(stopped)
+    reasons = ", ".join(f"{outcome.count:,} {outcome.status.replace('_', ' ')}" for outcome in failed)
+    count = plural(sum(outcome.count for outcome in failed), "run", "runs")
+    return "; ".join([f"{count} failed ({reasons})", *stopped])
