@@ -6,7 +6,7 @@ Colours are names of custom properties of the page (`assets/theme.js`), so that 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -18,18 +18,19 @@ if TYPE_CHECKING:
 
 COLORS = 7  # of the palette, --c0 to --c6
 DASHES = ("solid", "dash", "dot", "dashdot")
-BAND = "22%"  # how much of its colour a band has
+MOST_POWERS = 6  # of ten, on an axis
 KINDS = {"f8": "<f8", "f4": "<f4", "i2": "<i2", "u2": "<u2"}
 
 
 @dataclass(frozen=True)
 class Chart:
-    """One diagram: its title, a remark in smaller letters, what it draws, and how."""
+    """One diagram: its title, what it draws, and how; the unit of its values, and a remark."""
 
     title: str
-    note: str
     traces: list[dict[str, Any]]
     layout: dict[str, Any]
+    unit: str = ""
+    note: str = ""
 
     @property
     def data(self) -> dict[str, Any]:
@@ -47,15 +48,16 @@ class Section:
 
 
 def section(key: str, title: str, *before: str, charts: Sequence[Chart] = (), wide: str = "") -> Section:
-    """A section whose charts stand side by side behind what comes before; wide: "wide" for two to a row, "single"."""
+    """A section whose charts stand side by side behind what comes before; wide: "wide" for two to a row instead of three."""
     named = {f"{key}-{n}": chart for n, chart in enumerate(charts)}
     grid = [element("div", *(_place(*x) for x in named.items()), class_=f"panels {wide}".strip())] if named else []
     return Section(key, title, join([*before, *grid]), named)
 
 
 def _place(name: str, chart: Chart) -> Markup:
+    unit = [" ", element("small", chart.unit)] if chart.unit else []
     note = [element("br"), element("small", chart.note)] if chart.note else []
-    caption = element("figcaption", chart.title, *note)
+    caption = element("figcaption", chart.title, *unit, *note)
     return element("figure", caption, element("div", class_="plot", data_chart=name))
 
 
@@ -98,3 +100,13 @@ def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: An
     """The area between two lines; it tells nothing when pointed at."""
     edges: dict[str, Any] = {"hoverinfo": "skip", "showlegend": False, "width": 0, **own}
     return [line(x, low, "", shade, **edges), line(x, high, "", shade, fill="tonexty", fillcolor=shade, **edges)]
+
+
+def logarithmic(values: Iterable[np.ndarray]) -> dict[str, Any]:
+    """A logarithmic axis over whole powers of ten, which hold the positive ones of these."""
+    import numpy as np
+
+    every = np.concatenate([x[np.isfinite(x) & (x > 0.0)] for x in values] or [np.ones(1)])
+    low, high = (np.log10(every.min()), np.log10(every.max())) if len(every) else (0.0, 0.0)
+    ends = [float(np.floor(low - 1e-9)), float(np.ceil(high + 1e-9))]
+    return {"type": "log", "range": ends, "dtick": float(np.ceil((ends[1] - ends[0]) / MOST_POWERS))}

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis import fans
-from lienumba.analysis.fans import LEVELS, Course
+from lienumba.analysis import fans, reading
+from lienumba.analysis.fans import Course
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.telling import Panel, telling
 from lienumba.report import chart
@@ -42,11 +42,11 @@ def sections(ds: xr.Dataset, marked: Sequence[Marked]) -> Iterator[Section]:
     if others:
         left_out = [element("p", f"{choice.left_out[0].upper()}{choice.left_out[1:]}.", class_="quiet")]
         charts = [course_chart(ds, panel, marked) for panel in others]
-        yield section("courses", "Over the time", *_key(ds, marked), *(left_out if choice.left_out else []), charts=charts)
+        yield section("courses", "Over the time", *_key(ds, marked), *(left_out if choice.left_out else []), charts=charts, wide="wide")
     if checks:
         charts = [course_chart(ds, panel, ()) for panel in checks]
         text = "But for errors of the method, the energy residual and the violations would be 0."
-        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), charts=charts)
+        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), charts=charts, wide="wide")
 
 
 def _key(ds: xr.Dataset, marked: Sequence[Marked]) -> list[Markup]:
@@ -65,25 +65,32 @@ def _key(ds: xr.Dataset, marked: Sequence[Marked]) -> list[Markup]:
 
 def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Chart:
     """The chart of a panel."""
-    found, times = fans.courses(ds, panel), ds["time"].values
-    kept, unit = _kept(len(times)), _unit(ds, panel)
+    found, unit = fans.courses(ds, panel), _unit(ds, panel)
+    kept = _kept(len(found.times))
+    pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
     traces: list[dict[str, Any]] = []
-    for n, course in enumerate(found):
-        traces += _lines(course, n, times[kept], kept, unit, panel.logarithmic)
-    if len(next(iter(found)).each) > 1 and not panel.angles:
-        for style, one in zip(DASHES, marked, strict=False):
-            traces += _one(ds, panel, one, style, times[kept], kept, unit)
+    for n, course in enumerate(found.lines):
+        traces += pen.each(course, n) if found.few else pen.spread(course, n)
+    for style, one in zip(DASHES, () if found.few or panel.angles else marked, strict=False):
+        traces += _one(ds, panel, one, style, pen)
+    note = [f"angles of its axes from {reading.reference(ds, panel)}"] if panel.angles else []
+    if found.runs < found.of:
+        note.append(f"{found.runs:,} of {found.of:,} runs, in blocks evenly over the sweep")
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
-        "yaxis": {"type": "log"} if panel.logarithmic else {},
-        "showlegend": len(found) > 1,
-        "height": 280 if len(found) > 1 else 250,
+        "yaxis": chart.logarithmic(x for line in found.lines for x in (line.quantiles[2], line.largest))
+        if panel.logarithmic
+        else {},
+        "showlegend": len(found.lines) > 1,
+        "height": 280 if len(found.lines) > 1 else 250,
     }
-    return Chart(panel.title, unit + (f" from {fans.reference(ds, panel)}" if panel.angles else ""), traces, layout)
+    return Chart(panel.title, traces, layout, unit, "; ".join(note))
 
 
 def _unit(ds: xr.Dataset, panel: Panel) -> str:
-    return "°" if panel.angles else unit_label(str(ds[panel.name].attrs.get("units", "")))
+    """Of all lines, where they have one."""
+    units = {unit_label(str(ds[line.variable].attrs.get("units", ""))) for line in panel.lines}
+    return "°" if panel.angles else units.pop() if len(units) == 1 else ""
 
 
 def _kept(times: int) -> np.ndarray:
@@ -93,48 +100,58 @@ def _kept(times: int) -> np.ndarray:
     return np.unique(np.linspace(0, times - 1, MOST_TIMES).round().astype(int))
 
 
-def _lines(
-    course: Course, n: int, x: np.ndarray, kept: np.ndarray, unit: str, logarithmic: bool
-) -> Iterator[dict[str, Any]]:
-    """Bands and median of one line; of what is logarithmic the median and the largest."""
-    import numpy as np
+@dataclass(frozen=True)
+class Pen:
+    """Draws courses at these times x (s), of which the indices are kept, in this unit."""
 
-    group, spread = {"legendgroup": str(n)}, len(course.each) > 1
-    low, lower, median, upper, high = (_drawable(q[kept], logarithmic) for q in course.quantiles)
-    both = spread and not logarithmic
-    if both:
-        yield from chart.band(x, low, high, chart.color(n, "18%"), **group)
-        yield from chart.band(x, lower, upper, chart.color(n, "26%"), **group)
-    elif spread:
-        largest = _drawable(course.largest[kept], logarithmic)
-        style = {"dash": "dot", "width": 1.2, "showlegend": False, **group}
-        yield chart.line(x, largest, f"{course.label}, largest", chart.color(n), hovertemplate=_hover(unit), **style)
-    between = "(%{customdata[0]:.4~g} to %{customdata[1]:.4~g}) " if both else ""
-    ends = {"customdata": chart.packed(np.stack([low, high], axis=1))} if both else {}
-    name = course.label or ("median" if spread else "")
-    hover = _hover(f"{between}{unit}")
-    yield chart.line(x, median, name, chart.color(n), dash=chart.dash(n), hovertemplate=hover, **ends, **group)
+    x: np.ndarray
+    kept: np.ndarray
+    unit: str
+    logarithmic: bool
+
+    def spread(self, course: Course, n: int) -> Iterator[dict[str, Any]]:
+        """Bands and median of one line; of what is logarithmic median and largest."""
+        import numpy as np
+
+        group, shade = {"legendgroup": str(n)}, chart.color(n)
+        low, lower, median, upper, high = map(self.shown, course.quantiles)
+        if self.logarithmic:
+            largest = {"dash": "dot", "width": 1.3, "showlegend": False, **group}
+            yield self.line(course.largest, f"{course.label}, largest of all runs", shade, **largest)
+            yield self.line(course.quantiles[2], course.label or "median", shade, **group)
+            return
+        yield from chart.band(self.x, low, high, chart.color(n, "18%"), **group)
+        yield from chart.band(self.x, lower, upper, chart.color(n, "26%"), **group)
+        ends = {"customdata": chart.packed(np.stack([low, high], axis=1)), "dash": chart.dash(n), **group}
+        text = f"%{{y:.4~g}} (%{{customdata[0]:.4~g}} to %{{customdata[1]:.4~g}}) {chart.plain(self.unit)}"
+        yield chart.line(self.x, median, course.label or "median", shade, hovertemplate=text, **ends)
+
+    def each(self, course: Course, n: int) -> Iterator[dict[str, Any]]:
+        """The courses of few runs."""
+        for k, (run, values) in enumerate(course.each.items()):
+            name = course.label if len(course.each) == 1 else f"{course.label} run {run}".strip()
+            own = {"legendgroup": str(n), "dash": chart.dash(n), "showlegend": k == 0, "opacity": 1.0 if k == 0 else 0.55}
+            yield self.line(values, name, chart.color(n), **own)
+
+    def line(self, values: np.ndarray, name: str, shade: str, **own: Any) -> dict[str, Any]:
+        """The course (times,) of one run."""
+        text = f"%{{y:.4~g}} {chart.plain(self.unit)}"
+        return chart.line(self.x, self.shown(values), name, shade, hovertemplate=text, **own)
+
+    def shown(self, values: np.ndarray) -> np.ndarray:
+        """Those that are kept; nothing where a logarithm has no value."""
+        import numpy as np
+
+        here = values[self.kept]
+        return np.where(here > 0.0, here, np.nan) if self.logarithmic else here
 
 
-def _one(
-    ds: xr.Dataset, panel: Panel, marked: Marked, style: str, x: np.ndarray, kept: np.ndarray, unit: str
-) -> Iterator[dict[str, Any]]:
+def _one(ds: xr.Dataset, panel: Panel, marked: Marked, style: str, pen: Pen) -> Iterator[dict[str, Any]]:
     """The lines of one run."""
     if marked.run not in ds[panel.dim].values:
         return
     alone = ds.sel({dim: [marked.run] for dim in {"run", panel.dim}})
-    for n, course in enumerate(fans.courses(alone, panel)):
-        y = _drawable(course.quantiles[0][kept], panel.logarithmic)
-        own = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3, "hovertemplate": _hover(unit)}
-        yield chart.line(x, y, f"{course.label} {marked.name}".strip(), "--ink", **own)
-
-
-def _hover(unit: str) -> str:
-    return f"%{{y:.4~g}} {unit.replace('<', '&lt;')}"
-
-
-def _drawable(values: np.ndarray, logarithmic: bool) -> np.ndarray:
-    """Nothing where a logarithm has no value."""
-    import numpy as np
-
-    return np.where(values > 0.0, values, np.nan) if logarithmic else values
+    for n, course in enumerate(fans.courses(alone, panel).lines):
+        for values in course.each.values():  # none if it failed
+            own = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
+            yield pen.line(values, f"{course.label} {marked.name}".strip(), "--ink", **own)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.analysis.labels import fates
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
-from lienumba.report.markup import Markup, element, join
+from lienumba.report.markup import Markup, element, join, number
 from lienumba.scenario.words import plural
 from lienumba.store.study_layout import is_study
 
@@ -47,9 +47,9 @@ def _verdict(found: Summary, ended: str) -> Markup:
 
 def _quality(found: Summary) -> Iterator[str]:
     if found.max_position_violation is not None:
-        yield f"The joints held to {found.max_position_violation:.1g} m"
+        yield f"The joints held to {number(found.max_position_violation, 1)} m"
     if found.max_relative_energy_drift is not None:
-        yield f"the energy to {found.max_relative_energy_drift:.1g} of the largest kinetic energy"
+        yield f"the energy to {number(found.max_relative_energy_drift, 1)} of the largest kinetic energy"
 
 
 def _study_verdict(ds: xr.Dataset, failed: int) -> Markup:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 VOID = {"input", "br"}
+RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 class Markup(str):
@@ -50,3 +51,11 @@ def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
 def folded(summary: str, *children: str) -> Markup:
     """What is shown when asked for."""
     return element("details", element("summary", summary), *children)
+
+
+def number(x: float, digits: int = 6) -> str:
+    """A number as it is printed: 4.4 × 10⁻¹⁶, −0.25."""
+    if x != x:
+        return "–"
+    mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
+    return f"{mantissa} × 10{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}" if power else mantissa

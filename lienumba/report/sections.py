@@ -30,15 +30,21 @@ def _of_study(ds: xr.Dataset) -> Iterator[Section]:
 
 
 def _of_runs(ds: xr.Dataset, name: str, allow_code: bool, keep: Callable[[str, Any], None]) -> Iterator[Section]:
+    from lienumba.report.head import scenario_of
     from lienumba.report import courses, motion, sensitivity, spreads, summary
+    from lienumba.scene import Scene
 
-    moving, frames = motion.motion(ds, name, allow_code)
-    keep("motion", frames)
-    yield moving
+    seen = motion.seen(ds, name, allow_code)
+    if isinstance(seen, Scene):
+        keep("motion", motion.data(seen, scenario_of(ds)["model"].get("gravity", ())))
+    yield motion.section_of(seen)
     yield summary.summary(ds, name)
-    yield from courses.sections(ds)
-    section, numbers = sensitivity.sensitivity(ds)
+    yield from courses.sections(ds, motion.marked(seen))
+    known = sensitivity.columns(ds)
+    section, numbers = sensitivity.sensitivity(ds, known)
     if section is not None:
-        keep("sensitivity", numbers)
         yield section
-    yield from spreads.sections(ds)
+    if numbers:
+        keep("sensitivity", numbers)
+    if ds.sizes["run"] > 1:
+        yield from spreads.sections(known)

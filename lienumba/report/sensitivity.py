@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import outputs
 from lienumba.analysis import sensitivity as analysed
+from lienumba.analysis.sensitivity import CHOSEN
 from lienumba.analysis.labels import unit_label
 from lienumba.errors import ScenarioError
 from lienumba.report.chart import Section, packed, section
@@ -82,7 +83,7 @@ def sensitivity(ds: xr.Dataset, known: Columns) -> tuple[Section | None, dict[st
     order = sorted(range(len(names)), key=lambda k: -abs(strength[:, k]).max())[:MOST_INPUTS]
     numbers = _numbers(found.isel(input=order))
     points = _points(ds, known, [str(x) for x in found["output"].values], [names[k] for k in order])
-    notes = list(filter(None, str(found.attrs["notes"]).split("\n")))
+    notes = [x for x in str(found.attrs["notes"]).split("\n") if x and x != CHOSEN]
     if len(order) < len(names):
         notes.append(f"shown are the {len(order)} inputs of {len(names)} with the largest rank correlations")
     body = _body(bool(found["first_order"].notnull().any()), [*notes, points.pop("note")])
@@ -137,7 +138,7 @@ def _body(sobol: bool, notes: Sequence[str]) -> list[Markup]:
         "div",
         element("label", "output ", element("select", id="output")),
         element("label", "input ", element("select", id="input")),
-        class_="controls",
+        class_="controls choices",
     )
     charts = [("scatter", "scatter-caption"), ("tornado", "tornado-caption"), *([("sobol", "sobol-caption")] if sobol else [])]
     figures = (

@@ -10,7 +10,7 @@ from lienumba.analysis.labels import unit_label
 from lienumba.analysis.summary import Outcome, Quantiles, Summary, summarise
 from lienumba.batch.statuses import STATUSES, SUCCESS
 from lienumba.report.chart import Section, section
-from lienumba.report.markup import Markup, element, folded, table
+from lienumba.report.markup import Markup, element, folded, number, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +43,7 @@ def _cards(found: Summary) -> Iterator[Markup]:
         ("largest relative energy drift", found.max_relative_energy_drift, ""),
     ):
         if value is not None:
-            yield _card(f"{value:.1e} {unit}".strip(), name)
+            yield _card(f"{number(value, 2)} {unit}".strip(), name)
 
 
 def _card(value: str, name: str, bad: bool = False) -> Markup:
@@ -94,7 +94,7 @@ def _table(rows: Sequence[Quantiles], runs: int) -> Markup:
     for row in rows:
         values = (row.low, row.median, row.high) if runs > 1 else (row.median,)
         of = [row.body] if "of" in words else []
-        lines.append([row.quantity, *of, row.axis, *(f"{x:.6g}" for x in values), unit_label(row.units)])
+        lines.append([row.quantity, *of, row.axis, *(number(x) for x in values), unit_label(row.units)])
     return table([*words, *numbers, "unit"], lines, len(words))
 
 

@@ -7,7 +7,7 @@ const touch = matchMedia("(pointer: coarse)");
 function axis(own) {
   return {
     gridcolor: "--grid", linecolor: "--line", zerolinecolor: "--line", tickcolor: "--line", ticks: "outside", ticklen: 4,
-    tickfont: { color: "--quiet" }, automargin: true, nticks: 6, exponentformat: "power", ...own,
+    tickfont: { color: "--quiet" }, automargin: true, nticks: innerWidth < 640 ? 5 : 6, exponentformat: "power", ...own,
     title: { text: "", standoff: 8, font: { size: 12, color: "--quiet" }, ...(own && own.title) },
   };
 }
@@ -19,7 +19,7 @@ function layout(own) {
     hoverlabel: { bgcolor: "--card", bordercolor: "--line", font: { family: FONT, size: 12, color: "--ink" }, namelength: -1 },
     showlegend: false,
     legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", font: { size: 12 }, tracegroupgap: 0 },
-    ...own, xaxis: axis(own.xaxis), yaxis: axis(own.yaxis),
+    ...own, xaxis: axis({ tickangle: 0, ...own.xaxis }), yaxis: axis(own.yaxis),
   };
 }
 
