@@ -308,7 +308,7 @@ def plot(
 ) -> None:
     """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
     with console.exit_codes():
-        from lienumba.analysis.plots import save
+        from lienumba.figures.plots import save
         from lienumba.store.files import read
 
         target = output if output is not None else Path(file.stem + ".png")

@@ -23,6 +23,7 @@ FLOORS = [
     {"running"},
     {"analysis"},
     {"scene"},
+    {"figures"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},
     {"__init__", "__main__"},

@@ -39,11 +39,10 @@ class Course:
 
 @dataclass(frozen=True)
 class Courses:
-    """runs: how many are shown; of: how many there are; lines: one for each line of the panel."""
+    """times (s); runs: how many are shown; lines: one for each line of the panel."""
 
     times: np.ndarray
     runs: int
-    of: int
     lines: list[Course]
 
     @property
@@ -69,8 +68,7 @@ def courses(ds: xr.Dataset, panel: Panel) -> Courses:
     labels = ds[panel.dim].values
     read = zip(panel.lines, reading.values(ds, panel, which), _nominal(ds, panel), strict=True)
     lines = [_course(line.label, x, labels[which], nominal) for line, x, nominal in read]
-    everyone = reading.every_run(ds, panel)
-    return Courses(ds["time"].values, int(which.sum()), int(everyone.sum()), lines)
+    return Courses(ds["time"].values, int(which.sum()), lines)
 
 
 def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
@@ -95,7 +93,7 @@ def statuses(ds: xr.Dataset) -> dict[str, int]:
 
 def label(ds: xr.Dataset, panel: Panel) -> str:
     """What the axis of the values shows, with its unit."""
-    return f"angle of its axes from {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
+    return f"angle of its axes\nfrom {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
 
 
 def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarray:

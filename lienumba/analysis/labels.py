@@ -20,7 +20,8 @@ POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 def unit_label(units: str) -> str:
     """A unit as people write it: kg·m²/s of kg m2 s-1; nothing of 1."""
-    above, below = [], []
+    above: list[str] = []
+    below: list[str] = []
     for name, power in re.findall(r"([^\W\d]+)(-?\d*)", units):
         size = power.removeprefix("-")
         (below if power.startswith("-") else above).append(name + ("" if size == "1" else size.translate(POWERS)))

@@ -20,20 +20,14 @@ MOST_VALUES = 2**22  # of one line, over all runs and times
 BLOCK = 64  # consecutive runs
 
 
-def every_run(ds: xr.Dataset, panel: Panel) -> np.ndarray:
-    """The runs that could be shown, along the dimension of a panel (runs,)."""
+def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
+    """The runs that a panel shows, along its dimension (runs,): the good ones; where these have more values than a
+    picture needs, blocks of them that are evenly spread over the sweep."""
     import numpy as np
 
     which = good_runs(ds)
-    return np.isin(ds[FULL].values, ds["run"].values[which]) if panel.dim == FULL else which
-
-
-def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
-    """The runs that a panel shows (runs,): where they have more values than a picture needs, blocks of them that are
-    evenly spread over the sweep."""
-    import numpy as np
-
-    which = every_run(ds, panel)
+    if panel.dim == FULL:
+        which = np.isin(ds[FULL].values, ds["run"].values[which])
     most = max(MOST_VALUES // (ds.sizes["time"] * BLOCK), 1) * BLOCK if panel.course else len(which)
     if which.sum() <= most:
         return which

@@ -32,10 +32,9 @@ POSE, MOTION = ("position", "rotation"), ("angular_velocity", "velocity")
 EACH = ("body", "joint")  # dimensions whose entries have panels of their own
 MOST_LINES = 12  # in one panel
 MOST_ASKED = 24  # panels
-COURSES, CHECKS, SPREADS = 6, 2, 4  # panels that are chosen where none is asked for
-ALONE = 7  # courses without spreads
+MOST, COURSES, ALONE = 12, 6, 7  # panels that are chosen where none is asked for: courses with spreads, and without
 ROUNDING = 1e-12  # of the largest value of a variable: what varies by less is constant
-FEW = 8  # runs: too few for a spread
+FEW = 12  # runs: too few for a spread
 RANKED = 10_000  # runs that say on which inputs an output depends
 
 
@@ -78,16 +77,15 @@ class Choice:
 def telling(ds: xr.Dataset) -> Choice:
     """Courses of the scenario's own quantities, of efforts, of the state and the energy; drift; and of a sweep how its
     outputs and its inputs are spread."""
-    few = int(good_runs(ds).sum()) <= FEW
     courses = list(_courses(ds))
-    checks = [panel for panel in (_drift(ds), _violations(ds)) if panel is not None]
-    results, inputs = ([], []) if few and courses else (list(_results(ds)), list(_inputs(ds)))
+    checks = [panel for panel in (_drift(ds), _violations(ds)) if panel is not None] or list(_worst(ds))
+    several = not courses or good_runs(ds).sum() > FEW
+    results, inputs = (list(_results(ds)), list(_inputs(ds))) if several else ([], [])
     shown = courses[: COURSES if results or inputs else ALONE]
-    checks = checks or list(_worst(ds))
-    some_inputs = inputs[: max(SPREADS - len(results), SPREADS // 2)]
-    some_results = results[: SPREADS - len(some_inputs)]
-    panels = (*shown, *checks[: CHECKS if courses else None], *some_results, *some_inputs)
-    return Choice(panels, _left_out(courses[len(shown) :], len(inputs) - len(some_inputs)))
+    room = MOST - len(shown) - len(checks)
+    results = results[: max(room - len(inputs), room // 2)]
+    known = inputs[: room - len(results)]
+    return Choice((*shown, *checks, *results, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
 
 
 def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
@@ -98,7 +96,7 @@ def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
         wanted = matching(name, known, "variable")
         for variable in dict.fromkeys(x for x, each in known.items() for y in each if y in wanted):
             whole = [n for n, component in enumerate(known[variable]) if component in wanted]
-            found += _panels(ds[variable], whole)
+            found += [_input(ds[variable])] if variable in ds.coords else _panels(ds[variable], whole)
     shown = tuple(dict.fromkeys(found))
     return Choice(shown[:MOST_ASKED], _left_out(shown[MOST_ASKED:], 0))
 
@@ -193,7 +191,14 @@ def _inputs(ds: xr.Dataset) -> list[Panel]:
     """The sampled inputs, those first on which the first result depends most."""
     names = [str(name) for name, x in ds.coords.items() if x.attrs.get("role") == "input"]
     strength = dict(zip(names, _strengths(ds, names), strict=True))
-    return [panel for name in sorted(names, key=lambda name: -strength[name]) for panel in _panels(ds[name])]
+    return [_input(ds[name]) for name in sorted(names, key=lambda name: -strength[name])]
+
+
+def _input(samples: xr.DataArray) -> Panel:
+    name = str(samples.name)
+    return Panel(
+        f"sampled {name}", axis_label("value", str(samples.attrs.get("units", ""))), (Line(name, ""),), course=False
+    )
 
 
 def _strengths(ds: xr.Dataset, names: Sequence[str]) -> list[float]:
@@ -244,7 +249,7 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
         label = "".join(str(variable[dim].values[n]) for dim, n in index.items() if dims.index(dim) != each)
         lines.append(Line(name, label, index))
     frame = ", body frame" if variable.attrs.get("frame") == "body" else ""
-    alone = f" {lines[0].label}" if len(lines) == 1 and lines[0].label else ""
+    alone = f", {lines[0].label}" if len(lines) == 1 and lines[0].label else ""
     more = f", the first {MOST_LINES} of {len(lines)}" if len(lines) > MOST_LINES else ""
     units = str(variable.attrs.get("units", ""))
     return Panel(

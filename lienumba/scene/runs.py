@@ -50,7 +50,7 @@ def choose(
 
     labels, moved = ds["run"].values, ds["end_time"].values > 0.0
     good = moved & np.isin(ds["status"].values, GOOD)
-    first = _usual(ds, good if good.any() else moved)
+    first = _usual(ds, good)
     found = [first] if first is not None else []
     if name is not None:
         found.append(Choice(worst(ds, name).run, f"largest |{name}|"))
@@ -58,7 +58,7 @@ def choose(
         label = _farthest(ds, scenario, first.run, good)
         found += [] if label is None else [Choice(label, f"farthest from {first.why}")]
     failed = labels[moved & ~good]
-    found += [Choice(int(label), _status(ds, int(label))) for label in failed[:1]]
+    found += [Choice(int(label), _status(ds, int(label))) for label in failed[: 1 if good.any() else count]]
     others = labels[good]
     spread = others[np.linspace(0, len(others) - 1, min(count, len(others))).astype(int)] if len(others) else []
     found += [Choice(int(label), "") for label in spread]

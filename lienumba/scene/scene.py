@@ -12,7 +12,6 @@ from lienumba.running.same import of_run
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, Choice, choose
-from lienumba.store.layout import FULL
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -60,12 +59,14 @@ class Moving:
 @dataclass(frozen=True)
 class Scene:
     """runs: the first is the one to look at first; low, high (3,) in m: the box in which all that reached their end
-    move; followed: whether positions are relative to the mass centre of the mechanism, which travels far."""
+    move; followed: whether positions are relative to the mass centre of the mechanism, which travels far; remarks:
+    sentences on runs that were simulated again and came out otherwise."""
 
     runs: tuple[Moving, ...]
     low: "np.ndarray"
     high: "np.ndarray"
     followed: bool
+    remarks: tuple[str, ...]
 
 
 def scene(
@@ -93,44 +94,59 @@ def scene(
     found = choose(ds, scenario, where, count, runs=runs, name=worst)
     if not found:
         raise ScenarioError(f"{where}: no run has moved, so there is nothing to see; lienumba info says why")
-    moving = [_moving(ds, where, scenario, choice, allow_code, tell) for choice in found]
+    told = [_moving(ds, where, scenario, choice, allow_code, tell) for choice in found]
+    moving = [run for run, _ in told]
     followed = all(map(_travels, moving))
     if followed:
         moving = [_followed(run) for run in moving]
-    return Scene(tuple(moving), *_box([run for run in moving if run.good] or moving), followed)
+    shown = [run for run in moving if run.good] or moving
+    return Scene(tuple(moving), *_box(shown), followed, tuple(remark for _, remark in told if remark))
 
 
-def _moving(ds: "xr.Dataset", where: str, scenario: Scenario, choice: Choice, allow_code: bool, tell: "Tell") -> Moving:
+def _moving(
+    ds: "xr.Dataset", where: str, scenario: Scenario, choice: Choice, allow_code: bool, tell: "Tell"
+) -> tuple[Moving, str]:
+    """A run, and what is to be said of its course."""
     import numpy as np
 
     there = of_run(ds, choice.run)
-    course = _stored(there)
-    if course is None:
-        course = _stored(again(ds, where, choice.run, None, allow_code, tell).dataset)
+    course, remark = _course(there), ""
+    if course is None or (_coarse(there) and (allow_code or not scenario.data.files)):
+        done = again(ds, where, choice.run, None, allow_code, tell)
+        course, remark = _course(done.dataset), "" if done.same else done.sentence
     assert course is not None, "a replay stores all from the start on"
     times, positions, rotations = (x[np.isfinite(course[1]).all(axis=(1, 2))] for x in course)
     samples = {str(name): x.item() for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     built = mechanism(scenario, samples, positions[0], rotations[0])
     good = there["status"].item() in GOOD
-    return Moving(choice.run, choice.why, good, built, times, positions, rotations)
+    return Moving(choice.run, choice.why, good, built, times, positions, rotations), remark
 
 
-def _stored(there: "xr.Dataset") -> "tuple[np.ndarray, np.ndarray, np.ndarray] | None":
-    """The course of the one run that a dataset has, if it tells how the run moves: times, positions, rotations."""
+def _along_time(there: "xr.Dataset", name: str) -> "np.ndarray | None":
+    """The values (T, ...) of a variable of the one run that a dataset has, if its course is stored."""
+    if name not in there or there[name].dims[1:2] != ("time",) or not there[name].shape[0]:
+        return None
+    values: np.ndarray = there[name].values[0]
+    return values
+
+
+def _course(there: "xr.Dataset") -> "tuple[np.ndarray, ...] | None":
+    """Times, positions and rotations from the start on, if they are stored."""
+    position, rotation = (_along_time(there, name) for name in POSE)
+    if position is None or rotation is None or there["time"].values[0] != 0.0:
+        return None
+    return there["time"].values, position, rotation
+
+
+def _coarse(there: "xr.Dataset") -> bool:
+    """Whether a body turns too far between two stored times, as far as is known."""
     import numpy as np
 
-    dim = FULL if FULL in there.dims else "run"
-    if any(name not in there or there[name].dims[:2] != (dim, "time") for name in POSE) or not there.sizes[dim]:
-        return None
-    times = there["time"].values
-    if times[0] != 0.0:
-        return None
-    if "angular_velocity" in there and there["angular_velocity"].dims[:2] == (dim, "time"):
-        rates = np.sqrt((there["angular_velocity"].values[0] ** 2).sum(axis=-1)).max(axis=-1)
-        turns = np.diff(times) * np.fmax(rates[:-1], rates[1:])
-        if np.nanmax(turns, initial=0.0) > TURN:
-            return None
-    return times, *(there[name].values[0] for name in POSE)
+    rates = _along_time(there, "angular_velocity")
+    if rates is None:
+        return False
+    speed = np.sqrt((rates**2).sum(axis=-1)).max(axis=-1)
+    return bool(np.nanmax(np.diff(there["time"].values) * np.fmax(speed[:-1], speed[1:]), initial=0.0) > TURN)
 
 
 def _travels(run: Moving) -> bool:

@@ -124,7 +124,7 @@ def test_large_datasets_are_summarised_some_runs_at_a_time(tmp_path, monkeypatch
         patch.setattr(xr.Dataset, "load", lambda part: (sizes.append(part.sizes["run"]), load(part))[1])
         found = summarise(opened)
         assert not any(opened[name].variable._in_memory for name in ("position", "kinetic_energy", "energy_residual"))
-    assert sizes == [1, 2, 1, 2, 1, 1, 2, 1, 1, 2, 1]  # of each two runs those that are good
+    assert sizes == [1, 2, 1, 2, 1, 1, 2, 1, 2, 1, 1]  # of each two runs those that are good
     assert found.max_relative_energy_drift == pytest.approx(20e-6 / 4.0)
     assert found == summarise(ds)
 

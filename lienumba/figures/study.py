@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from lienumba.analysis.labels import axis_label
 from lienumba.analysis.orders import orders
-from lienumba.analysis.plots import COLORS, axis_label, blank
 from lienumba.analysis.study import Curve, curves, labels_of
 from lienumba.errors import ScenarioError
+from lienumba.figures.canvas import COLORS, blank
 from lienumba.scenario.words import show
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
 

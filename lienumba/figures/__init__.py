@@ -1,0 +1,5 @@
+"""Pictures of a dataset, drawn by matplotlib without its global state and without a display."""
+
+from lienumba.figures.plots import figure as figure
+
+__all__ = ["figure"]

@@ -1,0 +1,58 @@
+"""Empty figures, colours for all eyes, and the way to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.words import listed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STILLS = (".png", ".svg", ".pdf")
+WIDTH, HEIGHT = 4.4, 3.1  # of a panel, inches
+DPI = 130
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")  # Okabe and Ito
+STYLES = ("-", "--")
+NAMELESS = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same figure, the same bytes
+
+
+def blank(rows: int, columns: int, height: float = HEIGHT) -> tuple[Figure, list[list[Axes]]]:
+    """A figure with so many panels of this height (inches)."""
+    drawn = empty(WIDTH * columns, height * rows)
+    return drawn, [list(row) for row in drawn.subplots(rows, columns, squeeze=False)]
+
+
+def empty(width: float, height: float, layout: Any = "constrained", dpi: float = DPI) -> Figure:
+    """A figure without anything in it (inches)."""
+    try:
+        from lienumba.figures.shown import Shown
+    except ImportError:
+        raise ScenarioError('a figure needs matplotlib, which is missing; pip install "lienumba[plot]"') from None
+
+    return Shown(figsize=(width, height), layout=layout, dpi=dpi)
+
+
+def check_target(target: Path, suffixes: Sequence[str], what: str) -> None:
+    """Refuse a file that is none of these kinds, or has no folder; what: is to be written."""
+    if target.suffix.lower() not in suffixes:
+        raise ScenarioError(f"output = {target}: is no {what}; give a name that ends in {listed(suffixes, 'or')}")
+    if not target.parent.is_dir():
+        raise ScenarioError(
+            f"output = {target}: its folder {target.parent} does not exist; create it or choose another"
+        )
+
+
+def save(drawn: Figure, target: Path, **more: Any) -> None:
+    """Write a figure as PNG, SVG or PDF."""
+    from matplotlib import rc_context
+
+    try:
+        with rc_context({"svg.hashsalt": "lienumba"}):
+            drawn.savefig(target, metadata=NAMELESS[target.suffix.lower()], **more)
+    except OSError as error:
+        raise ScenarioError(f"output = {target}: cannot be written ({error.strerror}); choose another") from None

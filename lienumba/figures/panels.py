@@ -1,0 +1,168 @@
+"""One panel of a figure: bands of quantiles over the time, lines of few runs, histograms, or bars of how runs ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, label, spreads, statuses
+from lienumba.analysis.telling import STATUS, Panel
+from lienumba.batch.statuses import GOOD, STATUSES
+from lienumba.figures.canvas import COLORS, STYLES
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BANDS = ((1, 3, 0.42), (0, 4, 0.22))  # levels from and to, opacity
+MEDIAN = LEVELS.index(0.5)
+NOMINAL: dict[str, Any] = {"color": "black", "lw": 1.0, "ls": (0, (4, 2))}
+SAMPLE: dict[str, Any] = {"color": "0.35", "lw": 0.6}
+DECADES = 4  # of a logarithmic axis, below the largest
+LARGEST: dict[str, Any] = {"lw": 0.8, "ls": ":"}
+LEGEND: dict[str, Any] = {
+    "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "frameon": False, "borderpad": 0.2,
+    "borderaxespad": 0.1, "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.4,
+}  # fmt: skip
+BESIDE = 52  # letters of a title and a legend in one row
+LONG = 44  # letters of a title in small print
+
+
+def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> Courses | None:
+    """Draw a panel; returned are its courses, if it has some."""
+    shown = None
+    if panel.name == STATUS:
+        _bars(ax, statuses(ds))
+    elif panel.course:
+        shown = courses(ds, panel)
+        _courses(ax, shown, panel.logarithmic)
+        ax.set(xlabel="time (s)", ylabel=label(ds, panel))
+    else:
+        _histograms(ax, spreads(ds, panel))
+        ax.set(xlabel=label(ds, panel), ylabel="runs")
+    _entitle(ax, panel.title)
+    ax.grid(True, lw=0.4, alpha=0.5)
+    ax.set_axisbelow(True)
+    return shown
+
+
+def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], nominal: bool, note: str) -> None:
+    """Say below a figure what its bands and lines are, that of the nominal run too if there is one, and a note."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    fans = [(panel, courses) for panel, courses in zip(panels, shown, strict=True) if not courses.few]
+    handles: list[Any] = []
+    if fans:
+        handles.append(Line2D([], [], color="0.3", label="median"))
+    if any(not panel.logarithmic for panel, _ in fans):
+        for low, high, opacity in BANDS:
+            text = f"{100 * LEVELS[low]:.0f} to {100 * LEVELS[high]:.0f} % of the runs"
+            handles.append(Patch(color="0.3", alpha=opacity, lw=0, label=text))
+    if any(panel.logarithmic for panel, _ in fans):
+        handles.append(Line2D([], [], color="0.3", **LARGEST, label="largest of the runs"))
+    if any(len(courses.lines) == 1 for _, courses in fans):
+        handles.append(Line2D([], [], **SAMPLE, label="some of the runs"))
+    if nominal:
+        handles.append(Line2D([], [], **NOMINAL, label="nominal run"))
+    if handles or note:
+        drawn.legend(
+            handles=handles, loc="outside lower center", ncols=max(len(handles), 1), frameon=False, fontsize="small",
+            title=note or None, title_fontsize="small",
+        )  # fmt: skip
+
+
+def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
+    """Lines and bands over the time."""
+    alone = len(shown.lines) == 1
+    for n, line in enumerate(shown.lines):
+        style: dict[str, Any] = {"color": COLORS[n % len(COLORS)], "ls": STYLES[n // len(COLORS) % len(STYLES)]}
+        if shown.few:
+            _each(ax, shown, line, style, alone)
+        elif logarithmic:
+            ax.plot(shown.times, _positive(line.quantiles[MEDIAN]), **style, lw=1.3, label=line.label or None)
+            ax.plot(shown.times, _positive(line.largest), color=style["color"], **LARGEST)
+        else:
+            _fan(ax, shown, line, style, alone)
+        if line.nominal is not None and not logarithmic:
+            ax.plot(shown.times, line.nominal, **NOMINAL)
+    largest = max((value for line in shown.lines for value in line.largest if value > 0.0), default=0.0)
+    if logarithmic and largest:
+        ax.set_yscale("log")
+        ax.set_ylim(max(ax.get_ylim()[0], largest * 10.0**-DECADES))
+
+
+def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
+    """Each of few runs, in colours of their own if they are all there is in the panel."""
+    for n, (run, values) in enumerate(line.each.items()):
+        several = shown.runs > 1
+        own = style | {"color": COLORS[n % len(COLORS)]} if alone and several else style
+        name = f"run {run}" if alone and several else line.label if n == 0 else None
+        ax.plot(shown.times, values, **own, lw=0.9 if several else 1.3, label=name or None)
+
+
+def _fan(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
+    """Bands between quantiles, the median, and some runs if there is room."""
+    for low, high, opacity in BANDS[::-1]:
+        low_values, high_values = line.quantiles[[low, high]]
+        ax.fill_between(shown.times, low_values, high_values, color=style["color"], alpha=opacity, lw=0)
+    for values in line.each.values() if alone else ():
+        ax.plot(shown.times, values, **SAMPLE)
+    ax.plot(shown.times, line.quantiles[MEDIAN], **style, lw=1.3, label=line.label or None)
+
+
+def _positive(values: np.ndarray) -> np.ndarray:
+    """What a logarithmic axis can show of values."""
+    import numpy as np
+
+    return np.where(values > 0.0, values, np.nan)
+
+
+def _histograms(ax: Axes, spreads: Sequence[Spread]) -> None:
+    """How numbers that each run has once are spread."""
+    known = [spread for spread in spreads if len(spread.values)]
+    if not known:
+        ax.text(0.5, 0.5, "no run has a value", transform=ax.transAxes, ha="center", va="center", color="0.35")
+        return
+    edges: Any = bins(known)
+    if edges[0] > 0.0 and abs(edges[1] / edges[0] - edges[-1] / edges[-2]) < 1e-6 and len(edges) > 2:
+        ax.set_xscale("log")
+    for n, spread in enumerate(known):
+        missing = f"{spread.missing:,} runs have none" if spread.missing else ""
+        name = ", ".join(filter(None, [spread.label if len(spreads) > 1 else "", missing]))
+        ax.hist(
+            spread.values,
+            edges,
+            color=COLORS[n % len(COLORS)],
+            alpha=0.7 if len(known) > 1 else 0.9,
+            label=name or None,
+        )
+        if spread.nominal is not None:
+            ax.axvline(spread.nominal, **NOMINAL)
+
+
+def _bars(ax: Axes, counts: dict[str, int]) -> None:
+    """How many runs ended in which way."""
+    good = {status.name for status in STATUSES if status.code in GOOD}
+    names = list(counts)[::-1]
+    drawn = ax.barh(
+        [name.replace("_", " ") for name in names],
+        [counts[name] for name in names],
+        color=[COLORS[0] if name in good else COLORS[1] for name in names],
+        height=0.6,
+    )
+    ax.bar_label(drawn, [f"{counts[name]:,}" for name in names], padding=3)
+    ax.margins(x=0.15)
+    ax.set_xlabel("runs")
+
+
+def _entitle(ax: Axes, title: str) -> None:
+    """The title at the left, the legend above the data at the right, in one row if there is room."""
+    labels = ax.get_legend_handles_labels()[1]
+    beside = len(title) + sum(len(name) + 5 for name in labels) <= BESIDE
+    size = "medium" if len(title) <= LONG else "small"
+    ax.set_title(title, loc="left", fontsize=size, pad=6 if beside or not labels else 20)
+    if labels:
+        ax.legend(**LEGEND, ncols=len(labels))

@@ -1,0 +1,82 @@
+"""The figure of a dataset: of runs, how their variables spread; of a study, see `study.py`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lienumba.analysis.fans import Courses
+from lienumba.analysis.labels import fates
+from lienumba.analysis.reading import nominal_run
+from lienumba.analysis.telling import STATUS, Choice, asked, good_runs, telling
+from lienumba.errors import ScenarioError
+from lienumba.figures import canvas
+from lienumba.figures.panels import draw, explain
+from lienumba.scenario.words import plural, show, suggestion
+from lienumba.store.files import read
+from lienumba.store.study_layout import is_study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[str] = ()) -> Figure:
+    """The figure of a dataset, or of its file; a notebook shows it.
+
+    names: what to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+    """
+    wanted = [names] if isinstance(names, str) else names
+    if not isinstance(dataset, str | os.PathLike):
+        return _figure(dataset, wanted)
+    with read(Path(dataset)) as ds:
+        return _figure(ds, wanted)
+
+
+def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
+    """Write the figure of a dataset as PNG, SVG or PDF."""
+    canvas.check_target(target, canvas.STILLS, "figure")
+    canvas.save(_figure(ds, names), target)
+
+
+def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
+    if not is_study(ds):
+        return _of_runs(ds, asked(ds, names) if names else telling(ds))
+    from lienumba.figures.study import study_figure
+
+    for name in names:
+        if name not in ds.variables or not set(ds[name].dims) - {name}:
+            known = [str(x) for x in (*ds.data_vars, *ds.coords) if str(x) not in ds.dims]
+            raise ScenarioError(f"the dataset has no variable {show(name)}; {suggestion(name, known)}")
+    return study_figure(ds, names)
+
+
+def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
+    runs = int(good_runs(ds).sum())
+    if not runs and any(panel.name != STATUS for panel in choice.panels):
+        raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status"')
+    columns = _columns(len(choice.panels))
+    drawn, axes = canvas.blank(ceil(len(choice.panels) / columns), columns)
+    flat = [ax for row in axes for ax in row]
+    shown = [draw(ax, ds, panel) for ax, panel in zip(flat, choice.panels, strict=False)]
+    for ax in flat[len(choice.panels) :]:
+        ax.set_visible(False)
+    courses = [courses for courses in shown if courses is not None]
+    nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
+    explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
+    drawn.suptitle(": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(runs, courses, fates(ds))])))
+    return drawn
+
+
+def _columns(panels: int) -> int:
+    return panels if panels <= 3 else 2 if panels == 4 else 3 if panels <= 9 else 4
+
+
+def _count(runs: int, courses: Sequence[Courses], ended: str) -> str:
+    """Of how many runs it is, and what became of the others."""
+    read = min((x.runs for x in courses), default=runs)
+    which = plural(runs, "run", "runs") + (f", courses of {read:,}" if read < runs else "")
+    return "; ".join(filter(None, [which, ended]))

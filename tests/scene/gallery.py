@@ -1,0 +1,18 @@
+"""Datasets of the gallery, each simulated once."""
+
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import lienumba
+
+FOLDER = Path(__file__).parents[2] / "scenarios"
+
+
+@cache
+def gallery(name: str) -> Any:
+    """The dataset of this scenario."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # what a scenario of the gallery is told of is no matter here
+        return lienumba.run(FOLDER / f"{name}.toml", runs=[0])
