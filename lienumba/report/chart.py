@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from lienumba.report.markup import Markup, element, join
+from lienumba.report.markup import Markup, element, folded, join
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,11 +47,17 @@ class Section:
     charts: dict[str, Chart] = field(default_factory=dict)
 
 
-def section(key: str, title: str, *before: str, charts: Sequence[Chart] = (), wide: str = "") -> Section:
-    """A section whose charts stand side by side behind what comes before; wide: "wide" for two to a row instead of three."""
-    named = {f"{key}-{n}": chart for n, chart in enumerate(charts)}
-    grid = [element("div", *(_place(*x) for x in named.items()), class_=f"panels {wide}".strip())] if named else []
-    return Section(key, title, join([*before, *grid]), named)
+def section(
+    key: str, title: str, *before: str, charts: Sequence[Chart] = (), more: Sequence[Chart] = (), small: bool = False
+) -> Section:
+    """A section whose charts stand side by side behind what comes before; more: those that are folded away; small: three
+    to a row instead of two."""
+    named = {f"{key}-{n}": chart for n, chart in enumerate([*charts, *more])}
+    places = [_place(*x) for x in named.items()]
+    kind = "panels small" if small else "panels"
+    grid = [element("div", *places[: len(charts)], class_=kind)] if charts else []
+    hidden = [folded(f"{len(more)} more", element("div", *places[len(charts) :], class_=kind))] if more else []
+    return Section(key, title, join([*before, *grid, *hidden]), named)
 
 
 def _place(name: str, chart: Chart) -> Markup:

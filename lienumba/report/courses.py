@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import fans, reading
 from lienumba.analysis.fans import Course
-from lienumba.analysis.labels import unit_label
-from lienumba.analysis.telling import Panel, telling
+from lienumba.analysis.telling import Panel, asked, good_runs, telling
 from lienumba.report import chart
 from lienumba.report.chart import Chart, Section, section
 from lienumba.report.markup import Markup, element
+from lienumba.store.layout import FULL, VARIABLES
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
 MOST_TIMES = 400  # of a line: more than the pixels of its chart
-DRIFT = ("energy", "kinetic_energy", "potential_energy", "work", "energy_residual")
-VIOLATIONS = ("position_violation", "velocity_violation")
+CHECKS = (
+    "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation", "velocity_violation",
+)  # fmt: skip
+OTHERS = ("position", "rotation", "angular_velocity", "velocity", "driver_effort", "joint_force", "joint_torque")
 DASHES = ("dash", "dot")
+UNIT = re.compile(r"\(([^()]*)\)$")
 STYLES = ("dashed", "dotted")  # the same, on the page
 
 
@@ -35,18 +39,25 @@ class Marked:
 
 def sections(ds: xr.Dataset, marked: Sequence[Marked]) -> Iterator[Section]:
     """How the courses spread; and energies and violations, which say how well they are computed."""
-    choice = telling(ds)
-    panels = [panel for panel in choice.panels if panel.course]
-    checks = [panel for panel in panels if panel.name in (*DRIFT, *VIOLATIONS)]
-    others = [panel for panel in panels if panel not in checks]
-    if others:
-        left_out = [element("p", f"{choice.left_out[0].upper()}{choice.left_out[1:]}.", class_="quiet")]
-        charts = [course_chart(ds, panel, marked) for panel in others]
-        yield section("courses", "Over the time", *_key(ds, marked), *(left_out if choice.left_out else []), charts=charts, wide="wide")
+    panels = [panel for panel in telling(ds).panels if panel.course]
+    checks = [panel for panel in panels if panel.name in CHECKS]
+    first = [panel for panel in panels if panel not in checks]
+    if first:
+        charts = [course_chart(ds, panel, marked) for panel in first]
+        more = [course_chart(ds, panel, marked) for panel in _others(ds, panels)]
+        yield section("courses", "Over the time", *_key(ds, marked), charts=charts, more=more)
     if checks:
         charts = [course_chart(ds, panel, ()) for panel in checks]
         text = "But for errors of the method, the energy residual and the violations would be 0."
-        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), charts=charts, wide="wide")
+        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), charts=charts)
+
+
+def _others(ds: xr.Dataset, shown: Sequence[Panel]) -> list[Panel]:
+    """The panels of other bodies, and of reactions."""
+    courses = [str(name) for name, x in ds.data_vars.items() if "time" in x.dims and x.dtype.kind == "f"]
+    names = [name for name in courses if name not in (*CHECKS, "multiplier") and name not in VARIABLES]
+    names += [name for name in OTHERS if name in courses]
+    return [panel for panel in asked(ds, names).panels if panel not in shown] if names else []
 
 
 def _key(ds: xr.Dataset, marked: Sequence[Marked]) -> list[Markup]:
@@ -65,7 +76,7 @@ def _key(ds: xr.Dataset, marked: Sequence[Marked]) -> list[Markup]:
 
 def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Chart:
     """The chart of a panel."""
-    found, unit = fans.courses(ds, panel), _unit(ds, panel)
+    found, unit = fans.courses(ds, panel), _unit(panel)
     kept = _kept(len(found.times))
     pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
     traces: list[dict[str, Any]] = []
@@ -74,8 +85,7 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
     for style, one in zip(DASHES, () if found.few or panel.angles else marked, strict=False):
         traces += _one(ds, panel, one, style, pen)
     note = [f"angles of its axes from {reading.reference(ds, panel)}"] if panel.angles else []
-    if found.runs < found.of:
-        note.append(f"{found.runs:,} of {found.of:,} runs, in blocks evenly over the sweep")
+    note += _runs(ds, panel, found.runs)
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
         "yaxis": chart.logarithmic(x for line in found.lines for x in (line.quantiles[2], line.largest))
@@ -87,10 +97,10 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
     return Chart(panel.title, traces, layout, unit, "; ".join(note))
 
 
-def _unit(ds: xr.Dataset, panel: Panel) -> str:
-    """Of all lines, where they have one."""
-    units = {unit_label(str(ds[line.variable].attrs.get("units", ""))) for line in panel.lines}
-    return "°" if panel.angles else units.pop() if len(units) == 1 else ""
+def _unit(panel: Panel) -> str:
+    """That of its values, as its label has it."""
+    found = UNIT.search(panel.label)
+    return "°" if panel.angles else found[1] if found else ""
 
 
 def _kept(times: int) -> np.ndarray:
@@ -98,6 +108,16 @@ def _kept(times: int) -> np.ndarray:
     import numpy as np
 
     return np.unique(np.linspace(0, times - 1, MOST_TIMES).round().astype(int))
+
+
+def _runs(ds: xr.Dataset, panel: Panel, runs: int) -> list[str]:
+    """What is to be said of the runs that are shown."""
+    every = int(good_runs(ds).sum())
+    if runs == every:
+        return []
+    if panel.dim == FULL:
+        return [f"{runs:,} of {every:,} runs, whose courses are stored"]
+    return [f"{runs:,} of {every:,} runs, in blocks evenly over the sweep"]
 
 
 @dataclass(frozen=True)

@@ -58,4 +58,4 @@ def number(x: float, digits: int = 6) -> str:
     if x != x:
         return "–"
     mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
-    return f"{mantissa} × 10{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}" if power else mantissa
+    return f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}" if power else mantissa

@@ -26,9 +26,9 @@ LARGEST_TURN = 0.4  # rad between frames, where the course has such times
 MOST_RUNS = 8
 UNIT = 32767  # of the integers of a quaternion
 POSE = 3 * 4 + 4 * 2  # bytes of a body in a frame
-VIEW = (-1.6, 1.0, 0.75)  # to the side, to the front and up: from where one looks
-FLAT = 0.3  # of the largest extent: where a mechanism extends less than this, one looks along that axis
-FLAT_VIEW = (0.5, 1.85, 0.45)
+VIEW = (0.9, 1.7, 0.75)  # to the right, to the front and up: from where one looks
+FLAT = 0.45  # of the largest extent: where a mechanism extends less than this, one looks along that axis
+FLAT_VIEW = (0.45, 1.85, 0.4)
 
 
 def seen(ds: xr.Dataset, name: str, allow_code: bool) -> Scene | str:
@@ -154,8 +154,8 @@ def _view(extent: np.ndarray, gravity: Any) -> tuple[np.ndarray, np.ndarray]:
     level = [axis for axis in range(3) if axis != vertical]
     front = min(level, key=lambda axis: extent[axis])
     side = next(axis for axis in level if axis != front)
-    flat = extent[front] < FLAT * extent.max()
     eye = np.zeros(3)
-    eye[[side, front, vertical]] = FLAT_VIEW if flat else VIEW
+    eye[[side, front, vertical]] = FLAT_VIEW if extent[front] < FLAT * extent.max() else VIEW
+    eye[front] *= np.cross(up, np.eye(3)[front])[side]  # so that the axis at the side points to the right
     eye[vertical] *= up[vertical]
     return eye, up

@@ -113,7 +113,7 @@ def _scripts() -> str:
 
 
 def _palette() -> str:
-    from lienumba.analysis.plots import COLORS
+    from lienumba.figures.canvas import COLORS
 
     pairs = enumerate(zip(COLORS, DARK, strict=True))
     return " ".join(f"--c{n}: light-dark({light}, {dark});" for n, (light, dark) in pairs)

@@ -146,7 +146,7 @@ def _body(sobol: bool, notes: Sequence[str]) -> list[Markup]:
         for name, caption in charts
     )
     said = [element("p", "; ".join(filter(None, notes)) + ".", class_="quiet")] if any(notes) else []
-    return [element("p", RANKS + ": choose a pair.", class_="quiet"), matrix, choice, element("div", *figures, class_="panels wide"), *said]
+    return [element("p", RANKS + ": choose a pair.", class_="quiet"), matrix, choice, element("div", *figures, class_="panels"), *said]
 
 
 RANKS = "Spearman's rank correlations of outputs and inputs"

@@ -31,7 +31,7 @@ def sections(columns: Columns) -> Iterator[Section]:
         charts = [histogram(one, columns.labels, shade) for one in found[:most]]
         more = f"The first {most} of {len(found)}." if len(found) > most else ""
         if charts:
-            yield section(key, title, *([element("p", more, class_="quiet")] if more else []), charts=charts)
+            yield section(key, title, *([element("p", more, class_="quiet")] if more else []), charts=charts, small=True)
 
 
 def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:

@@ -29,12 +29,12 @@ def sections(ds: xr.Dataset) -> Iterator[Section]:
     refined = curves(ds)
     if any(len(curve.points) > 1 for curve in refined):
         charts = [_chart(ds, name, "step", refined) for name in _errors(ds)]
-        yield section("orders", "Observed orders", _orders(ds, refined), charts=charts, wide="wide")
+        yield section("orders", "Observed orders", _orders(ds, refined), charts=charts)
     lines = refined or [
         Curve({name: x[n] for name, x in labels_of(ds).items()}, "", [n]) for n in range(ds["time_per_run"].size)
     ]
     charts = [_chart(ds, name, cost, lines) for cost in ("evaluations", "time_per_run") for name in _errors(ds)[:1]]
-    yield section("work", "Work against precision", charts=charts, wide="wide")
+    yield section("work", "Work against precision", charts=charts)
     yield section("points", "Every point", *_ends(ds), _points(ds))
 
 

@@ -125,7 +125,7 @@ function looks(run, faint) {
       lightposition: { x: 2000, y: -4000, z: 8000 } },
     stroke("--quiet", 4),
     stroke("--ink", 3),
-    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: 3.5, color: "--ink", line: { width: 0 } } },
+    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: 2.5, color: "--ink", line: { width: 0 } } },
     stroke("--quiet", 2),
   ];
 }
@@ -138,7 +138,7 @@ function space(data) {
     tickfont: { size: narrow ? 9 : 11, color: "--quiet" }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
     gridcolor: "--line", zerolinecolor: "--line", linecolor: "--line", showbackground: false, showspikes: false, exponentformat: "power",
   });
-  const [x, y, z] = data.eye, near = narrow ? 1 : 0.82;
+  const [x, y, z] = data.eye, near = narrow ? 0.95 : 0.76;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", font: { family: FONT, color: "--ink" }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
     hovermode: false, showlegend: false,
