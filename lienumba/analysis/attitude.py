@@ -1,8 +1,8 @@
 """Attitudes as people understand them: the angles of the axes of a body from where they should be.
 
 The reference of each axis is, of a sweep, its direction in the nominal run at that time, or, without one, its mean
-direction over the runs (the mean of the unit vectors, made a unit vector again); of a few runs, its direction at the
-start of each. Angles are between 0 and 180 degrees, 2 asin(|a - b|/2), which is exact where a and b are near.
+direction over the runs (the mean of the unit vectors, made a unit vector again); of a single run, its direction at the
+start. Angles are between 0 and 180 degrees, 2 asin(|a - b|/2), which is exact where a and b are near.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 SAMPLES = 3  # runs that are kept beside the quantiles
 FEWEST_BINS, MOST_BINS = 5, 60
-WIDE = 100.0  # 95 % by 5 % quantile of positive numbers that only a logarithmic axis shows
+WIDE = 30.0  # the largest by the median of positive numbers that only a logarithmic axis shows
 ROUNDING = 1e-12  # relative: numbers nearer than this are the same
 
 
@@ -122,7 +122,7 @@ def bins(spreads: Sequence[Spread]) -> np.ndarray:
     if high - low < MOST_BINS and (every == np.round(every)).all():
         return np.arange(low - 0.5, high + 1.0)
     number = int(np.clip(np.ceil(2.0 * max(len(x.values) for x in spreads) ** (1 / 3)), FEWEST_BINS, MOST_BINS))
-    if low > 0.0 and np.quantile(every, 0.95) > WIDE * np.quantile(every, 0.05):
+    if low > 0.0 and high > WIDE * np.median(every):
         return np.geomspace(low, high, number + 1)
     return np.linspace(low, high, number + 1)
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.summary import outcomes
 from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
-from lienumba.scenario.words import plural
 from lienumba.store import study_layout
 from lienumba.store.layout import VARIABLES
 
@@ -41,14 +40,11 @@ def axis_label(name: str, units: str) -> str:
 
 def fates(ds: xr.Dataset) -> str:
     """How many runs failed, and why, and how many an event has ended; empty if all reached the end."""
-    names = {status.name: status.code for status in STATUSES}
-    ended = [outcome for outcome in outcomes(ds) if names[outcome.status] != SUCCESS]
-    failed = [outcome for outcome in ended if names[outcome.status] not in GOOD]
-    stopped = [
-        plural(x.count, "run was stopped by an event", "runs were stopped by events") for x in ended if x not in failed
-    ]
-    if not failed:
-        return "; ".join(stopped)
+    codes = {status.name: status.code for status in STATUSES}
+    ended = [outcome for outcome in outcomes(ds) if codes[outcome.status] != SUCCESS]
+    failed = [outcome for outcome in ended if codes[outcome.status] not in GOOD]
     reasons = ", ".join(f"{outcome.count:,} {outcome.status.replace('_', ' ')}" for outcome in failed)
-    count = plural(sum(outcome.count for outcome in failed), "run", "runs")
-    return "; ".join([f"{count} failed ({reasons})", *stopped])
+    count = sum(outcome.count for outcome in failed)
+    stopped = sum(outcome.count for outcome in ended) - count
+    said = [f"{count:,} failed ({reasons}) and not shown"] if failed else []
+    return "; ".join([*said, *([f"{stopped:,} stopped by events"] if stopped else [])])

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lienumba.analysis import attitude
-from lienumba.analysis.telling import FEW, Line, Panel, good_runs
+from lienumba.analysis.telling import Line, Panel, good_runs
 from lienumba.batch.statuses import GOOD
 from lienumba.store.layout import FULL
 from lienumba.store.windows import windows
@@ -46,7 +46,7 @@ def nominal_run(ds: xr.Dataset, panel: Panel) -> int | None:
 
 def reference(ds: xr.Dataset, panel: Panel) -> str:
     """From what the angles of an attitude are measured."""
-    if panel.course and shown_runs(ds, panel).sum() <= FEW:
+    if panel.course and shown_runs(ds, panel).sum() == 1:
         return attitude.START
     return attitude.MEAN if nominal_run(ds, panel) is None else attitude.NOMINAL
 

@@ -77,8 +77,8 @@ class Choice:
 def telling(ds: xr.Dataset) -> Choice:
     """Courses of the scenario's own quantities, of efforts, of the state and the energy; drift; and of a sweep how its
     outputs and its inputs are spread."""
-    courses = list(_courses(ds))
-    checks = [panel for panel in (_drift(ds), _violations(ds)) if panel is not None] or list(_worst(ds))
+    courses = [panel for panel in _courses(ds) if _moves(ds, panel)]
+    checks = [panel for panel in (*_drift(ds), *_violations(ds)) if _moves(ds, panel)] or list(_worst(ds))
     several = not courses or good_runs(ds).sum() > FEW
     results, inputs = (list(_results(ds)), list(_inputs(ds))) if several else ([], [])
     shown = courses[: COURSES if results or inputs else ALONE]
@@ -97,8 +97,8 @@ def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
         for variable in dict.fromkeys(x for x, each in known.items() for y in each if y in wanted):
             whole = [n for n, component in enumerate(known[variable]) if component in wanted]
             found += [_input(ds[variable])] if variable in ds.coords else _panels(ds[variable], whole)
-    shown = tuple(dict.fromkeys(found))
-    return Choice(shown[:MOST_ASKED], _left_out(shown[MOST_ASKED:], 0))
+    shown = [panel for n, panel in enumerate(found) if panel not in found[:n]]
+    return Choice(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))
 
 
 def good_runs(ds: xr.Dataset) -> np.ndarray:
@@ -147,24 +147,35 @@ def _energy(ds: xr.Dataset) -> Iterator[Panel]:
         yield Panel("energy", axis_label("energy", "J"), tuple(lines), _dim(ds[lines[0].variable]))
 
 
-def _drift(ds: xr.Dataset) -> Panel | None:
+def _drift(ds: xr.Dataset) -> Iterator[Panel]:
     """The energy residual."""
     name = "energy_residual"
-    return next(_panels(ds[name])) if name in ds and "time" in ds[name].dims else None
+    if name in ds and "time" in ds[name].dims:
+        yield from _panels(ds[name])
 
 
-def _violations(ds: xr.Dataset) -> Panel | None:
+def _violations(ds: xr.Dataset) -> Iterator[Panel]:
     """Those of positions and velocities in one panel."""
     lines = [Line(name, label) for name, label in VIOLATIONS.items() if name in ds and "time" in ds[name].dims]
-    if not lines:
-        return None
-    return Panel(
-        "violation of the constraints",
-        "violation (m, m/s)",
-        tuple(lines),
-        _dim(ds[lines[0].variable]),
-        logarithmic=True,
-    )
+    if lines:
+        words, label = "violation of the constraints", "violation (m, m/s)"
+        yield Panel(words, label, tuple(lines), _dim(ds[lines[0].variable]), logarithmic=True)
+
+
+def _moves(ds: xr.Dataset, panel: Panel) -> bool:
+    """Whether anything of a course changes, or is not the same in all runs, as far as the first few tell."""
+    import numpy as np
+
+    good = ds["run"].values[good_runs(ds)]
+    first = np.flatnonzero(np.isin(ds[panel.dim].values, good))[:FEW]
+    for line in panel.lines:
+        few = ds[line.variable].isel({panel.dim: first})
+        own = np.nan_to_num(few.isel(dict(line.place)).transpose(panel.dim, "time", ...).values).reshape(
+            len(first) * ds.sizes["time"], -1
+        )
+        if np.ptp(own, axis=0).max(initial=0.0) > ROUNDING * abs(np.nan_to_num(few.values)).max(initial=0.0):
+            return True
+    return False
 
 
 def _worst(ds: xr.Dataset) -> Iterator[Panel]:
@@ -242,14 +253,14 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
     if name in ROTATIONS and len(group) == 9:
         end = "" if course else " at the end"
         lines = [Line(name, axis, {"body": group[0][0], "body_axis": n}) for n, axis in enumerate("xyz")]
-        return Panel(f"attitude{end}{of}", "", tuple(lines), _dim(variable), course, angles=True)
+        return Panel(f"attitude{of}{end}", "", tuple(lines), _dim(variable), course, angles=True)
     lines = []
     for place in group:
         index = dict(zip(dims, place, strict=True))
         label = "".join(str(variable[dim].values[n]) for dim, n in index.items() if dims.index(dim) != each)
-        lines.append(Line(name, label, index))
+        alone = f", {label}" if len(group) == 1 and label else ""
+        lines.append(Line(name, label if len(group) > 1 else "", index))
     frame = ", body frame" if variable.attrs.get("frame") == "body" else ""
-    alone = f", {lines[0].label}" if len(lines) == 1 and lines[0].label else ""
     more = f", the first {MOST_LINES} of {len(lines)}" if len(lines) > MOST_LINES else ""
     units = str(variable.attrs.get("units", ""))
     return Panel(

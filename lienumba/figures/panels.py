@@ -26,6 +26,7 @@ LEGEND: dict[str, Any] = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "frameon": False, "borderpad": 0.2,
     "borderaxespad": 0.1, "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.4,
 }  # fmt: skip
+MOST_NAMED = 4  # runs, in a legend
 BESIDE = 52  # letters of a title and a legend in one row
 LONG = 44  # letters of a title in small print
 
@@ -96,11 +97,11 @@ def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
 
 def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
     """Each of few runs, in colours of their own if they are all there is in the panel."""
+    own_colors = alone and 1 < shown.runs <= len(COLORS)
     for n, (run, values) in enumerate(line.each.items()):
-        several = shown.runs > 1
-        own = style | {"color": COLORS[n % len(COLORS)]} if alone and several else style
-        name = f"run {run}" if alone and several else line.label if n == 0 else None
-        ax.plot(shown.times, values, **own, lw=0.9 if several else 1.3, label=name or None)
+        own = style | {"color": COLORS[n]} if own_colors else style
+        name = f"run {run}" if own_colors and shown.runs <= MOST_NAMED else line.label if n == 0 else ""
+        ax.plot(shown.times, values, **own, lw=0.8 if shown.runs > 1 else 1.3, label=name or None)
 
 
 def _fan(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
@@ -155,6 +156,7 @@ def _bars(ax: Axes, counts: dict[str, int]) -> None:
     )
     ax.bar_label(drawn, [f"{counts[name]:,}" for name in names], padding=3)
     ax.margins(x=0.15)
+    ax.set_ylim(-1, len(names))
     ax.set_xlabel("runs")
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from lienumba.analysis.fans import Courses
 from lienumba.analysis.labels import fates
 from lienumba.analysis.reading import nominal_run
+from lienumba.analysis.summary import of_sweep
 from lienumba.analysis.telling import STATUS, Choice, asked, good_runs, telling
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
@@ -55,8 +56,7 @@ def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
-    runs = int(good_runs(ds).sum())
-    if not runs and any(panel.name != STATUS for panel in choice.panels):
+    if not good_runs(ds).any() and any(panel.name != STATUS for panel in choice.panels):
         raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status"')
     columns = _columns(len(choice.panels))
     drawn, axes = canvas.blank(ceil(len(choice.panels) / columns), columns)
@@ -67,7 +67,7 @@ def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
     courses = [courses for courses in shown if courses is not None]
     nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
     explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
-    drawn.suptitle(": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(runs, courses, fates(ds))])))
+    drawn.suptitle(": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, courses)])))
     return drawn
 
 
@@ -75,8 +75,9 @@ def _columns(panels: int) -> int:
     return panels if panels <= 3 else 2 if panels == 4 else 3 if panels <= 9 else 4
 
 
-def _count(runs: int, courses: Sequence[Courses], ended: str) -> str:
-    """Of how many runs it is, and what became of the others."""
-    read = min((x.runs for x in courses), default=runs)
-    which = plural(runs, "run", "runs") + (f", courses of {read:,}" if read < runs else "")
-    return "; ".join(filter(None, [which, ended]))
+def _count(ds: xr.Dataset, courses: Sequence[Courses]) -> str:
+    """Of how many runs it is, and what became of those that did not reach the end."""
+    read = min((x.runs for x in courses), default=len(ds["run"]))
+    which = plural(int(of_sweep(ds).sum()), "run", "runs")
+    some = f"courses of {read:,}" if read < good_runs(ds).sum() else ""
+    return "; ".join(filter(None, [which, some, fates(ds)]))

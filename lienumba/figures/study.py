@@ -37,7 +37,7 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     drawn, axes = blank(len(names), 3 if refined else 2, HEIGHT)
     for row, name in zip(axes, names, strict=True):
         values = typical(ds, name).values.ravel()
-        label = axis_label(f"largest {name}" if name in _errors() else name, ds[name].attrs["units"])
+        label = ("largest " if name in _errors() else "") + axis_label(name, ds[name].attrs["units"])
         if refined:
             _draw(row[0], steps, values, steps, refined)
             _slopes(row[0], ds, name)
