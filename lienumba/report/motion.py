@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
+    from lienumba.running.simulate import Tell
+
 BYTES = 3_000_000  # of all frames
 MOST_FRAMES = 600  # of a run that turns slowly
 LARGEST_TURN = 0.4  # rad between frames, where the course has such times
@@ -31,12 +33,12 @@ FLAT = 0.45  # of the largest extent: where a mechanism extends less than this, 
 FLAT_VIEW = (0.45, 1.85, 0.4)
 
 
-def seen(ds: xr.Dataset, name: str, allow_code: bool) -> Scene | str:
+def seen(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> Scene | str:
     """The runs to be shown, or the sentence that says why there are none; name: of the file of the dataset."""
     bodies = ds.sizes.get("body", 1)
     count = max(2, min(MOST_RUNS, BYTES // (MOST_FRAMES * bodies * POSE)))
     try:
-        return scene(ds, name, count=count, allow_code=allow_code)
+        return scene(ds, name, count=count, allow_code=allow_code, tell=tell)
     except ScenarioError as error:
         return str(error)
 

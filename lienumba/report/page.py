@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.resources import files as resources
 from pathlib import Path
 from string import Template
@@ -22,13 +22,19 @@ from lienumba.report.markup import Markup, element, join
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.running.simulate import Progress, Tell
+
 SUFFIXES = (".html", ".htm")
 SCRIPTS = ("theme.js", "charts.js", "sensitivity.js", "motion.js", "viewer.js")
 DARK = ("#4aa8e0", "#f08a3c", "#2fc198", "#e29ac6", "#e8ab2e", "#86cdf2", "#e6e7e8")  # of COLORS, on a dark page
 
 
 def report(
-    dataset: str | os.PathLike[str] | xr.Dataset, output: str | os.PathLike[str], *, allow_code: bool = False
+    dataset: str | os.PathLike[str] | xr.Dataset,
+    output: str | os.PathLike[str],
+    *,
+    allow_code: bool = False,
+    progress: Callable[[Progress], None] | None = None,
 ) -> None:
     """Write the report of a dataset: one HTML file that opens anywhere, offline, with the mechanism moving.
 
@@ -42,7 +48,7 @@ def report(
     path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
     ds: Any = dataset if path is None else read(path)
     try:
-        text = page(ds, "dataset.nc" if path is None else path.name, allow_code)
+        text = page(ds, "dataset.nc" if path is None else path.name, allow_code, progress or (lambda event: None))
     finally:
         if path is not None:
             ds.close()
@@ -75,12 +81,12 @@ def save(text: str, target: Path) -> None:
         discard(partial)
 
 
-def page(ds: xr.Dataset, name: str, allow_code: bool = False) -> str:
-    """The whole page; name: of the file of the dataset, as commands give it."""
+def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:
+    """The whole page; name: of the file of the dataset, as commands give it; tell: told of runs that go again."""
     from lienumba.report.sections import sections_of
 
     library, viewer = plotly_js.library(), _scripts()
-    head, sections, extra = sections_of(ds, name, allow_code)
+    head, sections, extra = sections_of(ds, name, allow_code, tell)
     data = {"charts": {key: x.data for part in sections for key, x in part.charts.items()}, **extra}
     title = str(ds.attrs.get("title", "")) or name
     return Template(_asset("template.html")).substitute(

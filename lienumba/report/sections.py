@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from lienumba.report import courses, motion, sensitivity, spreads, study, summary
 from lienumba.report.chart import Section
+from lienumba.report.head import head, scenario_of
 from lienumba.report.markup import Markup
+from lienumba.report.origin import origin
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.running.simulate import Tell
+    from lienumba.scene import Scene
 
-def sections_of(ds: xr.Dataset, name: str, allow_code: bool) -> tuple[Markup, list[Section], dict[str, Any]]:
+
+def sections_of(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> tuple[Markup, list[Section], dict[str, Any]]:
     """The head of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
-    from lienumba.report.head import head
-    from lienumba.report.origin import origin
-
     extra: dict[str, Any] = {}
-    found = [*(_of_study(ds) if is_study(ds) else _of_runs(ds, name, allow_code, extra.__setitem__))]
+    found = [*(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))]
     return head(ds), [*found, origin(ds, name)], extra
 
 
-def _of_study(ds: xr.Dataset) -> Iterator[Section]:
-    from lienumba.report import study
-
-    yield from study.sections(ds)
-
-
-def _of_runs(ds: xr.Dataset, name: str, allow_code: bool, keep: Callable[[str, Any], None]) -> Iterator[Section]:
-    from lienumba.report.head import scenario_of
-    from lienumba.report import courses, motion, sensitivity, spreads, summary
-    from lienumba.scene import Scene
-
-    seen = motion.seen(ds, name, allow_code)
-    if isinstance(seen, Scene):
-        keep("motion", motion.data(seen, scenario_of(ds)["model"].get("gravity", ())))
+def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: dict[str, Any]) -> Iterator[Section]:
+    """seen: the runs that move, or why none does."""
+    if not isinstance(seen, str):
+        extra["motion"] = motion.data(seen, scenario_of(ds)["model"].get("gravity", ()))
     yield motion.section_of(seen)
     yield summary.summary(ds, name)
     yield from courses.sections(ds, motion.marked(seen))
@@ -45,6 +38,6 @@ def _of_runs(ds: xr.Dataset, name: str, allow_code: bool, keep: Callable[[str, A
     if section is not None:
         yield section
     if numbers:
-        keep("sensitivity", numbers)
+        extra["sensitivity"] = numbers
     if ds.sizes["run"] > 1:
         yield from spreads.sections(known)
