@@ -331,7 +331,7 @@ def report(
 ) -> None:
     """Write a page about a dataset that opens anywhere, offline, with the mechanism moving."""
     with console.exit_codes():
-        from lienumba.report import report
+        from lienumba.reporting import report
 
         target = output if output is not None else Path(f"{file.stem}.html")
         with console.progress(quiet) as tell:

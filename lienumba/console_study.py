@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.analysis import orders, work_precision
 from lienumba.analysis.study import curves, labels_of, order_text, text, time_text
@@ -11,7 +11,6 @@ from lienumba.scenario.words import plural
 from lienumba.store.study_layout import ERRORS, grid_of
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from rich.table import Table
 
@@ -59,7 +58,9 @@ def _orders(ds: "xr.Dataset") -> "Table":
     table.add_column("mean steps", justify="right")
     flat = {str(key): x.values.reshape(found.sizes["error"], -1) for key, x in found.data_vars.items()}
     for n, line in enumerate(lines):
-        cells = [order_text(*(flat[key][row, n] for key in ("order", "low", "high"))) for row in range(len(flat["order"]))]
+        cells = [
+            order_text(*(flat[key][row, n] for key in ("order", "low", "high"))) for row in range(len(flat["order"]))
+        ]
         first = {key: x[0, n] for key, x in flat.items()}
         steps = f"{first['finest']:.3g} to {first['coarsest']:.3g} s" if first["points"] > 1 else ""
         table.add_row(*map(text, line.labels.values()), *cells, str(first["points"]), steps)

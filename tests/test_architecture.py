@@ -24,7 +24,7 @@ FLOORS = [
     {"analysis"},
     {"scene"},
     {"figures"},
-    {"report"},
+    {"reporting"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},
     {"__init__", "__main__"},

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.labels import unit_label
-from lienumba.report.chart import Section, section
-from lienumba.report.head import method, scenario_of
-from lienumba.report.markup import Markup, element, facts, folded, join, table
+from lienumba.reporting.chart import Section, section
+from lienumba.reporting.head import method, scenario_of
+from lienumba.reporting.markup import Markup, element, facts, folded, join, table
 from lienumba.scenario.words import plural, show
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _inputs(ds: xr.Dataset, data: dict[str, Any]) -> Iterator[Markup]:
 
 
 def _repeat(ds: xr.Dataset, name: str) -> Iterator[Markup]:
-    commands = [f"lienumba run scenario.toml -o {name}    # the scenario below: the same bits"]
+    commands = [f"lienumba run scenario.toml -o {name}    # the scenario below"]
     if "time_per_run" not in ds:
         commands.append(f"lienumba replay {name} --run {int(ds['run'].values[0])}    # one run, with its whole course")
     commands.append(f"lienumba report {name}    # this page")

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import outputs
 from lienumba.analysis import sensitivity as analysed
-from lienumba.analysis.sensitivity import CHOSEN
 from lienumba.analysis.labels import unit_label
+from lienumba.analysis.sensitivity import CHOSEN
 from lienumba.errors import ScenarioError
-from lienumba.report.chart import Section, packed, section
-from lienumba.report.markup import Markup, element
+from lienumba.reporting.chart import Section, packed, section
+from lienumba.reporting.markup import Markup, element
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,9 +96,18 @@ TITLE = "What depends on what"
 def _numbers(found: xr.Dataset) -> dict[str, Any]:
     """What was found of each output (rows) and input (columns)."""
     outputs = [
-        {"name": str(name), "unit": unit_label(str(unit)), "at": f"at t = {time:g} s" if time == time else "", "runs": int(n)}
+        {
+            "name": str(name),
+            "unit": unit_label(str(unit)),
+            "at": f"at t = {time:g} s" if time == time else "",
+            "runs": int(n),
+        }
         for name, unit, time, n in zip(
-            found["output"].values, found["output_units"].values, found["output_time"].values, found["runs"].values, strict=True
+            found["output"].values,
+            found["output_units"].values,
+            found["output_time"].values,
+            found["runs"].values,
+            strict=True,
         )
     ]
     inputs = [
@@ -121,8 +130,14 @@ def _points(ds: xr.Dataset, known: Columns, out: Sequence[str], given: Sequence[
     kept = runs[np.unique(np.linspace(0, len(runs) - 1, most).round().astype(int))]
     values = {x.name: x.values[kept] for x in (*known.outputs, *known.inputs)}
     if "failed" in out:
-        values["failed"] = np.isnan(known.outputs[0].values[kept]).astype(float) if known.outputs else np.zeros(len(kept))
-    note = f"of {len(runs):,} runs {len(kept):,} are drawn, evenly over their labels; all count" if len(kept) < len(runs) else ""
+        values["failed"] = (
+            np.isnan(known.outputs[0].values[kept]).astype(float) if known.outputs else np.zeros(len(kept))
+        )
+    note = (
+        f"of {len(runs):,} runs {len(kept):,} are drawn, evenly over their labels; all count"
+        if len(kept) < len(runs)
+        else ""
+    )
     return {
         "labels": known.labels[kept].tolist(),
         "points": {"outputs": [packed(values[x]) for x in out if x in values],
@@ -133,20 +148,37 @@ def _points(ds: xr.Dataset, known: Columns, out: Sequence[str], given: Sequence[
 
 def _body(sobol: bool, notes: Sequence[str]) -> list[Markup]:
     """Places for what the script makes."""
-    matrix = element("div", element("table", id="matrix", class_="matrix"), class_="scroll", tabindex="0", role="region", aria_label=RANKS)
+    matrix = element(
+        "div",
+        element("table", id="matrix", class_="matrix"),
+        class_="scroll",
+        tabindex="0",
+        role="region",
+        aria_label=RANKS,
+    )
     choice = element(
         "div",
         element("label", "output ", element("select", id="output")),
         element("label", "input ", element("select", id="input")),
         class_="controls choices",
     )
-    charts = [("scatter", "scatter-caption"), ("tornado", "tornado-caption"), *([("sobol", "sobol-caption")] if sobol else [])]
+    charts = [
+        ("scatter", "scatter-caption"),
+        ("tornado", "tornado-caption"),
+        *([("sobol", "sobol-caption")] if sobol else []),
+    ]
     figures = (
         element("figure", element("figcaption", id=caption), element("div", class_="plot", id=name))
         for name, caption in charts
     )
     said = [element("p", "; ".join(filter(None, notes)) + ".", class_="quiet")] if any(notes) else []
-    return [element("p", RANKS + ": choose a pair.", class_="quiet"), matrix, choice, element("div", *figures, class_="panels"), *said]
+    return [
+        element("p", RANKS + ": choose a pair.", class_="quiet"),
+        matrix,
+        choice,
+        element("div", *figures, class_="panels"),
+        *said,
+    ]
 
 
 RANKS = "Spearman's rank correlations of outputs and inputs"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.analysis import fans, reading
 from lienumba.analysis.fans import Course
 from lienumba.analysis.telling import Panel, asked, good_runs, telling
-from lienumba.report import chart
-from lienumba.report.chart import Chart, Section, section
-from lienumba.report.markup import Markup, element
+from lienumba.reporting import chart
+from lienumba.reporting.chart import Chart, Section, section
+from lienumba.reporting.markup import Markup, element
 from lienumba.store.layout import FULL, VARIABLES
 
 if TYPE_CHECKING:
@@ -150,7 +150,12 @@ class Pen:
         """The courses of few runs."""
         for k, (run, values) in enumerate(course.each.items()):
             name = course.label if len(course.each) == 1 else f"{course.label} run {run}".strip()
-            own = {"legendgroup": str(n), "dash": chart.dash(n), "showlegend": k == 0, "opacity": 1.0 if k == 0 else 0.55}
+            own = {
+                "legendgroup": str(n),
+                "dash": chart.dash(n),
+                "showlegend": k == 0,
+                "opacity": 1.0 if k == 0 else 0.55,
+            }
             yield self.line(values, name, chart.color(n), **own)
 
     def line(self, values: np.ndarray, name: str, shade: str, **own: Any) -> dict[str, Any]:

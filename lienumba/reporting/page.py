@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
-from lienumba.report import plotly_js
-from lienumba.report.chart import Section
-from lienumba.report.markup import Markup, element, join
+from lienumba.reporting import plotly_js
+from lienumba.reporting.chart import Section
+from lienumba.reporting.markup import Markup, element, join
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def save(text: str, target: Path) -> None:
 
 def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:
     """The whole page; name: of the file of the dataset, as commands give it; tell: told of runs that go again."""
-    from lienumba.report.sections import sections_of
+    from lienumba.reporting.sections import sections_of
 
     library, viewer = plotly_js.library(), _scripts()
     head, sections, extra = sections_of(ds, name, allow_code, tell)
@@ -111,7 +111,7 @@ def _policy(*scripts: str) -> Iterator[str]:
 
 
 def _asset(name: str) -> str:
-    return (resources("lienumba.report") / "assets" / name).read_text(encoding="utf-8")
+    return (resources("lienumba.reporting") / "assets" / name).read_text(encoding="utf-8")
 
 
 def _scripts() -> str:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.model import GROUND
-from lienumba.report.chart import Section, packed, section
-from lienumba.report.courses import Marked
-from lienumba.report.markup import Markup, element
+from lienumba.reporting.chart import Section, packed, section
+from lienumba.reporting.courses import Marked
+from lienumba.reporting.markup import Markup, element
 from lienumba.scene import Moving, Scene, scene
 
 if TYPE_CHECKING:
@@ -116,7 +116,11 @@ def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
             for x in mechanism.segments
             if not (followed and any(end.body == GROUND for end in x.ends))
         ],
-        "marks": [[x.place.body, *map(float, x.place.point)] for x in mechanism.marks if not (followed and x.place.body == GROUND)],
+        "marks": [
+            [x.place.body, *map(float, x.place.point)]
+            for x in mechanism.marks
+            if not (followed and x.place.body == GROUND)
+        ],
     }
 
 

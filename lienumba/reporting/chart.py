@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from lienumba.report.markup import Markup, element, folded, join
+from lienumba.reporting.markup import Markup, element, folded, join
 
 if TYPE_CHECKING:
     import numpy as np

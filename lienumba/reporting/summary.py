@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.summary import Outcome, Quantiles, Summary, summarise
 from lienumba.batch.statuses import STATUSES, SUCCESS
-from lienumba.report.chart import Section, section
-from lienumba.report.markup import Markup, element, folded, number, table
+from lienumba.reporting.chart import Section, section
+from lienumba.reporting.markup import Markup, element, folded, number, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,5 +96,3 @@ def _table(rows: Sequence[Quantiles], runs: int) -> Markup:
         of = [row.body] if "of" in words else []
         lines.append([row.quantity, *of, row.axis, *(number(x) for x in values), unit_label(row.units)])
     return table([*words, *numbers, "unit"], lines, len(words))
-
-

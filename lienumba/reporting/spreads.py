@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.fans import Spread, bins
-from lienumba.report import chart
-from lienumba.report.chart import Chart, Section, section
-from lienumba.report.markup import element
-from lienumba.report.sensitivity import Column, Columns
+from lienumba.reporting import chart
+from lienumba.reporting.chart import Chart, Section, section
+from lienumba.reporting.markup import element
+from lienumba.reporting.sensitivity import Column, Columns
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +31,9 @@ def sections(columns: Columns) -> Iterator[Section]:
         charts = [histogram(one, columns.labels, shade) for one in found[:most]]
         more = f"The first {most} of {len(found)}." if len(found) > most else ""
         if charts:
-            yield section(key, title, *([element("p", more, class_="quiet")] if more else []), charts=charts, small=True)
+            yield section(
+                key, title, *([element("p", more, class_="quiet")] if more else []), charts=charts, small=True
+            )
 
 
 def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:

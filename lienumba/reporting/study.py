@@ -1,4 +1,4 @@
-"""The sections of a study: observed orders, errors over the step and over what they cost, and every point in a table."""
+"""The sections of a study: observed orders, errors over the step and over what they cost, and a table of all points."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from lienumba.analysis import orders, work_precision
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.study import Curve, curves, labels_of, order_text, text, time_text
 from lienumba.batch.statuses import GOOD, STATUSES
-from lienumba.report import chart
-from lienumba.report.chart import Chart, Section, section
-from lienumba.report.markup import Markup, element, table
+from lienumba.reporting import chart
+from lienumba.reporting.chart import Chart, Section, section
+from lienumba.reporting.markup import Markup, element, table
 from lienumba.scenario.words import plural
 from lienumba.store.study_layout import ERRORS, TRUSTED, grid_of, typical
 
@@ -48,7 +48,8 @@ def _orders(ds: xr.Dataset, lines: Sequence[Curve]) -> Markup:
     rows = []
     for n, line in enumerate(lines):
         cells = [
-            order_text(*(float(flat[key][row, n]) for key in ("order", "low", "high"))) for row in range(len(flat["order"]))
+            order_text(*(float(flat[key][row, n]) for key in ("order", "low", "high")))
+            for row in range(len(flat["order"]))
         ]
         steps = f"{flat['finest'][0, n]:.3g} to {flat['coarsest'][0, n]:.3g} s" if flat["points"][0, n] > 1 else ""
         rows.append([*map(text, line.labels.values()), *cells, str(flat["points"][0, n]), steps])
@@ -61,7 +62,11 @@ def _chart(ds: xr.Dataset, name: str, cost: str, lines: Sequence[Curve]) -> Char
     import numpy as np
 
     steps = (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
-    costs = {"step": steps, "evaluations": typical(ds, "evaluations").values.ravel(), "time_per_run": ds["time_per_run"].values.ravel()}
+    costs = {
+        "step": steps,
+        "evaluations": typical(ds, "evaluations").values.ravel(),
+        "time_per_run": ds["time_per_run"].values.ravel(),
+    }
     x, y, unit = costs[cost], typical(ds, f"{name}_error").values.ravel(), unit_label(ERRORS[name][0])
     traces = []
     for n, curve in enumerate(lines):
@@ -72,24 +77,27 @@ def _chart(ds: xr.Dataset, name: str, cost: str, lines: Sequence[Curve]) -> Char
         hover = f"%{{x:.3~g}}: %{{y:.3~g}} {chart.plain(unit)}"
         traces.append(chart.line(x[good], y[good], curve.name, chart.color(n), hovertemplate=hover, **style))
     layout: dict[str, Any] = {
-        "xaxis": chart.axis(COSTS[cost], **chart.logarithmic([x])), "yaxis": chart.logarithmic([y]), "hovermode": "closest",
-        "showlegend": len(lines) <= len(MARKS), "height": 340, "shapes": _doubtful(ds, name),
-    }  # fmt: skip
+        "xaxis": chart.axis(COSTS[cost], **chart.logarithmic([x])),
+        "yaxis": chart.logarithmic([y]),
+        "hovermode": "closest",
+        "showlegend": len(lines) <= len(MARKS),
+        "height": 340,
+    }
+    layout["shapes"] = _doubtful(ds, name, 10.0 ** layout["yaxis"]["range"][0])
     title = f"largest {ERRORS[name][1].partition(' (')[0]} over the {COSTS[cost].partition(' (')[0]}"
     return Chart(title, traces, layout, unit, "grey: where the reference says little" if layout["shapes"] else "")
 
 
-def _doubtful(ds: xr.Dataset, name: str) -> list[dict[str, Any]]:
-    """The area where the reference says little."""
+def _doubtful(ds: xr.Dataset, name: str, least: float) -> list[dict[str, Any]]:
+    """The area above the least error shown where the reference says little."""
     import numpy as np
 
     floor = typical(ds, f"reference_{name}_error").values
     known = floor[np.isfinite(floor) & (floor > 0.0)]
-    if not len(known):
-        return []
-    end = float(TRUSTED * known.max())
-    return [{"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": end * 1e-30, "y1": end,
-             "fillcolor": "--ink 7%", "line": {"width": 0}, "layer": "below"}]  # fmt: skip
+    end = float(TRUSTED * known.max(initial=0.0))
+    style = {"fillcolor": "--ink 7%", "line": {"width": 0}, "layer": "below"}
+    area = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": least, "y1": end}
+    return [{**area, **style}] if end > least else []
 
 
 def _ends(ds: xr.Dataset) -> Iterator[Markup]:
@@ -106,10 +114,13 @@ def _ends(ds: xr.Dataset) -> Iterator[Markup]:
 
 def _points(ds: xr.Dataset) -> Markup:
     """Errors and costs of every point."""
+    import numpy as np
+
     found, labels = work_precision(ds), labels_of(ds)
     flat = {str(name): x.values.ravel() for name, x in found.data_vars.items()}
     errors = {f"{name}_error": f"{name.replace('_', ' ')} ({unit_label(ERRORS[name][0])})" for name in _errors(ds)}
-    counts = [name for name in ("steps", "rejected_steps", "evaluations", "failed") if name in flat]
+    counts = [name for name in ("steps", "evaluations") if name in flat]
+    counts += [name for name in ("rejected_steps", "failed") if name in flat and np.nansum(flat[name])]
     rows = [
         [
             *(text(x[n]) for x in labels.values()),

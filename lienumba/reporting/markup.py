@@ -36,7 +36,8 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, pr
     kinds = ["word" if n < words else "number" for n in range(len(headings))]
     head = element("tr", *(element("th", text, class_=kind) for text, kind in zip(headings, kinds, strict=True)))
     body = (
-        element("tr", *(element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True))) for row in rows
+        element("tr", *(element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True)))
+        for row in rows
     )
     whole = element("table", element("thead", head), element("tbody", *body))
     kind = "scroll prose" if prose else "scroll"
@@ -58,4 +59,8 @@ def number(x: float, digits: int = 6) -> str:
     if x != x:
         return "–"
     mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
-    return f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}" if power else mantissa
+    return (
+        f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}"
+        if power
+        else mantissa
+    )

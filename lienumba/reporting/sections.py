@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from lienumba.report import courses, motion, sensitivity, spreads, study, summary
-from lienumba.report.chart import Section
-from lienumba.report.head import head, scenario_of
-from lienumba.report.markup import Markup
-from lienumba.report.origin import origin
+from lienumba.reporting import courses, motion, sensitivity, spreads, study, summary
+from lienumba.reporting.chart import Section
+from lienumba.reporting.head import head, scenario_of
+from lienumba.reporting.markup import Markup
+from lienumba.reporting.origin import origin
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from lienumba.scene import Scene
 
 
-def sections_of(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> tuple[Markup, list[Section], dict[str, Any]]:
+def sections_of(
+    ds: xr.Dataset, name: str, allow_code: bool, tell: Tell
+) -> tuple[Markup, list[Section], dict[str, Any]]:
     """The head of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
     extra: dict[str, Any] = {}
-    found = [*(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))]
+    found = [
+        *(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))
+    ]
     return head(ds), [*found, origin(ds, name)], extra
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.analysis.labels import fates
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
-from lienumba.report.markup import Markup, element, join, number
-from lienumba.scenario.words import plural
-from lienumba.store.study_layout import is_study
+from lienumba.reporting.markup import Markup, element, join, number
+from lienumba.scenario.words import listed, plural
+from lienumba.store.study_layout import grid_of, is_study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,10 @@ def _size(ds: xr.Dataset) -> Iterator[str]:
     ):  # fmt: skip
         if model.get(key):
             yield plural(len(model[key]), one, many)
-    yield method(integrator)
+    if is_study(ds):
+        yield f"a grid over {listed(grid_of(ds))}"
+    else:
+        yield method(integrator)
     inputs = sum(x.attrs.get("role") == "input" for x in ds.coords.values())
     if inputs:
         yield plural(inputs, "varied number", "varied numbers")
