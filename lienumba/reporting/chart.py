@@ -50,8 +50,8 @@ class Section:
 def section(
     key: str, title: str, *before: str, charts: Sequence[Chart] = (), more: Sequence[Chart] = (), small: bool = False
 ) -> Section:
-    """A section whose charts stand side by side behind what comes before; more: those that are folded away; small: three
-    to a row instead of two."""
+    """A section whose charts stand side by side behind what comes before; more: those that are folded away; small:
+    three to a row instead of two."""
     named = {f"{key}-{n}": chart for n, chart in enumerate([*charts, *more])}
     places = [_place(*x) for x in named.items()]
     kind = "panels small" if small else "panels"

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 MOST_TIMES = 400  # of a line: more than the pixels of its chart
 CHECKS = (
-    "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation", "velocity_violation",
+    "energy", "kinetic_energy", "potential_energy", "work", "energy_residual",
+    "position_violation", "velocity_violation",
 )  # fmt: skip
 OTHERS = ("position", "rotation", "angular_velocity", "velocity", "driver_effort", "joint_force", "joint_torque")
 DASHES = ("dash", "dot")

@@ -119,8 +119,8 @@ def _points(ds: xr.Dataset) -> Markup:
     found, labels = work_precision(ds), labels_of(ds)
     flat = {str(name): x.values.ravel() for name, x in found.data_vars.items()}
     errors = {f"{name}_error": f"{name.replace('_', ' ')} ({unit_label(ERRORS[name][0])})" for name in _errors(ds)}
-    counts = [name for name in ("steps", "evaluations") if name in flat]
-    counts += [name for name in ("rejected_steps", "failed") if name in flat and np.nansum(flat[name])]
+    known = [name for name in ("steps", "rejected_steps", "evaluations", "failed") if name in flat]
+    counts = [name for name in known if name in ("steps", "evaluations") or np.nansum(flat[name])]
     rows = [
         [
             *(text(x[n]) for x in labels.values()),
