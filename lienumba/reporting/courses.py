@@ -40,6 +40,8 @@ class Marked:
 
 def sections(ds: xr.Dataset, marked: Sequence[Marked]) -> Iterator[Section]:
     """How the courses spread; and energies and violations, which say how well they are computed."""
+    if not good_runs(ds).any():
+        return
     panels = [panel for panel in telling(ds).panels if panel.course]
     checks = [panel for panel in panels if panel.name in CHECKS]
     first = [panel for panel in panels if panel not in checks]

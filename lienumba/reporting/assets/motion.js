@@ -205,7 +205,7 @@ async function showMotion(data) {
   }
   slider.max = data.duration;
   slider.step = "any";
-  slider.addEventListener("input", () => { go(false); motion.time = Number(slider.value); move(); });
+  slider.addEventListener("input", () => { motion.time = Number(slider.value); go(false); move(); });
   speed.addEventListener("change", () => { motion.speed = speeds[Number(speed.value)]; });
   run.addEventListener("change", () => { motion.first = Number(run.value); redraw(); });
   play.addEventListener("click", () => { if (motion.time >= data.duration) motion.time = 0; go(!motion.playing); });
