@@ -76,6 +76,9 @@ class Seen:
         if request.url != self.url and not request.url.startswith(("data:", "blob:")):
             self.complaints.append(f"request: {request.url}")
 
+    def close(self) -> None:
+        self.context.close()
+
     def ask(self, script: str, *arguments: Any) -> Any:
         return self.page.evaluate(script, *arguments)
 
