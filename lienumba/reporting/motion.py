@@ -158,10 +158,12 @@ def _view(extent: np.ndarray, gravity: Any) -> tuple[np.ndarray, np.ndarray]:
     up = np.zeros(3)
     up[vertical] = -1.0 if pull[vertical] > 0.0 else 1.0
     level = [axis for axis in range(3) if axis != vertical]
-    front = min(level, key=lambda axis: extent[axis])
-    side = next(axis for axis in level if axis != front)
+    thin = min(level, key=lambda axis: extent[axis])
+    flat = extent[thin] < FLAT * extent.max()
+    front = thin if flat else level[1]
+    side = level[0] if front == level[1] else level[1]
     eye = np.zeros(3)
-    eye[[side, front, vertical]] = FLAT_VIEW if extent[front] < FLAT * extent.max() else VIEW
+    eye[[side, front, vertical]] = FLAT_VIEW if flat else VIEW
     eye[front] *= np.cross(up, np.eye(3)[front])[side]  # so that the axis at the side points to the right
     eye[vertical] *= up[vertical]
     return eye, up
