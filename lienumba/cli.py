@@ -1,4 +1,4 @@
-"""The command line: run, merge, replay, sample, validate, info, plot, report, analyse, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -281,12 +281,15 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
 @app.command()
 def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
+    cite: Annotated[
+        bool, typer.Option("--cite", help="Print a paragraph for a section on methods, and BibTeX, instead.")
+    ] = False,
 ) -> None:
     """Say what a dataset or a scenario holds."""
     with console.exit_codes():
-        from lienumba.info import describe
+        from lienumba import info
 
-        typer.echo(describe(file))
+        typer.echo(info.cite(file) if cite else info.describe(file))
 
 
 @app.command()
@@ -315,6 +318,63 @@ def plot(
         with read(file) as dataset:
             save(dataset, target, variables or ())
         typer.echo(f"written to {target}")
+
+
+@app.command()
+def animate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILM",
+            help="A GIF or MP4 file, or a PNG, SVG or PDF of how it ends; replaced (default: FILE's stem with .gif).",
+        ),
+    ] = None,
+    runs: Annotated[
+        str | None,
+        typer.Option("--run", metavar="LABELS", help="These runs, such as 3,17 or -1 (default: nominal, or typical)."),
+    ] = None,
+    worst: Annotated[
+        str | None,
+        typer.Option("--worst", metavar="NAME", help="Beside it the run with the largest |NAME|, such as tip."),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option("--duration", metavar="S", help="How long it takes to watch in s (default: real time, 4 to 8 s)."),
+    ] = None,
+    fps: Annotated[int, typer.Option("--fps", metavar="N", help="Frames per second.")] = 20,
+    allow_code: AllowCodeOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres."""
+    with console.exit_codes():
+        from lienumba.figures.animate import animate, check_target, runs_of
+        from lienumba.scene import scene
+        from lienumba.store.files import read
+
+        target = output if output is not None else Path(file.stem + ".gif")
+        check_target(target)
+        with read(file) as dataset:
+            labels = runs_of(runs, worst)
+            with console.progress(quiet) as report:
+                seen = scene(
+                    dataset,
+                    str(file),
+                    count=1 if worst is None else 2,
+                    runs=labels,
+                    worst=worst,
+                    allow_code=allow_code,
+                    tell=report or (lambda event: None),
+                )
+            title = str(dataset.attrs.get("title", ""))
+        if not quiet:
+            console.print_warnings(list(seen.remarks))
+        with console.drawing(quiet) as frame:
+            animate(seen, target, title=title, fps=fps, duration=duration, progress=frame)
+        if not quiet:
+            typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
 
 
 @app.command()

@@ -125,6 +125,22 @@ def _bar() -> Iterator[Callable[[Event], None]]:
         yield show
 
 
+@contextmanager
+def drawing(quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many frames of how many are drawn: a bar on a terminal, else one line."""
+    if quiet or sys.stderr is None:
+        yield lambda done, total: None
+    elif sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True)) as bar:
+            task = bar.add_task("drawing", total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield lambda done, total: typer.echo(f"drawing {total:,} frames", err=True) if done == 1 else None
+
+
 class ProgressLines:
     """Progress as lines of text: at each new stage, every LINE_INTERVAL, and after SILENCE."""
 

@@ -1,6 +1,6 @@
 """What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,17 +16,29 @@ FIRST_LABELS = 8  # of failed runs
 
 
 def describe(file: Path) -> str:
-    """Lines about a dataset or a scenario, told apart by the first bytes of the file."""
+    """Lines about a dataset or a scenario."""
+    return _either(file, describe_dataset, describe_scenario)
+
+
+def cite(file: Path) -> str:
+    """A paragraph on methods for a dataset or a scenario, and BibTeX."""
+    from lienumba.citation.cite import cite_dataset, cite_scenario
+
+    return _either(file, cite_dataset, cite_scenario)
+
+
+def _either(file: Path, of_dataset: Callable[["xr.Dataset"], str], of_scenario: Callable[["Scenario"], str]) -> str:
+    """What is told of a dataset or of a scenario, which the first bytes of a file tell apart."""
     if file.is_file():
         with file.open("rb") as stream:
             if stream.read(8).startswith(NETCDF_STARTS):
                 from lienumba.store.files import read
 
                 with read(file) as dataset:
-                    return describe_dataset(dataset)
+                    return of_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 
-    return describe_scenario(resolve(file))
+    return of_scenario(resolve(file))
 
 
 def describe_dataset(dataset: "xr.Dataset") -> str:

@@ -85,7 +85,8 @@ def telling(ds: xr.Dataset) -> Choice:
     room = MOST - len(shown) - len(checks)
     results = results[: max(room - len(inputs), room // 2)]
     known = inputs[: room - len(results)]
-    return Choice((*shown, *checks, *results, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
+    first = (*shown, *checks, *results) if courses else (*results, *checks)
+    return Choice((*first, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
 
 
 def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
@@ -170,10 +171,9 @@ def _moves(ds: xr.Dataset, panel: Panel) -> bool:
     first = np.flatnonzero(np.isin(ds[panel.dim].values, good))[:FEW]
     for line in panel.lines:
         few = ds[line.variable].isel({panel.dim: first})
-        own = np.nan_to_num(few.isel(dict(line.place)).transpose(panel.dim, "time", ...).values).reshape(
-            len(first) * ds.sizes["time"], -1
-        )
-        if np.ptp(own, axis=0).max(initial=0.0) > ROUNDING * abs(np.nan_to_num(few.values)).max(initial=0.0):
+        own = np.nan_to_num(few.isel(dict(line.place)).transpose(panel.dim, "time", ...).values)
+        changes = np.ptp(own, axis=(0, 1)).max() if own.size else 0.0
+        if changes > ROUNDING * abs(np.nan_to_num(few.values)).max(initial=0.0):
             return True
     return False
 

@@ -142,6 +142,10 @@ def _histograms(ax: Axes, spreads: Sequence[Spread]) -> None:
         )
         if spread.nominal is not None:
             ax.axvline(spread.nominal, **NOMINAL)
+    if ax.get_xscale() == "linear":
+        ax.locator_params(axis="x", nbins=6)
+    ax.yaxis.set_major_formatter("{x:,.0f}")
+    ax.locator_params(axis="y", integer=True)
 
 
 def _bars(ax: Axes, counts: dict[str, int]) -> None:

@@ -34,11 +34,17 @@ def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: 
         "scenario": scenario_toml,
         "scenario_sha256": sha256,
         "seed": seed if seed < 2**63 else str(seed),  # netCDF has no larger integer
-        "lienumba_version": __version__,
-        "python_version": platform.python_version(),
-        **{f"{name.lower()}_version": version(name) for name in PACKAGES},
+        **{f"{name}_version": number for name, number in versions().items()},
         "cpu": config.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
     }
+
+
+def versions() -> dict[str, str]:
+    """Of lienumba, of Python and of the packages that it uses, by their names in small letters."""
+    from lienumba import __version__
+
+    own = {"lienumba": __version__, "python": platform.python_version()}
+    return own | {name.lower(): version(name) for name in PACKAGES}
 
 
 def command() -> str:

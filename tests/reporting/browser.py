@@ -12,29 +12,11 @@ import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 NEEDED = "LIENUMBA_NEEDS_BROWSER"  # set where a browser must be there
-# What Chromium says of its own or plotly.js's drawing, whatever is drawn: performance of WebGL in software, of canvases.
+# What Chromium says whatever plotly.js draws: how fast WebGL is in software, and how its labels are rendered.
 DRIVER = ("GL Driver Message", "willReadFrequently")
 WIDTHS = {1280: 800, 390: 844}  # and their heights
-CUT_OFF = """() => {
-  const found = [], wide = document.documentElement.clientWidth;
-  const shown = (box) => box.width > 0 && box.height > 0;
-  for (const element of document.querySelectorAll("body *")) {
-    if (element.closest(".scroll, pre, nav, .plot, script, select, details:not([open]) > :not(summary)")) continue;
-    const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
-    const box = element.getBoundingClientRect();
-    if (own && shown(box) && (box.left < -1 || box.right > wide + 1 || element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).display !== "inline"))
-      found.push(`${element.tagName}: ${element.textContent.slice(0, 60)}`);
-  }
-  for (const plot of document.querySelectorAll(".plot")) {
-    const place = plot.getBoundingClientRect();
-    for (const text of plot.querySelectorAll("svg text")) {
-      const box = text.getBoundingClientRect();
-      if (shown(box) && (box.left < place.left - 3 || box.right > place.right + 3 || box.top < place.top - 3 || box.bottom > place.bottom + 3))
-        found.push(`chart ${plot.dataset.chart || plot.id}: ${text.textContent}`);
-    }
-  }
-  return found;
-}"""
+CUT_OFF = (Path(__file__).parent / "cut_off.js").read_text()
+MOVE = "(t) => { const x = document.getElementById('time'); x.value = t; x.dispatchEvent(new Event('input')); }"
 
 
 def chromium() -> str:
@@ -96,8 +78,7 @@ class Seen:
 
     def go_to(self, time: float) -> None:
         """Move the slider to a time."""
-        script = "(t) => { const x = document.getElementById('time'); x.value = t; x.dispatchEvent(new Event('input')); }"
-        self.ask(script, time)
+        self.ask(MOVE, time)
 
     @property
     def time(self) -> float:

@@ -67,6 +67,7 @@ def page_of(ds: Any, name: str = "pendel.nc", allow_code: bool = False) -> str:
     return page(ds, name, allow_code, lambda event: None)
 
 
+CAPTION = re.compile(r"<figcaption>(.*?)</figcaption><div class=\"plot\" data-chart")
 INLINE = ("strong", "code", "small", "a")
 
 
@@ -100,26 +101,14 @@ class Read:
         self.text = " ".join("".join(parser.texts).split())
         self.data = json.loads(unpacked(parser.ids["data"]), parse_constant=_refuse)
         self.policy = next(a["content"] or "" for t, a in self.tags if a.get("http-equiv"))
+        captions = (re.sub("<.*?>", "", caption) for caption in CAPTION.findall(text))
+        keys = [a["data-chart"] or "" for _, a in self.tags if "data-chart" in a]
+        self.captions = list(zip(keys, captions, strict=True))
         self.viewer = text.rpartition("<script>")[2].partition("</script>")[0]
 
     def chart(self, title: str) -> dict[str, Any]:
         """The chart under a caption that begins so."""
-        key = next(key for key, caption in self.captions if caption.startswith(title))
-        return self.data["charts"][key]
-
-    @property
-    def captions(self) -> list[tuple[str, str]]:
-        keys = [a["data-chart"] for _, a in self.tags if "data-chart" in a]
-        return list(zip(keys, self._captions, strict=True))
-
-    _captions: list[str] = []
-
-
-def read(text: str) -> Read:
-    found = Read(text)
-    pattern = r"<figcaption>(.*?)</figcaption><div class=\"plot\" data-chart"
-    found._captions = [re.sub("<.*?>", "", caption) for caption in re.findall(pattern, text)]
-    return found
+        return self.data["charts"][next(key for key, caption in self.captions if caption.startswith(title))]
 
 
 def unpacked(text: str) -> str:

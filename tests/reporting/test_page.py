@@ -14,7 +14,7 @@ from lienumba.cli import app
 from lienumba.reporting.plotly_js import library
 from lienumba.store.files import write
 
-from .rigs import TITLE, array, digest, page_of, pendulum, read, swept, unpacked
+from .rigs import TITLE, Read, array, digest, page_of, pendulum, swept, unpacked
 
 pytest.importorskip("plotly")
 SECTIONS = ["The mechanism", "Summary", "Over the time", "Energy and drift", "What depends on what", "What came out",
@@ -34,7 +34,7 @@ def failing(ds, codes):
 
 
 def test_the_page_has_all_sections_and_says_how_it_went():
-    page = read(page_of(swept()))
+    page = Read(page_of(swept()))
     assert [a["href"] for tag, a in page.tags if tag == "a"] == [
         "#motion", "#summary", "#courses", "#checks", "#sensitivity", "#outputs", "#inputs", "#origin"
     ]  # fmt: skip
@@ -47,7 +47,7 @@ def test_the_page_has_all_sections_and_says_how_it_went():
 
 
 def test_nothing_is_loaded_from_anywhere():
-    page = read(page_of(swept()))
+    page = Read(page_of(swept()))
     assert all("src" not in a for _, a in page.tags)
     assert {a["href"] for _, a in page.tags if "href" in a and not a["href"].startswith("#")} == {"data:,"}
     scripts = f"script-src 'sha256-{digest(page.viewer)}' 'sha256-{digest(library())}'"
@@ -60,7 +60,7 @@ def test_nothing_is_loaded_from_anywhere():
 
 def test_titles_and_names_are_no_markup():
     text = page_of(swept(), 'a"><script>alert(1)</script>.nc')
-    page = read(text)
+    page = Read(text)
     assert page.text.count(TITLE) == 2  # the title of the page, and its heading
     assert "<b>fett" not in text
     assert [tag for tag, _ in page.tags].count("script") == 3
@@ -72,7 +72,7 @@ def test_the_same_dataset_gives_the_same_bytes():
 
 
 def test_fans_are_quantiles_over_the_runs():
-    page = read(page_of(swept()))
+    page = Read(page_of(swept()))
     traces = page.chart("tip")["traces"]
     values = swept()["tip"].sel(run=slice(0, None)).values
     median = next(x for x in traces if x["name"] == "z")
@@ -85,7 +85,7 @@ def test_fans_are_quantiles_over_the_runs():
 
 
 def test_histograms_count_the_runs_of_the_sweep():
-    page = read(page_of(swept()))
+    page = Read(page_of(swept()))
     masses = swept()["bodies.oben.mass"].values[1:]
     (bars,) = page.chart("bodies.oben.mass")["traces"]
     counts, ends = array(bars["y"]), array(bars["customdata"])
@@ -96,7 +96,7 @@ def test_histograms_count_the_runs_of_the_sweep():
 def test_sensitivity_is_that_of_the_analysis():
     ds = swept()
     found = lienumba.analysis.sensitivity(ds)
-    sent = read(page_of(ds)).data["sensitivity"]
+    sent = Read(page_of(ds)).data["sensitivity"]
     order = [x["name"] for x in sent["inputs"]]
     ranks = array(sent["numbers"]["rank_correlation"]).reshape(len(sent["outputs"]), -1)
     assert ranks == pytest.approx(found["rank_correlation"].sel(input=order).values)
@@ -106,7 +106,7 @@ def test_sensitivity_is_that_of_the_analysis():
 
 
 def test_failures_are_told_with_a_remedy():
-    page = read(page_of(failing(swept(), {3: NON_FINITE, 7: NON_FINITE})))
+    page = Read(page_of(failing(swept(), {3: NON_FINITE, 7: NON_FINITE})))
     assert "39 of 41 runs are good: 2 failed (2 non finite)" in page.text
     assert "the state became infinite or undefined; try a smaller step 3 (at 0.1 s), 7 (at 0.1 s)" in page.text
     assert "lienumba replay pendel.nc --run 3" in page.text
@@ -114,13 +114,13 @@ def test_failures_are_told_with_a_remedy():
 
 def test_all_runs_failed():
     ds = failing(swept(), dict.fromkeys(swept()["run"].values.tolist(), NON_FINITE))
-    page = read(page_of(ds))
+    page = Read(page_of(ds))
     assert "0 of 41 runs are good: 41 failed (41 non finite)" in page.text
     assert page.data["motion"]["runs"][0]["label"] == "nominal run"
 
 
 def test_one_run():
-    page = read(page_of(lienumba.run(pendulum(), runs=[5])))
+    page = Read(page_of(lienumba.run(pendulum(), runs=[5])))
     assert "The run reached t = 0.4 s" in page.text
     assert "What was drawn" not in page.text
     assert len(page.data["motion"]["runs"]) == 1
@@ -128,7 +128,7 @@ def test_one_run():
 
 def test_summaries_are_replayed_for_the_mechanism():
     scenario = pendulum(8, output={"every": 0.01, "mode": "summary", "summary": {"tip": ["max"]}})
-    page = read(page_of(lienumba.run(scenario)))
+    page = Read(page_of(lienumba.run(scenario)))
     assert "Over the time" not in page.text
     assert "tip_max" in page.text
     assert len(page.data["motion"]["runs"]) == 8
@@ -137,14 +137,14 @@ def test_summaries_are_replayed_for_the_mechanism():
 def test_a_mechanism_that_cannot_be_shown_says_why():
     ds = swept().drop_vars(["position", "rotation"])
     ds.attrs["scenario"] = ds.attrs["scenario"].replace("[model]", 'files = {"own.py" = "x = 1"}\n[model]', 1)
-    page = read(page_of(ds))
+    page = Read(page_of(ds))
     assert "Pendel.nc: brings Python code, which a replay runs: own.py; read it" in page.text
     assert "motion" not in page.data
 
 
 def test_a_study():
     errors = np.array([0.08, 0.04, 0.02, 0.01]) ** np.array([[2.0], [4.0]])
-    page = read(page_of(study(errors[None], floor=1e-12), "made.nc"))
+    page = Read(page_of(study(errors[None], floor=1e-12), "made.nc"))
     assert "8 points, each with 1 run, none failed." in page.text
     assert [text.split(" over ")[0] for _, text in page.captions[:2]] == ["largest position error"] * 1 + [
         "largest velocity error"
@@ -160,7 +160,7 @@ def test_numbers_of_any_size(scale):
     ds = swept().copy(deep=True)
     with np.errstate(all="ignore"):
         ds["tip"] = ds["tip"].copy(data=scale * ds["tip"].values)
-        page = read(page_of(ds))
+        page = Read(page_of(ds))
     assert "Summary" in page.text
 
 
@@ -169,7 +169,7 @@ def test_the_page_of_a_large_sweep_stays_small():
     many = ds.isel(run=np.arange(2000) % ds.sizes["run"]).assign_coords(run=np.arange(2000))
     text = page_of(many)
     assert len(text.encode()) < 4e6
-    assert "of 2,000 runs 1,500 are drawn, evenly over their labels; all count" in read(text).text
+    assert "of 2,000 runs 1,500 are drawn, evenly over their labels; all count" in Read(text).text
 
 
 def test_the_command(tmp_path):

@@ -62,6 +62,18 @@ def test_the_gallery_is_complete() -> None:
     assert all(f"]({file.name})" in page for file in FILES)
 
 
+def test_every_scenario_has_its_picture() -> None:
+    page, pictures = (FOLDER / "README.md").read_text(encoding="utf-8"), FOLDER.parent / "docs" / "pictures" / "gallery"
+    assert {picture.stem for picture in pictures.iterdir()} == {file.stem for file in FILES}, "run scripts/gallery"
+    for file in FILES:
+        picture = pictures / f"{file.stem}.png"
+        assert f'src="../docs/pictures/gallery/{picture.name}"' in page
+        start = picture.read_bytes()[:24]
+        assert start.startswith(b"\x89PNG")
+        assert int.from_bytes(start[16:20]) == 600  # pixels wide
+        assert picture.stat().st_size < 60_000
+
+
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_a_system_writes_the_file_that_it_read(file: Path, tmp_path: Path) -> None:
     written = tmp_path / "elsewhere.toml"

@@ -31,7 +31,7 @@ def six(tensor: np.ndarray) -> tuple[float, ...]:
     return tuple(tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
-edges = st.floats(0.1, 1.0)
+edges = st.floats(0.2, 1.0)  # thinner ones are drawn thicker
 quaternions = st.tuples(*4 * [st.floats(-1, 1)]).filter(lambda q: np.linalg.norm(q) > 0.1)
 
 

@@ -138,14 +138,14 @@ function space(data) {
     tickfont: { size: narrow ? 9 : 11, color: "--quiet" }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
     gridcolor: "--line", zerolinecolor: "--line", linecolor: "--line", showbackground: false, showspikes: false, exponentformat: "power",
   });
-  const [x, y, z] = data.eye, near = narrow ? 0.95 : 0.76;
+  const [x, y, z] = data.eye, near = narrow ? 1.02 : 0.82;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", font: { family: FONT, color: "--ink" }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
     hovermode: false, showlegend: false,
     scene: {
       xaxis: one("x", 0), yaxis: one("y", 1), zaxis: one("z", 2), aspectmode: "manual", hovermode: false, dragmode: "orbit",
       aspectratio: Object.fromEntries([..."xyz"].map((key, c) => [key, Math.max(extent[c] / largest, 0.02)])),
-      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, data.up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -0.08 * data.up[c]])) },
+      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, data.up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -0.1 * data.up[c]])) },
     },
   };
 }

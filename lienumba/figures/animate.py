@@ -1,0 +1,90 @@
+"""Runs of a dataset in motion, as an animation or a still."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lienumba.errors import ScenarioError
+from lienumba.figures import canvas
+from lienumba.figures.movies import GIF, MP4, ffmpeg, write_gif, write_mp4
+from lienumba.figures.picture import Picture
+from lienumba.figures.playing import FPS, film
+from lienumba.scenario.arguments import parse_ranges
+from lienumba.store.files import discard, partial_of, settle
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.scene import Scene
+
+MOVIES = {GIF: write_gif, MP4: write_mp4}
+DPI = {GIF: 100.0, MP4: 200.0}
+MOST_RUNS = len(canvas.COLORS)
+FORMATS = (*MOVIES, *canvas.STILLS)
+
+
+def runs_of(text: str | None, worst: str | None) -> list[int]:
+    """The labels that are asked for, none if they are to be chosen."""
+    if text is None:
+        return []
+    if worst is not None:
+        raise ScenarioError("--run names runs, and --worst chooses one; give one of them")
+    ranges = parse_ranges(text, "--run ")
+    if sum(map(len, ranges)) > MOST_RUNS:
+        raise ScenarioError(f"--run {text}: names more runs than can be told apart; give at most {MOST_RUNS}")
+    return list(dict.fromkeys(label for part in ranges for label in part))
+
+
+def check_target(target: Path) -> None:
+    """Refuse, before anything is drawn, a file that cannot be written."""
+    canvas.check_target(target, FORMATS, "animation or picture")
+    if target.suffix.lower() == MP4:
+        ffmpeg()
+
+
+def animate(
+    scene: Scene,
+    target: str | os.PathLike[str],
+    *,
+    title: str = "",
+    fps: int = FPS,
+    duration: float | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Write a scene as GIF or MP4, or, as PNG, SVG or PDF, how it ends.
+
+    fps: frames per second; duration: how long it takes to watch (s), by default the time of the simulation, but
+    between 4 and 8 s; progress: told how many frames of how many are drawn.
+    """
+    path = Path(target)
+    check_target(path)
+    times = film(scene.runs, fps, duration)
+    kind = path.suffix.lower()
+    picture = Picture(scene, times, title, DPI.get(kind, canvas.DPI))
+    if kind not in MOVIES:
+        canvas.save(picture.figure, path)
+        return
+    partial = partial_of(path)
+    try:
+        MOVIES[kind](_frames(picture, progress), fps, partial)
+        settle(partial, path)
+    except OSError as error:
+        raise ScenarioError(f"output = {path}: cannot be written ({error.strerror}); choose another") from None
+    finally:
+        discard(partial)
+
+
+def _frames(picture: Picture, progress: Callable[[int, int], None]) -> Iterator[np.ndarray]:
+    """Each frame (height, width, 3) as bytes."""
+    import numpy as np
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    drawn, total = FigureCanvasAgg(picture.figure), len(picture.film.times)
+    for frame in range(total):
+        picture.show(frame)
+        drawn.draw()
+        yield np.asarray(drawn.buffer_rgba())[..., :3].copy()
+        progress(frame + 1, total)

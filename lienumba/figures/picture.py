@@ -1,0 +1,192 @@
+"""A mechanism in three dimensions: bodies, joints and the paths of mass centres at one time of one or more runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from math import ceil, cos, log10, radians, sin
+from typing import TYPE_CHECKING, Any
+
+from lienumba.figures.canvas import COLORS, empty
+from lienumba.figures.playing import Film, played
+from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
+from lienumba.mechanics.model import GROUND
+from lienumba.scene import Moving, Scene
+from lienumba.scene.mechanism import AXIS
+
+if TYPE_CHECKING:
+    import numpy as np
+
+WIDTH, HEIGHT = 6.4, 4.8  # inches
+THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
+TALL = 1.3  # height by width, from which the labels of heights would come to lie on the box
+SHORTEST_EDGE = 0.15  # of the longest edge
+ROD = "#555555"
+BESIDE, HIDING = 0.45, 0.3  # opacity of the runs beside the first, and of bodies with others inside
+FILLED = (0.72, 0.72)  # of the width and the height of the figure
+MOST_NAMED = 7  # in a legend
+PATH, SOLID, JOINT = 1, 2, 3  # what lies in the drawing above what
+MARKS: dict[bool, dict[str, Any]] = {  # of joints on bodies, and on the ground
+    False: {"ls": "", "marker": "o", "ms": 3.5, "mfc": "white", "mec": "black", "mew": 0.8},
+    True: {"ls": "", "marker": "s", "ms": 5.0, "mfc": "black", "mec": "black"},
+}
+
+
+class Picture:
+    """The figure of a scene, at the times of a film; `show` turns to one of its frames."""
+
+    def __init__(self, scene: Scene, film: Film, title: str = "", dpi: float = 100.0) -> None:
+        self.film, self.scene = film, scene
+        self.runs = [played(run, film.times) for run in scene.runs]
+        self.low, self.high = _room(self.runs)
+        self.figure = empty(WIDTH, HEIGHT, layout=None, dpi=dpi)
+        self.axes: Any = self.figure.add_axes(
+            (-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False, proj_type="ortho"
+        )
+        self._furnish(title)
+        self.hiding = [hiding(run) for run in self.runs]
+        self.shapes = [Shapes(run, float((self.high - self.low).max())) for run in self.runs]
+        self._draw()
+        self._name()
+        self.show(len(film.times) - 1)
+
+    def show(self, frame: int) -> None:
+        """Turn to a frame."""
+        import numpy as np
+
+        time = self.film.times[frame]
+        corners = np.concatenate([shape.at(frame) for shape in self.shapes])
+        outward = normals(corners)
+        seen = outward @ self.towards > 0.0
+        self.solids.set_verts(corners[seen])
+        colors = np.hstack([self.colors[seen] * shades(outward[seen])[:, None], self.opacity[seen]])
+        self.solids.set_facecolor(colors)
+        self.solids.set_edgecolor(colors)
+        for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
+            passed = int(source.times.searchsorted(time, side="right"))
+            for body, path in enumerate(paths):
+                path.set_data_3d(*np.vstack([source.positions[:passed, body], run.positions[frame, body]]).T)
+        self.lines.set_segments([ends[frame] for ends in self.segments])
+        for artist, points in self.marks:
+            artist.set_data_3d(*points[frame].T)
+        speed = f"  ({self.film.speed:.3g} × real time)" if abs(self.film.speed - 1.0) > 1e-3 else ""
+        self.clock.set_text(f"t = {time:.{_digits(self.film)}f} s{speed}")
+
+    def _furnish(self, title: str) -> None:
+        """Axes in true proportions, and words."""
+        from matplotlib.ticker import MaxNLocator
+
+        edges, middle = self.high - self.low, 0.5 * (self.low + self.high)
+        of = "from the mass centre " if self.scene.followed else ""
+        for n, name in enumerate("xyz"):
+            getattr(self.axes, f"set_{name}lim")(self.low[n], self.high[n])
+            getattr(self.axes, f"set_{name}label")(f"{name} {of}(m)", fontsize="small")
+            axis = getattr(self.axes, f"{name}axis")
+            if edges[n] > THIN * edges.max():
+                axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * edges[n] / edges.max()))))
+            else:
+                axis.set_ticks([middle[n]], [f"{middle[n] + 0.0:.2g}"])
+            axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
+            axis._axinfo["grid"].update(color="0.88", linewidth=0.6)
+        self.axes.tick_params(labelsize="x-small", pad=3)
+        if edges[2] > TALL * edges[:2].max():
+            self.axes.tick_params(axis="z", pad=10)
+            self.axes.zaxis.labelpad = 14
+        elevation, azimuth = _view(edges)
+        self.axes.view_init(elevation, azimuth)
+        up, turn = radians(elevation), radians(azimuth)
+        self.towards = (cos(up) * cos(turn), cos(up) * sin(turn), sin(up))
+        self._fill(edges)
+        self.figure.text(0.5, 0.965, title, ha="center", va="center", fontsize="medium")
+        self.clock = self.figure.text(0.02, 0.02, "", ha="left", va="bottom", fontsize="small")
+
+    def _fill(self, edges: np.ndarray) -> None:
+        """Make the box as large as its corners and their labels allow."""
+        import numpy as np
+        from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+        self.axes.set_box_aspect(edges, zoom=1.0)
+        self.axes.apply_aspect()
+        corners = np.array([[x, y, z] for x, y, z in product(*zip(self.low, self.high, strict=True))])
+        x, y, _ = proj_transform(*corners.T, self.axes.get_proj())
+        seen = self.figure.transFigure.inverted().transform(self.axes.transData.transform(np.column_stack([x, y])))
+        self.axes.set_box_aspect(edges, zoom=float(min(FILLED / np.ptp(seen, axis=0))))
+
+    def _draw(self) -> None:
+        """All that moves; where it is, `show` says."""
+        import numpy as np
+        from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+        self.solids = Poly3DCollection([], zorder=SOLID, linewidths=0.2)
+        self.lines = Line3DCollection([], zorder=JOINT, linewidths=1.0, colors="0.1")
+        for collection in (self.solids, self.lines):
+            self.axes.add_collection3d(collection, autolim=False)
+        colors = [self._color(n, body) for n, shape in enumerate(self.shapes) for body in shape.body]
+        self.colors = np.array(colors) * np.array([tone for shape in self.shapes for tone in shape.tone])[:, None]
+        self.opacity = np.array(
+            [[self._opacity(n, body)] for n, shape in enumerate(self.shapes) for body in shape.body]
+        )
+        self.paths = [
+            [self._points(PATH, color=self._color(n, k), lw=0.9, alpha=0.8) for k in range(len(run.mechanism.bodies))]
+            for n, run in enumerate(self.runs)
+        ]
+        self.segments = [run.at(x.ends) for run in self.runs for x in run.mechanism.segments if x.kind == AXIS]
+        self.marks = [(self._points(JOINT, **style), self._places(ground)) for ground, style in MARKS.items()]
+
+    def _points(self, zorder: int, **style: Any) -> Any:
+        """A line or points in space."""
+        return self.axes.plot([], [], [], zorder=zorder, **style)[0]
+
+    def _places(self, ground: bool) -> np.ndarray:
+        """Where joints are on the ground, or on bodies (frames, n, 3)."""
+        import numpy as np
+
+        marks = [[x.place for x in run.mechanism.marks if (x.place.body == GROUND) == ground] for run in self.runs]
+        return np.concatenate([run.at(places) for run, places in zip(self.runs, marks, strict=True)], axis=1)
+
+    def _color(self, run: int, body: int) -> tuple[float, ...]:
+        """Of one run each body has a colour, of several each run."""
+        from matplotlib.colors import to_rgb
+
+        number = run if len(self.runs) > 1 else body
+        return to_rgb(ROD if number == GROUND else COLORS[number % len(COLORS)])
+
+    def _opacity(self, run: int, body: int) -> float:
+        """Less of the runs beside the first, and of bodies with others inside."""
+        return (BESIDE if run else 1.0) * (HIDING if body in self.hiding[run] else 1.0)
+
+    def _name(self) -> None:
+        """A legend of the runs, or of the bodies."""
+        from matplotlib.patches import Patch
+
+        labels = [run.label for run in self.runs]
+        if len(labels) == 1:
+            labels = list(self.runs[0].mechanism.bodies)
+        if 1 < len(labels) <= MOST_NAMED:
+            patches = [Patch(color=COLORS[n % len(COLORS)], label=label) for n, label in enumerate(labels)]
+            self.figure.legend(
+                handles=patches, loc="upper left", bbox_to_anchor=(0.0, 0.95), frameon=False, fontsize="small"
+            )
+
+
+def _room(runs: Sequence[Moving]) -> tuple[np.ndarray, np.ndarray]:
+    """The box in which the runs move that reached their end, in no direction so thin that nothing could be read."""
+    import numpy as np
+
+    boxes = [box(run) for run in runs if run.good] or [box(run) for run in runs]
+    low, high = np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+    missing = np.maximum(SHORTEST_EDGE * (high - low).max() - (high - low), 0.0)
+    return low - 0.5 * missing, high + 0.5 * missing
+
+
+def _view(edges: np.ndarray) -> tuple[float, float]:
+    """Elevation and azimuth (degrees) of the viewer: across the thinnest edge, if one is thin."""
+    thinnest = int(edges.argmin())
+    if edges[thinnest] > THIN * edges.max():
+        return 22.0, -60.0
+    return ((15.0, -20.0), (15.0, -75.0), (50.0, -70.0))[thinnest]
+
+
+def _digits(film: Film) -> int:
+    """Of a time, so that frames differ."""
+    return max(0, ceil(-log10(max(film.times[1], 1e-9))))

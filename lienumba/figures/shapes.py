@@ -1,0 +1,148 @@
+"""The quadrilaterals of a mechanism: its bodies, arms from their mass centres to their joints, rods between bodies.
+
+Round bodies have light and dark quarters, so that their spin is seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lienumba.mechanics.model import GROUND
+from lienumba.scene import Moving
+from lienumba.scene.mechanism import ARM, ROD
+from lienumba.scene.solids import Face, Solid
+
+if TYPE_CHECKING:
+    import numpy as np
+
+THICKNESS = 0.012  # of arms and rods, of the size of the scene
+LIGHT = (0.35, -0.45, 0.82)  # where it comes from
+DARKEST = 0.5  # of a face that the light does not reach
+DARK = 0.75  # of every second quarter of a round body
+SQUARE = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+PRISM: tuple[Face, ...] = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A polyhedron that moves with a body (its index): vertices (n, 3) in m in the frame of the body; tones: how bright
+    each of its faces is."""
+
+    body: int
+    vertices: np.ndarray
+    faces: tuple[Face, ...]
+    tones: tuple[float, ...]
+
+
+class Shapes:
+    """The quadrilaterals of one run, frame by frame; size: of the scene in m. body, tone: of each; that of rods is the
+    ground."""
+
+    def __init__(self, run: Moving, size: float) -> None:
+        import numpy as np
+
+        self.run, self.thickness = run, THICKNESS * size
+        self.parts = [_part(n, solid) for n, solid in enumerate(run.mechanism.solids)]
+        for segment in run.mechanism.segments:
+            first, second = (np.array(place.point, float) for place in segment.ends)
+            if segment.kind == ARM and np.linalg.norm(second - first) > self.thickness:
+                bar = _prism(first, second, self.thickness)
+                self.parts.append(Part(segment.ends[0].body, bar, PRISM, (1.0,) * len(PRISM)))
+        rods = [segment for segment in run.mechanism.segments if segment.kind == ROD]
+        self.rods = [(run.at([segment.ends[0]])[:, 0], run.at([segment.ends[1]])[:, 0]) for segment in rods]
+        more = len(PRISM) * len(self.rods)
+        self.body = [part.body for part in self.parts for _ in part.faces] + [GROUND] * more
+        self.tone = [tone for part in self.parts for tone in part.tones] + [1.0] * more
+
+    def at(self, frame: int) -> np.ndarray:
+        """Their corners (n, 4, 3) in a frame in m."""
+        import numpy as np
+
+        found = []
+        for part in self.parts:
+            r, R = self.run.positions[frame, part.body], self.run.rotations[frame, part.body]
+            found.append((part.vertices @ R.T + r)[np.array(part.faces)])
+        for first, second in self.rods:
+            found.append(_prism(first[frame], second[frame], self.thickness)[np.array(PRISM)])
+        return np.concatenate(found)
+
+
+def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
+    """The corners (3,) of the box in which the bodies and joints of a run move."""
+    import numpy as np
+
+    points = [run.at([mark.place for mark in run.mechanism.marks]).reshape(-1, 3)]
+    for n, solid in enumerate(run.mechanism.solids):
+        points.append(
+            (solid.vertices @ np.swapaxes(run.rotations[:, n], 1, 2) + run.positions[:, n, None]).reshape(-1, 3)
+        )
+    every = np.concatenate(points)
+    return every.min(axis=0), every.max(axis=0)
+
+
+def hiding(run: Moving) -> set[int]:
+    """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
+    import numpy as np
+
+    found = set()
+    for n, solid in enumerate(run.mechanism.solids):
+        low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+        for other, inner in enumerate(run.mechanism.solids):
+            place = inner.vertices @ run.rotations[0, other].T + run.positions[0, other] - run.positions[0, n]
+            own = place @ run.rotations[0, n]
+            if other != n and np.mean(((low < own) & (own < high)).all(axis=1)) > 0.5:
+                found.add(n)
+    return found
+
+
+def normals(corners: np.ndarray) -> np.ndarray:
+    """The outward unit normals (n, 3) of quadrilaterals (n, 4, 3)."""
+    import numpy as np
+
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    found: np.ndarray = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    return found
+
+
+def shades(normals: np.ndarray) -> np.ndarray:
+    """How much light falls on what has these normals (n, 3), from DARKEST to 1."""
+    import numpy as np
+
+    found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT), 0.0, 1.0)
+    return found
+
+
+def _part(body: int, solid: Solid) -> Part:
+    """A body; the ends of a cylinder cut from their centres."""
+    import numpy as np
+
+    if solid.kind != "cylinder":
+        return Part(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
+    *sides, bottom, top = solid.faces
+    count, vertices = len(sides), [solid.vertices]
+    faces, tones = list(sides), [_tone(k, count) for k in range(count)]
+    for n, end in enumerate((bottom, top)):
+        vertices.append(solid.vertices[list(end)].mean(axis=0, keepdims=True))
+        for k in range(0, count, 2):
+            ring = [end[j % count] for j in range(k, k + 3)]
+            faces.append((len(solid.vertices) + n, *ring))
+            tones.append(_tone(ring[1] % count, count))
+    return Part(body, np.concatenate(vertices), tuple(faces), tuple(tones))
+
+
+def _tone(vertex: int, count: int) -> float:
+    """That of the quarter of a circle of so many vertices."""
+    return DARK if 4 * vertex // count % 2 else 1.0
+
+
+def _prism(first: np.ndarray, second: np.ndarray, thickness: float) -> np.ndarray:
+    """The vertices (8, 3) of a square bar between two points (m)."""
+    import numpy as np
+
+    along = second - first
+    across = np.cross(along, np.eye(3)[abs(along).argmin()])
+    across /= max(float(np.linalg.norm(across)), 1e-300)
+    other = np.cross(along, across)
+    other /= max(float(np.linalg.norm(other)), 1e-300)
+    return np.array([end + thickness * (a * across + b * other) for end in (first, second) for a, b in SQUARE])

@@ -1,0 +1,170 @@
+"""The numbers of figures: quantiles by NumPy's, angles from rotations that are known, what is chosen to be shown."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from sweep_example import sweep
+
+import lienumba
+from lienumba.analysis import fans, labels, reading, telling
+from lienumba.batch.statuses import NON_FINITE, STOPPED
+from lienumba.groups import so3
+
+RUNS = 40
+
+
+def random(*shape, seed=1):
+    return np.random.default_rng(seed).normal(size=shape)
+
+
+def turned(angles, axis=(0.0, 0.0, 1.0)):
+    """Rotation matrices (..., 3, 3) by these angles about a unit vector."""
+    R = so3.exp(tuple(a * np.asarray(angles, float) for a in axis))
+    return np.stack([np.broadcast_to(x, np.shape(angles)) for x in R], axis=-1).reshape(*np.shape(angles), 3, 3)
+
+
+def rotating(angles, labels=None):
+    """A sweep of two bodies that are turned by `angles` (runs, times) about z."""
+    rotation = np.stack([turned(angles)] * 2, axis=2)
+    return sweep({"a": np.arange(float(len(angles)))}, labels=labels, rotation=rotation)
+
+
+def test_quantiles_are_those_of_numpy():
+    values = random(RUNS, 30)
+    np.testing.assert_allclose(fans.quantiles(values), np.quantile(values, fans.LEVELS, axis=0), rtol=1e-14)
+    values[::3, 10:] = np.nan
+    values[2:, 20] = np.nan  # one run
+    values[:, 25] = np.nan  # none
+    found = fans.quantiles(values)
+    kept = np.arange(30) != 25
+    np.testing.assert_allclose(found[:, kept], np.nanquantile(values[:, kept], fans.LEVELS, axis=0), rtol=1e-13)
+    assert np.isnan(found[:, 25]).all()
+
+
+def test_failed_and_nominal_runs_are_no_part_of_a_fan():
+    tip = random(RUNS, 3)
+    status = np.zeros(RUNS, int)
+    status[[3, 7]], status[9] = NON_FINITE, STOPPED
+    tip[[3, 7], 1:], tip[9, 2:] = np.nan, np.nan
+    ds = sweep({"a": random(RUNS)}, status, np.arange(RUNS) - 1, tip=tip)
+    [panel] = telling.asked(ds, ["tip"]).panels
+    [line] = (found := fans.courses(ds, panel)).lines
+    good = np.delete(tip, [0, 3, 7], axis=0)
+    assert (found.runs, found.few) == (RUNS - 3, False)
+    np.testing.assert_allclose(line.quantiles, np.nanquantile(good, fans.LEVELS, axis=0))
+    np.testing.assert_array_equal(line.largest, np.nanmax(good, axis=0))
+    np.testing.assert_array_equal(line.nominal, tip[0])
+    assert all(np.array_equal(course, tip[run + 1]) for run, course in line.each.items())
+    assert labels.fates(ds) == "2 failed (2 non finite) and not shown; 1 stopped by events"
+    assert fans.statuses(ds) == {"success": RUNS - 3, "non_finite": 2, "stopped_by_event": 1}
+
+
+def test_large_sweeps_are_read_in_blocks_and_by_windows(tmp_path, monkeypatch):
+    tip = random(1000, 3)
+    ds = sweep({"a": random(1000)}, tip=tip)
+    monkeypatch.setattr(reading, "MOST_VALUES", 3 * 256)
+    monkeypatch.setattr("lienumba.store.windows.WINDOW_BYTES", 24 * 50)
+    ds.to_netcdf(tmp_path / "out.nc", engine="netcdf4")
+    with xr.open_dataset(tmp_path / "out.nc") as opened:
+        [panel] = telling.asked(opened, ["tip"]).panels
+        which = reading.shown_runs(opened, panel)
+        found = fans.courses(opened, panel)
+        assert not opened["tip"].variable._in_memory
+    assert which.sum() == found.runs <= 256
+    blocks = np.flatnonzero(which.reshape(-1, 8).any(axis=1))
+    assert (np.diff(np.flatnonzero(which)) > 1).sum() == 3  # four blocks
+    assert blocks[0] == 0
+    np.testing.assert_allclose(found.lines[0].quantiles, np.quantile(tip[which], fans.LEVELS, axis=0))
+
+
+@pytest.mark.parametrize("nominal", [True, False])
+def test_attitudes_are_angles_of_axes_from_their_reference(nominal):
+    angles = np.outer(np.linspace(-0.4, 0.4, 21), [0.0, 0.5, 1.0]) + 0.3 * np.arange(3)
+    ds = rotating(angles, np.roll(np.arange(21) - 1, 10) if nominal else None)
+    panels = telling.asked(ds, ["rotation"]).panels
+    assert [panel.title for panel in panels] == ["attitude of arm", "attitude of top"]
+    courses = fans.courses(ds, panels[1])
+    from_middle = np.degrees(abs(angles - angles[10]))
+    runs = np.arange(21) != 10 if nominal else np.ones(21, bool)
+    for line in courses.lines[:2]:
+        np.testing.assert_allclose(line.quantiles, np.quantile(from_middle[runs], fans.LEVELS, axis=0), atol=1e-6)
+    np.testing.assert_allclose(courses.lines[2].quantiles, 0.0, atol=1e-6)  # the axis about which they turn
+    reference = "the nominal run" if nominal else "their mean directions"
+    assert fans.label(ds, panels[1]) == f"angle of its axes\nfrom {reference} (°)"
+    alone = ds.isel(run=[20])
+    [x, *_] = fans.courses(alone, telling.asked(alone, ["rotation.top"]).panels[0]).lines
+    np.testing.assert_allclose(x.quantiles[2], np.degrees(abs(angles[20] - angles[20, 0])), atol=1e-6)
+
+
+def test_an_element_of_a_rotation_can_be_asked_for():
+    ds = rotating(random(20, 3))
+    [panel] = telling.asked(ds, ["rotation.top.x.y"]).panels
+    assert (panel.title, panel.angles, len(panel.lines)) == ("rotation of top, xy", False, 1)
+    [line] = fans.courses(ds, panel).lines
+    np.testing.assert_allclose(line.quantiles[2], np.median(ds["rotation"].values[:, :, 1, 0, 1], axis=0))
+
+
+def test_spreads_have_the_values_of_all_runs_that_have_one():
+    first = random(RUNS)
+    first[:5] = np.nan
+    ds = sweep({"a": random(RUNS)}, labels=np.arange(RUNS) - 1, first=first, tip=random(RUNS, 3))
+    [spread] = fans.spreads(ds, telling.asked(ds, ["first"]).panels[0])
+    np.testing.assert_array_equal(spread.values, first[5:])
+    assert (spread.missing, spread.nominal) == (4, None)
+    [panel] = [panel for panel in telling.telling(ds).panels if panel.title == "tip at the end"]
+    [spread] = fans.spreads(ds, panel)
+    np.testing.assert_array_equal(spread.values, ds["tip"].values[1:, -1])
+    assert spread.nominal == ds["tip"].values[0, -1]
+
+
+@pytest.mark.parametrize(
+    ("values", "edges"),
+    [
+        ([3.0] * 9, [1.5, 4.5]),
+        ([0.0] * 9, [-0.5, 0.5]),
+        ([1.0, 2.0, 4.0, 4.0], [0.5, 1.5, 2.5, 3.5, 4.5]),
+        ([1.0 + 1e-15, 1.0], [0.5, 1.5]),
+        ([0.5, 1.5], np.linspace(0.5, 1.5, 6)),
+        (np.geomspace(1e-9, 1e-3, 100), np.geomspace(1e-9, 1e-3, 11)),
+        ([*np.linspace(0.0, 1.0, 1000), 1e12], np.linspace(0.0, 1e12, 22)),
+    ],
+)
+def test_bins(values, edges):
+    found = fans.bins([fans.Spread("", np.array(values), 0, None)])
+    np.testing.assert_allclose(found, edges)
+    assert np.histogram(values, found)[0].sum() == len(values)
+
+
+def test_what_says_most_comes_first_and_the_rest_is_named():
+    a, b = random(50, seed=2), random(50, seed=3)
+    tip, still = np.outer(a, [0.0, 1.0, 2.0]), np.ones((50, 3))
+    position = random(50, 3, 2, 3, seed=4)
+    ds = sweep({"b": b, "a": a, "c": b**2, "d": b**3}, tip=tip, still=still, position=position, velocity=position)
+    choice = telling.telling(ds)
+    titles = [panel.title for panel in choice.panels]
+    assert titles == [
+        "tip", "position of top", "velocity of top", "position of arm", "velocity of arm",
+        "tip at the end", "sampled a", "sampled b", "sampled d", "sampled c",
+    ]  # fmt: skip  # nothing changes in `still`; tip depends on a
+    assert choice.left_out == ""
+    many = sweep({name: random(50, seed=n) for n, name in enumerate("abcdefgh")}, **{f"q{n}": tip for n in range(8)})
+    choice = telling.telling(many)
+    assert len(choice.panels) == telling.MOST
+    assert choice.left_out == "not shown: q6, q7, 5 inputs"
+
+
+@pytest.mark.parametrize(
+    ("units", "text"),
+    [("m s-1", "m/s"), ("kg m2 s-1", "kg·m²/s"), ("1", ""), ("", ""), ("s-1", "1/s"), ("N m s rad-1", "N·m·s/rad")],
+)
+def test_units_as_people_write_them(units, text):
+    assert labels.unit_label(units) == text
+    assert labels.axis_label("angular_velocity", units) == "angular velocity" + (f" ({text})" if text else "")
+    assert labels.axis_label("my_tip", units).startswith("my_tip")
+
+
+def test_unknown_names():
+    ds = sweep({"a": random(5)}, tip=random(5, 3, 3))
+    assert [panel.title for panel in telling.asked(ds, ["tip.z", "tip.z"]).panels] == ["tip, z"]
+    with pytest.raises(lienumba.ScenarioError, match=r'^the dataset has no variable "tip.w"; '):
+        telling.asked(ds, ["tip.w"])

@@ -1,0 +1,89 @@
+"""What the examples of some pages say is so, beyond that they run."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import lienumba
+from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
+from lienumba.running.runner import check_initial
+from lienumba.scenario.resolve import resolve
+from lienumba.store.layout import VARIABLES
+
+from .pages import ROOT, blocks
+from .player import COMMANDS
+
+
+def files(page: str) -> dict[str, str]:
+    """The files that stand on a page."""
+    found = blocks((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    return {block.name: block.text for block in found if block.name}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, text in (files("your_own_laws.md") | files("studies.md")).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def test_the_motion_is_as_known(folder):
+    found = lienumba.run(folder / "known.toml")
+    assert (found["position_error"] < 1e-5).all()
+    order = lienumba.analysis.orders(found)["order"].sel(error="position")
+    assert float(order) == pytest.approx(4.0, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("function", "more"),
+    [
+        ("rope", {"bodies": ["ground", "b"], "parameters": {"stiffness": 10, "length": 0.5}}),
+        ("well", {"bodies": ["b"], "parameters": {"depth": 3}, "returns": "potential"}),
+    ],
+)
+def test_laws_of_forces_work(folder, function, more, monkeypatch):
+    monkeypatch.chdir(folder)
+    force = {"name": "law", "type": "python", "function": f"arm.py:{function}", **more}
+    check_initial(resolve(scenario(forces=[force])))
+
+
+@pytest.mark.parametrize(
+    ("function", "more"),
+    [("on_a_sphere", {"parameters": {"radius": 1.0}}), ("skate", {"level": "velocity"})],
+)
+def test_laws_of_joints_work(folder, function, more, monkeypatch):
+    monkeypatch.chdir(folder)
+    joint = {"name": "law", "type": "python", "function": f"arm.py:{function}", "bodies": ["b"], **more}
+    check_initial(resolve(scenario(joints=[joint])))
+
+
+def scenario(**model):
+    body = {"name": "b", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "position": [1.0, 0.0, 0.0], "rotation": [1, 0, 0, 0]}
+    return {"model": {"bodies": [body], **model}, "integrator": {"step": 1e-3, "end_time": 0.1}}
+
+
+def test_the_readme_has_every_joint() -> None:
+    table = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name in (*JOINT_TYPES, *COUPLED):
+        rows = len(JOINT_TYPES[name].rows) if name in JOINT_TYPES else 5 if name == "screw" else 1
+        assert re.search(rf"`{name}`[^|]*\| {rows} \|", table), name
+
+
+def test_every_method_stands_beside_its_order() -> None:
+    page = (ROOT / "docs" / "choose_a_method.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d) \| (`.*?) \|", page, re.MULTILINE)
+    assert {name: int(order) for order, names in rows for name in re.findall(r"`(\w+)`", names)} == {
+        name: tableau.order for name, tableau in TABLEAUS.items()
+    }
+
+
+def test_every_command_is_listed() -> None:
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS.commands if f"\nlienumba {name}" not in page] == []
+
+
+def test_every_variable_is_in_the_table() -> None:
+    page = (ROOT / "docs" / "read_the_dataset.md").read_text(encoding="utf-8")
+    assert [name for name in VARIABLES if f"`{name}`" not in page] == []

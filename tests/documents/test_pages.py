@@ -1,0 +1,88 @@
+"""Every block of code of every page works, and shows what it prints."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import click
+import pytest
+
+from . import player
+from .pages import ROOT, Block, blocks, pages, prose
+
+PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(ROOT / "scenarios", tmp_path / "scenarios")
+    for name, value in player.ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_blocks_run(page: Path, folder: Path) -> None:
+    line = 0
+    try:
+        for block in player.Player(folder).play_all(blocks(page.read_text(encoding="utf-8"))):
+            line = block.line
+    except (Exception, SystemExit) as error:
+        pytest.fail(f"{page.relative_to(ROOT)}:{line}: {type(error).__name__}: {error}")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_in_the_text_are_commands(page: Path) -> None:
+    for span in re.findall(r"`(lienumba [^`]+)`", prose(page.read_text(encoding="utf-8"))):
+        words = [re.sub(r"\b[A-Z]{1,2}\b", "1", word) for word in shlex.split(span, comments=True)[1:]]
+        try:
+            if words and words[0].isupper():
+                continue  # any command
+            if len(words) > 1:
+                player.parse(words)
+            elif words and not words[0].startswith("-"):
+                assert words[0] in player.COMMANDS.commands
+        except (click.UsageError, AssertionError) as error:
+            pytest.fail(f"{page.relative_to(ROOT)}: `{span}`: {error}")
+
+
+def test_blocks_are_found_with_their_names_bases_and_outputs() -> None:
+    text = "<!-- into: a.toml -->\n```toml\nx = 1\n```\n<!--\n```python\n# b.py\nprint(1)\n```\n-->\n```text\n1\n```\n"
+    first, second, third = blocks(text)
+    assert first == Block(2, "toml", "x = 1\n", "", "a.toml")
+    assert (second.name, second.output) == ("b.py", "1\n")
+    assert (third.language, third.into) == ("text", "scenarios/heavy_top.toml")
+    assert "x = 1" not in prose(text)
+    assert "b.py" not in prose(text)
+
+
+@pytest.mark.parametrize(
+    ("language", "text", "told"),
+    [
+        ("", "a", "a block of"),
+        ("rust", "a", "a block of"),
+        ("csv", "a,b", "a table without"),
+        ("toml", "[integrator]\nstep = 3", "step"),
+        ("toml", "[projection]\nfoo = 3", "foo"),
+        ("python", "x = 1/0", "division"),
+        ("sh", "lienumba run --speed", "--speed"),
+        ("sh", "lienumba fly", "no command fly"),
+        ("sh", "lienumba validate none.toml", "none.toml"),
+        ("sh", "if", "bash"),
+        ("sh", "curl x", "nobody runs curl"),
+        ("sh", "scripts/none", "there is no scripts/none"),
+        ("console", "$ lienumba --version\nlienumba 99", "printed"),
+    ],
+)
+def test_faults_are_found(folder: Path, language: str, text: str, told: str) -> None:
+    with pytest.raises((Exception, SystemExit), match=re.escape(told)):
+        player.Player(folder).play(Block(1, language, text, "", "scenarios/heavy_top.toml"))
+
+
+def test_output_that_differs_is_a_fault(folder: Path) -> None:
+    shown = Block(1, "python", "print('a  b', 7)", "", "", output="a b ...\n")
+    player.Player(folder).play(shown)
+    with pytest.raises(AssertionError, match="shown"):
+        player.Player(folder).play(Block(1, "python", "print(2)", "", "", output="3"))
