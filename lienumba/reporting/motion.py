@@ -15,6 +15,7 @@ from lienumba.reporting.chart import Section, packed, section
 from lienumba.reporting.courses import Marked
 from lienumba.reporting.markup import Markup, element
 from lienumba.scene import Moving, Scene, scene
+from lienumba.scene.solids import Solid
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,7 +101,7 @@ def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
     triangles = np.concatenate(
         [np.array(solid.triangles()) + at for solid, at in zip(mechanism.solids, first, strict=False)]
     )
-    faces = [len(solid.triangles()) for solid in mechanism.solids]
+    colors = [2 * n + half for n, solid in enumerate(mechanism.solids) for half in _halves(solid)]
     return {
         "label": run.label,
         "good": run.good,
@@ -110,7 +111,7 @@ def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
         "vertices": packed(np.concatenate(vertices).ravel(), "f4"),
         "owner": packed(np.repeat(np.arange(len(vertices)), list(map(len, vertices))), "u2"),
         "triangles": packed(triangles.ravel(), "u2"),
-        "painted": packed(np.repeat(np.arange(len(faces)), faces), "u2"),
+        "painted": packed(np.array(colors), "u2"),
         "segments": [
             {"kind": x.kind, "ends": [[end.body, *map(float, end.point)] for end in x.ends]}
             for x in mechanism.segments
@@ -122,6 +123,16 @@ def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
             if not (followed and x.place.body == GROUND)
         ],
     }
+
+
+def _halves(solid: Solid) -> list[int]:
+    """Of each triangle, whether it is in the lighter half of a cylinder, which is there so that one sees it spin."""
+    if solid.kind != "cylinder":
+        return [0] * len(solid.triangles())
+    sides = len(solid.faces) - 2
+    around = [int(2 * k < sides) for k in range(sides) for _ in range(2)]
+    end = [int(2 * k < sides - 2) for k in range(sides - 2)]
+    return [*around, *end[::-1], *end]  # the vertices of the first end run the other way
 
 
 def frames(times: np.ndarray, rotations: np.ndarray, most: int) -> np.ndarray:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".html", ".htm")
 SCRIPTS = ("theme.js", "charts.js", "sensitivity.js", "motion.js", "viewer.js")
+SHADE = 0.3  # of white in the lighter half of a body that spins, or of black in the dark theme
 DARK = ("#4aa8e0", "#f08a3c", "#2fc198", "#e29ac6", "#e8ab2e", "#86cdf2", "#e6e7e8")  # of COLORS, on a dark page
 
 
@@ -121,8 +122,16 @@ def _scripts() -> str:
 def _palette() -> str:
     from lienumba.figures.canvas import COLORS
 
-    pairs = enumerate(zip(COLORS, DARK, strict=True))
-    return " ".join(f"--c{n}: light-dark({light}, {dark});" for n, (light, dark) in pairs)
+    pairs = [*zip(COLORS, DARK, strict=True)]
+    shades = [(_mixed(light, 255), _mixed(dark, 0)) for light, dark in pairs]
+    named = ((f"--{kind}{n}", *pair) for kind, each in (("c", pairs), ("s", shades)) for n, pair in enumerate(each))
+    return " ".join(f"{name}: light-dark({light}, {dark});" for name, light, dark in named)
+
+
+def _mixed(color: str, other: int) -> str:
+    """A colour with some white (255) or black (0)."""
+    parts = (int(color[n : n + 2], 16) for n in (1, 3, 5))
+    return "#" + "".join(f"{round((1.0 - SHADE) * part + SHADE * other):02x}" for part in parts)
 
 
 def _body(head: Markup, sections: list[Section]) -> Iterator[Markup]:

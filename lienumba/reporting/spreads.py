@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.analysis.fans import Spread, bins
 from lienumba.reporting import chart
 from lienumba.reporting.chart import Chart, Section, section
-from lienumba.reporting.markup import element
+from lienumba.reporting.markup import element, number
 from lienumba.reporting.sensitivity import Column, Columns
+from lienumba.scenario.words import listed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,13 +28,19 @@ def sections(columns: Columns) -> Iterator[Section]:
         ("inputs", "What was drawn", columns.inputs, MOST_INPUTS, 2),
     )
     for key, title, every, most, shade in groups:
-        found = [one for one in every if np.isfinite(one.values[columns.labels >= 0]).any()]
-        charts = [histogram(one, columns.labels, shade) for one in found[:most]]
-        more = f"The first {most} of {len(found)}." if len(found) > most else ""
+        found = [(one, one.values[(columns.labels >= 0) & np.isfinite(one.values)]) for one in every]
+        varied = [one for one, values in found if len(values) and np.ptp(values)]
+        notes = [
+            f"{one.name} is {number(values[0])} {one.unit}".strip()
+            for one, values in found
+            if len(values) and not np.ptp(values)
+        ]
+        notes = [f"In all runs {listed(notes)}."] if notes else []
+        notes += [f"The first {most} of {len(varied)}."] if len(varied) > most else []
+        charts = [histogram(one, columns.labels, shade) for one in varied[:most]]
         if charts:
-            yield section(
-                key, title, *([element("p", more, class_="quiet")] if more else []), charts=charts, small=True
-            )
+            told = [element("p", " ".join(notes), class_="quiet")] if notes else []
+            yield section(key, title, *told, charts=charts, small=True)
 
 
 def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:

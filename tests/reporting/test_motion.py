@@ -54,7 +54,7 @@ def test_a_run_says_where_bodies_are_and_what_is_drawn():
     assert turned == pytest.approx(first.rotations, abs=1e-4)
     triangles = array(run["triangles"]).reshape(-1, 3)
     owner = array(run["owner"])
-    assert (owner[triangles] == array(run["painted"])[:, None]).all()
+    assert (owner[triangles] == array(run["painted"])[:, None] // 2).all()
     assert sent["compared"] == 1
     assert run["label"] == "nominal run"
 

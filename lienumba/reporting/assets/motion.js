@@ -121,7 +121,7 @@ function looks(run, faint) {
   const stroke = (name, width) => ({ ...flat, type: "scatter3d", mode: "lines", opacity: faint ? 0.35 : 1, line: { color: name, width } });
   return [
     { ...flat, type: "mesh3d", i: corner(0), j: corner(1), k: corner(2), flatshading: true, opacity: faint ? 0.22 : 1,
-      facecolor: Array.from(run.painted, (b) => `--c${b % 7}`), lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05 },
+      facecolor: Array.from(run.painted, (n) => `--${n % 2 ? "s" : "c"}${(n >> 1) % 7}`), lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05 },
       lightposition: { x: 2000, y: -4000, z: 8000 } },
     stroke("--quiet", 4),
     stroke("--ink", 3),
