@@ -157,7 +157,7 @@ def merge(
         from lienumba.running.merge import gaps, merged
 
         with console.progress(quiet) as report:
-            dataset = merged(files, output, allow_code, overwrite, report or (lambda event: None))
+            dataset = merged(files, output, allow_code, overwrite, report)
         if not quiet:
             console.print_warnings(gaps(dataset))
             with console.unheard():
@@ -215,7 +215,7 @@ def replay(
             if not quiet:
                 console.print_warnings(warnings_of(dataset, str(file)))
             with console.progress(quiet) as report:
-                done = again(dataset, str(file), choice.run, every, allow_code, report or (lambda event: None))
+                done = again(dataset, str(file), choice.run, every, allow_code, report)
         write(done.dataset, target)
         if not done.same:
             console.print_warnings([done.sentence])
@@ -366,7 +366,7 @@ def animate(
                     runs=labels,
                     worst=worst,
                     allow_code=allow_code,
-                    tell=report or (lambda event: None),
+                    tell=report,
                 )
             title = str(dataset.attrs.get("title", ""))
         if not quiet:

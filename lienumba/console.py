@@ -4,17 +4,16 @@ import itertools
 import os
 import signal
 import sys
-import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TextIO
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from lienumba.errors import ClusterError, ScenarioError
+from lienumba.progress import ProgressLines, bar, silent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -23,25 +22,7 @@ if TYPE_CHECKING:
     from lienumba.running.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
 MOST_BODIES = 3  # whose final state the summary shows
-SILENCE = 60.0  # s after which a line appears even if nothing has been reported
-
-
-class Event(Protocol):
-    """What the runner reports: the stage ("compile", "run", "write"), and runs done and failed."""
-
-    stage: str
-    done: int
-    total: int
-    failed: int
-
-
-STAGES = {
-    "compile": "compiling the mechanism (kept for the next time)",
-    "run": "simulating",
-    "write": "writing the dataset",
-}
 
 
 @contextmanager
@@ -81,16 +62,13 @@ def print_warnings(warnings: list[str]) -> None:
 
 
 @contextmanager
-def progress(quiet: bool) -> Iterator[Callable[[Any], None] | None]:
-    """A function that shows the runner's events: a bar on a terminal, else lines; None when quiet."""
+def progress(quiet: bool) -> Iterator[Callable[[Any], None]]:
+    """A function that shows the runner's events: a bar on a terminal, else lines; nothing when quiet."""
     if quiet or sys.stderr is None:
-        yield None
-    elif sys.stderr.isatty():
-        yield from _bar()
+        yield silent
     else:
-        lines = ProgressLines(sys.stderr)
-        with lines:
-            yield lines
+        with bar() if sys.stderr.isatty() else ProgressLines(sys.stderr) as show:
+            yield show
 
 
 @contextmanager
@@ -101,28 +79,6 @@ def unheard() -> Iterator[None]:
     except (OSError, ValueError, AttributeError):
         with suppress(Exception):
             sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
-
-
-def _bar() -> Iterator[Callable[[Event], None]]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("runs, {task.fields[failed]} failed,"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("checking", total=None, failed=0)
-
-        def show(event: Event) -> None:
-            text = STAGES.get(event.stage, event.stage)
-            total = event.total if event.stage == "run" else None
-            bar.update(task, description=text, completed=event.done, total=total, failed=event.failed)
-
-        yield show
 
 
 @contextmanager
@@ -139,70 +95,6 @@ def drawing(quiet: bool) -> Iterator[Callable[[int, int], None]]:
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
         yield lambda done, total: typer.echo(f"drawing {total:,} frames", err=True) if done == 1 else None
-
-
-class ProgressLines:
-    """Progress as lines of text: at each new stage, every LINE_INTERVAL, and after SILENCE."""
-
-    def __init__(self, stream: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
-        self.stream, self.clock = stream, clock
-        self.event: Event | None = None
-        self.stage = ""
-        self.started = self.printed = clock()
-        self._lock = threading.Lock()
-        self._over = threading.Event()
-        self._watch = threading.Thread(target=self._break_silence, daemon=True)
-
-    def __enter__(self) -> "ProgressLines":
-        self._watch.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._over.set()
-        self._watch.join()
-
-    def __call__(self, event: Event) -> None:
-        with self._lock:
-            now, before, self.event = self.clock(), self.event, event
-            if event.stage != self.stage:
-                self.stage, self.started = event.stage, now
-                self._print(STAGES.get(event.stage, event.stage))
-            elif now - self.printed >= LINE_INTERVAL or (_is_over(event) and not _is_over(before)):
-                self._print(self._state(event, now))
-
-    def _break_silence(self) -> None:
-        while not self._over.wait(1.0):
-            with self._lock:
-                if self.event is not None and self.clock() - self.printed >= SILENCE:
-                    self._print(self._state(self.event, self.clock()))
-
-    def _state(self, event: Event, now: float) -> str:
-        text = f"{STAGES.get(event.stage, event.stage)}: {event.done}/{event.total} runs, {event.failed} failed"
-        elapsed = now - self.started
-        if event.stage == "run" and event.done and elapsed > 0:
-            rate = event.done / elapsed
-            left = duration((event.total - event.done) / rate)
-            text += f", {rate:,.{0 if rate >= 10 else 2}f} runs/s, {left} left"
-        return text
-
-    def _print(self, text: str) -> None:
-        self.printed = self.clock()
-        with suppress(OSError, ValueError):  # whoever listened has gone: that stops no run
-            print(text, file=self.stream, flush=True)
-
-
-def _is_over(event: Event | None) -> bool:
-    return event is not None and event.done == event.total
-
-
-def duration(seconds: float) -> str:
-    """A time for people: 8 s, 3 min 20 s, 2 h 5 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 def print_replay(replay: "Replay", why: str, target: Path) -> None:

@@ -20,6 +20,7 @@ FLOORS = [
     {"sweep"},
     {"store"},
     {"scenario"},
+    {"progress"},
     {"running"},
     {"analysis"},
     {"scene"},
@@ -38,6 +39,7 @@ LIGHT = [
     "cli.py",
     "operations.py",
     "expressions.py",
+    "progress.py",
     "scenario",
     "sweep/distributions.py",
 ]

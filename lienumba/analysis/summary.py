@@ -98,9 +98,10 @@ def summarise(ds: xr.Dataset) -> Summary:
     )
 
 
-def of_sweep(ds: xr.Dataset) -> np.ndarray:
-    """Which runs tell how the sweep spreads (runs,): all but the nominal one, unless there is no other."""
-    sampled: np.ndarray = ds["run"].values != NOMINAL_RUN
+def of_sweep(ds: xr.Dataset | xr.DataArray, dim: str = RUN[0]) -> np.ndarray:
+    """Which runs tell how the sweep spreads (runs,): all but the nominal one, unless there is no other; dim: along
+    which the runs are."""
+    sampled: np.ndarray = ds[dim].values != NOMINAL_RUN
     return sampled if sampled.any() else ~sampled
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 STILLS = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 4.4, 3.1  # of a panel, inches
+ALONE = 1.5  # times as large is a panel without others
+LETTER = 0.11  # inches that a letter of a title takes
 DPI = 130
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")  # Okabe and Ito
 STYLES = ("-", "--")
@@ -23,7 +26,8 @@ NAMELESS = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}} 
 
 def blank(rows: int, columns: int, height: float = HEIGHT) -> tuple[Figure, list[list[Axes]]]:
     """A figure with so many panels of this height (inches)."""
-    drawn = empty(WIDTH * columns, height * rows)
+    scale = ALONE if rows == columns == 1 else 1.0
+    drawn = empty(scale * WIDTH * columns, scale * height * rows)
     return drawn, [list(row) for row in drawn.subplots(rows, columns, squeeze=False)]
 
 
@@ -35,6 +39,11 @@ def empty(width: float, height: float, layout: Any = "constrained", dpi: float =
         raise ScenarioError('a figure needs matplotlib, which is missing; pip install "lienumba[plot]"') from None
 
     return Shown(figsize=(width, height), layout=layout, dpi=dpi)
+
+
+def entitle(drawn: Figure, title: str) -> None:
+    """Put a title above a figure, in as many lines as it takes."""
+    drawn.suptitle("\n".join(wrap(title, int(drawn.get_figwidth() / LETTER))))
 
 
 def check_target(target: Path, suffixes: Sequence[str], what: str) -> None:

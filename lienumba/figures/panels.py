@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, label, spreads, statuses
@@ -26,6 +27,7 @@ LEGEND: dict[str, Any] = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "frameon": False, "borderpad": 0.2,
     "borderaxespad": 0.1, "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.4,
 }  # fmt: skip
+ENTRY, NOTE = 1.75, 0.09  # inches that an entry of the legend below the figure takes, and a letter of the note
 MOST_NAMED = 4  # runs, in a legend
 BESIDE = 52  # letters of a title and a legend in one row
 LONG = 44  # letters of a title in small print
@@ -69,9 +71,11 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
     if nominal:
         handles.append(Line2D([], [], **NOMINAL, label="nominal run"))
     if handles or note:
+        width = drawn.get_figwidth()
         drawn.legend(
-            handles=handles, loc="outside lower center", ncols=max(len(handles), 1), frameon=False, fontsize="small",
-            title=note or None, title_fontsize="small",
+            handles=handles, loc="outside lower center", frameon=False, fontsize="small",
+            ncols=max(1, min(len(handles), int(width / ENTRY))),
+            title="\n".join(wrap(note, int(width / NOTE))) or None, title_fontsize="small",
         )  # fmt: skip
 
 

@@ -67,7 +67,7 @@ def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
     courses = [courses for courses in shown if courses is not None]
     nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
     explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
-    drawn.suptitle(": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, courses)])))
+    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, courses)])))
     return drawn
 
 

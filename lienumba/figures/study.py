@@ -9,7 +9,7 @@ from lienumba.analysis.labels import axis_label
 from lienumba.analysis.orders import orders
 from lienumba.analysis.study import Curve, curves, labels_of
 from lienumba.errors import ScenarioError
-from lienumba.figures.canvas import COLORS, blank
+from lienumba.figures.canvas import COLORS, blank, entitle
 from lienumba.scenario.words import show
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
 
@@ -52,7 +52,7 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
         drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), IN_A_ROW), fontsize="small")
     runs = ds.sizes["run"]
     title = f"{ds.attrs['title']}: " if ds.attrs.get("title") else ""
-    drawn.suptitle(title + (f"medians of {runs:,} runs" if runs > 1 else "1 run at each point"))
+    entitle(drawn, title + (f"medians of {runs:,} runs" if runs > 1 else "1 run at each point"))
     return drawn
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.progress import shown
 from lienumba.running.results import Results
 from lienumba.running.resume import check_parts
 from lienumba.running.simulate import Progress, Tell
@@ -43,7 +44,7 @@ def merge(
     *,
     allow_code: bool = False,
     overwrite: bool = False,
-    progress: Tell | None = None,
+    progress: Tell | bool | None = None,
 ) -> "xr.Dataset":
     """Write the runs of these datasets (paths or patterns), which are of one sweep, into one, and return it.
 
@@ -51,7 +52,8 @@ def merge(
     they bring, without which it is not known what their dataset looks like. Raises ScenarioError where datasets do not
     belong together or have runs in common, before anything is written.
     """
-    dataset = merged(files, Path(output), allow_code, overwrite, progress or (lambda event: None))
+    with shown(progress) as tell:
+        dataset = merged(files, Path(output), allow_code, overwrite, tell)
     for sentence in gaps(dataset):
         warnings.warn(sentence, stacklevel=2)
     return dataset

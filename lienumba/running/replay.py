@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.progress import shown
 from lienumba.scenario import timegrid
 from lienumba.scenario.code import check_allowed
 from lienumba.scenario.resolve import Scenario, resolve
@@ -47,7 +48,7 @@ def replay(
     allow_code: bool = False,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
-    progress: "Callable[[Progress], None] | None" = None,
+    progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate one run of a dataset again, with its course at many times, and return that.
 
@@ -64,7 +65,8 @@ def replay(
     ds: Any = dataset if path is None else read(path)
     where = "the dataset" if path is None else str(path)
     try:
-        done = again(ds, where, run, every, allow_code, progress or (lambda event: None))
+        with shown(progress) as tell:
+            done = again(ds, where, run, every, allow_code, tell)
     finally:
         if path is not None:
             ds.close()

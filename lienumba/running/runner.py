@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ClusterError, ScenarioError
+from lienumba.progress import shown
 from lienumba.running import connection
 from lienumba.running.part import share_of
 from lienumba.scenario.arguments import check_labels
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from lienumba.running.simulate import Compute, Progress, Runs, Tell
     from lienumba.store.shards import Shards
 
+NOT_KEPT = "interrupted: no run is kept; name an output, so that an interrupted sweep can go on with resume=True"
 __all__ = ["Interrupted", "check_initial", "operation_counts", "run"]
 
 
@@ -43,7 +45,7 @@ def run(
     resume: bool = False,
     overwrite: bool = False,
     dask: Any = None,
-    progress: "Callable[[Progress], None] | None" = None,
+    progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate a scenario (a path, a dict or a System) and return its dataset.
 
@@ -53,7 +55,9 @@ def run(
     run); part: such as "3/20", the third of twenty parts of these; resume: go on with what an interrupted sweep has
     left beside `output`, or add runs to a finished one; dask: "local" for `workers` processes, the address of a
     scheduler, or a distributed.Client, on whose workers the runs are computed; progress: called with a Progress a few
-    times per second.
+    times per second; by default a run that takes more than a second shows itself on a terminal and in a notebook, not
+    elsewhere; False: nowhere, True: everywhere.
+    An interrupt (Ctrl-C, or that of a notebook's kernel) ends it, and says what is kept.
     Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
     """
     from lienumba.running import study
@@ -79,19 +83,20 @@ def run(
         check_target(output, overwrite, resume)
     elif resume:
         raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
-    tell, workers = progress or (lambda event: None), workers or usable_cores()
-    if resolved.plan is not None:
-        dataset = study.run(resolved, labels, workers, tell)
-        for sentence in study.doubts(dataset) if told else ():
-            warnings.warn(sentence, stacklevel=2)
-        if output is not None:
-            write(dataset, output)
-            shutil.rmtree(folder_of(Path(output)), ignore_errors=True)
-        return dataset
-    with _computing(resolved, workers, dask) as compute:
-        if output is None:
-            return in_memory(resolved, labels, compute, tell)
-        on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
+    workers = workers or usable_cores()
+    with shown(progress) as tell:
+        if resolved.plan is not None:
+            dataset = study.run(resolved, labels, workers, tell)
+            for sentence in study.doubts(dataset) if told else ():
+                warnings.warn(sentence, stacklevel=2)
+            if output is not None:
+                write(dataset, output)
+                shutil.rmtree(folder_of(Path(output)), ignore_errors=True)
+            return dataset
+        with _computing(resolved, workers, dask) as compute:
+            if output is None:
+                return in_memory(resolved, labels, compute, tell)
+            on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
     return read(Path(output))
 
 
@@ -126,8 +131,11 @@ def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tel
     runs = runs_of(resolved, labels)
     results, memory = Results(resolved, runs.nominal), Memory(labels)
     enough = stopping_of(resolved, results.numbers)
-    for piece in enough.until(simulate(runs, tell, compute)):
-        memory.take(piece)
+    try:
+        for piece in enough.until(simulate(runs, tell, compute)):
+            memory.take(piece)
+    except KeyboardInterrupt:
+        raise Interrupted(NOT_KEPT) from None
     kept = enough.kept(runs.labels)
     runs = runs.part(kept)
     return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **enough.attributes())
@@ -200,9 +208,11 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
     except (KeyboardInterrupt, ClusterError, MemoryError) as error:
         shards.flush()
         kept = len(shards.labels())
+        if not kept and isinstance(error, KeyboardInterrupt):
+            raise Interrupted("interrupted: no dataset was written") from None
         if not kept:
             raise
-        there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume"
+        there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume (in Python: resume=True)"
         if isinstance(error, KeyboardInterrupt):
             raise Interrupted(f"interrupted: {there}") from None
         kind = ClusterError if isinstance(error, ClusterError) else MemoryError

@@ -14,6 +14,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema_stop import Stop
 from lienumba.scenario.words import show, suggestion
 from lienumba.store.shards import LABEL
+from lienumba.sweep.confidence import half_width, ranks
 
 
 @dataclass(frozen=True)
@@ -112,18 +113,14 @@ def stopping_of(resolved: Scenario, numbers: list[str]) -> Stopping:
 def interval(values: np.ndarray, rule: Stop) -> Interval:
     """The confidence interval over the runs that have a value: by Student's t of a mean, by the binomial distribution
     of the ranks of a quantile, which assumes nothing of how values are distributed."""
-    from scipy import stats
-
     x = np.sort(values[np.isfinite(values)])
     if len(x) < 2:
         return Interval(np.nan, -inf, inf)
     if rule.statistic == "mean":
-        mean = float(x.mean())
-        half = float(stats.t.ppf(0.5 + 0.5 * rule.confidence, len(x) - 1) * x.std(ddof=1) / np.sqrt(len(x)))
+        mean, half = float(x.mean()), float(half_width(x.std(ddof=1), len(x), rule.confidence))
         return Interval(mean, mean - half, mean + half)
     assert rule.probability is not None
-    tail, ranks = 0.5 * (1.0 - rule.confidence), stats.binom(len(x), rule.probability)
-    low, high = int(ranks.ppf(tail)) - 1, int(ranks.ppf(1.0 - tail))
+    low, high = map(int, ranks(len(x), rule.probability, rule.confidence))
     return Interval(
         float(np.quantile(x, rule.probability)),
         float(x[low]) if low >= 0 else -inf,

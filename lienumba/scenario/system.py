@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from lienumba.scenario import toml
+from lienumba.scenario import shown, toml
 from lienumba.scenario.loading import load
 from lienumba.scenario.schema import BESIDE
 
@@ -31,6 +31,13 @@ class System:
         system = cls()
         system._data = load(path)
         return system
+
+    def __repr__(self) -> str:
+        return shown.as_text(str(self._data.get("title", "")), list(shown.rows(self._data, self)))
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it."""
+        return shown.as_html(str(self._data.get("title", "")), list(shown.rows(self._data, self)))
 
     @property
     def gravity(self) -> Any:

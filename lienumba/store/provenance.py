@@ -30,12 +30,12 @@ def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: 
         "title": title,
         "history": f"{now} {command}",
         "source": f"lienumba {__version__}",
-        "references": PAPER,
-        "scenario": scenario_toml,
-        "scenario_sha256": sha256,
         "seed": seed if seed < 2**63 else str(seed),  # netCDF has no larger integer
+        "references": PAPER,
+        "scenario_sha256": sha256,
         **{f"{name}_version": number for name, number in versions().items()},
         "cpu": config.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
+        "scenario": scenario_toml,  # the last, because it is long
     }
 
 

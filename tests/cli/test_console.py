@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from lienumba import console
+from lienumba import console, progress
 from lienumba.analysis.summary import Outcome, Quantiles, Summary
 
 
@@ -30,7 +30,7 @@ class Clock:
 
 def test_progress_lines() -> None:
     stream, clock = io.StringIO(), Clock()
-    lines = console.ProgressLines(stream, clock)
+    lines = progress.ProgressLines(stream, clock)
     for second, report in (
         (0, Report("compile", 0)),
         (2, Report("run", 0)),
@@ -54,9 +54,9 @@ def test_progress_lines() -> None:
 
 
 def test_silence_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(console, "SILENCE", 0.0)
+    monkeypatch.setattr(progress, "SILENCE", 0.0)
     stream = io.StringIO()
-    with console.ProgressLines(stream) as lines:
+    with progress.ProgressLines(stream) as lines:
         lines(Report("run", 0))
         lines(Report("run", 5))
         deadline = time.monotonic() + 10
@@ -68,7 +68,7 @@ def test_silence_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (59.4, "59 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")])
 def test_durations(seconds: float, text: str) -> None:
-    assert console.duration(seconds) == text
+    assert progress.duration(seconds) == text
 
 
 def summary(bodies: int, good: int) -> Summary:

@@ -82,6 +82,19 @@ def test_nothing_is_cut_off_and_no_legend_lies_over_data(runs):
                 assert not title.overlaps(ax.get_legend().get_window_extent())
 
 
+@pytest.mark.parametrize("names", [["energy"], ["energy", "position"], []])
+def test_long_titles_and_legends_have_lines_enough(runs, names):
+    with xr.open_dataset(runs) as ds:
+        drawn = figure(ds.assign_attrs(title="a long title " * 12), names)
+    drawn.draw_without_rendering()
+    for artist in (drawn._suptitle, drawn.legends[0]):
+        assert drawn.bbox.x0 <= artist.get_window_extent().x0
+        assert artist.get_window_extent().x1 <= drawn.bbox.x1
+    assert drawn.legends[0].get_window_extent().y1 <= min(
+        ax.get_tightbbox().y0 for ax in drawn.axes if ax.get_visible()
+    )
+
+
 def test_few_runs_are_drawn_one_by_one(runs):
     with xr.open_dataset(runs) as ds:
         drawn = figure(ds.isel(run=slice(0, 4)), ["energy", "position"])
@@ -112,7 +125,7 @@ def test_anything_by_its_name(runs):
         assert [label.get_text() for label in bars.get_yticklabels()] == ["non finite"]
         assert bars.patches[0].get_width() == 17
         some = ds.assign(status=ds.status + (ds.run == 4) * 2)
-        assert figure(some, ["energy"]).get_suptitle() == (
+        assert figure(some, ["energy"]).get_suptitle().replace("\n", " ") == (
             "example: 16 runs; 1 failed (1 projection not converged) and not shown"
         )
         for wrong in ("positon", "axis"):

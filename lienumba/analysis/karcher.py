@@ -1,0 +1,199 @@
+"""The Karcher mean of rotations: where the mean of the squared angles to them, the cost, is least.
+
+H. Karcher, Riemannian center of mass and mollifier smoothing, Comm. Pure Appl. Math. 30 (1977); X. Pennec, Intrinsic
+statistics on Riemannian manifolds, J. Math. Imaging Vis. 25 (2006).
+
+Here rotations are unit quaternions up to their sign, and an angle is twice that on the sphere. A step goes along the
+mean of the logarithms. SO(3) is nowhere negatively curved, so that a squared distance is at most that of the flat space
+of the logarithms (Toponogov), and no step raises the cost. The second derivatives of a squared angle a^2/2 are 1 along
+and (a/2) cot(a/2) > 0 across the way, up to the cut locus a = pi, where it has a concave edge. So the steps end in a
+minimum, and none lies on a cut locus; but there may be many.
+
+One is the mean for sure if all rotations are within a quarter turn of it (B. Afsari, Riemannian L^p center of mass,
+Proc. AMS 139 (2011)). Otherwise minima are sought from starts all over the group.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lienumba.groups import so3
+
+if TYPE_CHECKING:
+    import numpy as np
+
+UNIQUE, BEST, SEVERAL, NOT_CONVERGED, NONE = range(5)
+QUARTER, HALF = 0.5 * 3.141592653589793, 3.141592653589793  # turns, rad
+MARGIN = 1e-9  # rad: what is nearer than this to a limit is not known to be below it
+STEPS, TOLERANCE = 1000, 1e-13  # half of rad
+GRID, STARTS, FINALISTS, LAST = 512, 128, 16, 4  # points, those that begin, that go on, and with very many runs
+FEW = 512  # runs among which starts are sought
+ROUGH_STEPS, ROUGH = 16, 1e-4
+NUMBERS = 2**16  # pairs of a start and a run at a time
+SHELLS = 16  # distances from a mean at which it is shown that no other is there
+EQUAL, APART = 1e-9, 1e-4  # costs that differ by less, relative, are the same; means that differ by more (rad) are not
+SEED = 1977  # of the few runs among many
+
+
+@dataclass(frozen=True)
+class Mean:
+    """rotation: nine numbers, the angle to each run (labels, runs), and how sure each is (labels,)."""
+
+    rotation: so3.Matrix3
+    angles: np.ndarray
+    status: np.ndarray
+
+
+def mean(R: so3.Matrix3, known: np.ndarray) -> Mean:
+    """The mean of rotations, nine numbers (labels, runs), at each label over the runs that are known."""
+    import numpy as np
+
+    q = np.stack(so3.to_quaternion(R), axis=-1)
+    weights = _weights(known)
+    p, _, arrived = descend(_chordal(q, weights)[:, None], q, weights)
+    p, arrived = p[:, 0], arrived[:, 0]
+    found = angles(R, p, known)
+    status = np.where(arrived & _only(found, known), UNIQUE, BEST)
+    doubtful = np.flatnonzero(status == BEST)
+    at_once = max(1, NUMBERS // min(q.shape[1], FEW) // STARTS)
+    for first in range(0, len(doubtful), at_once):
+        these = doubtful[first : first + at_once]
+        p[these], status[these] = _search(q[these], known[these], p[these])
+        found[these] = angles(tuple(x[these] for x in R), p[these], known[these])
+        status[these] = np.where((status[these] == BEST) & _only(found[these], known[these]), UNIQUE, status[these])
+    status = np.where(found.max(axis=1) > HALF - MARGIN, NOT_CONVERGED, status)
+    rotation = so3.from_quaternion(tuple(p.T))
+    none = ~known.any(axis=1)
+    return Mean(tuple(np.where(none, np.nan, x) for x in rotation), found, np.where(none, NONE, status))
+
+
+def _only(angles: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether a minimum is the mean for sure (labels,), from its angles to the runs: all are below a quarter turn, or
+    the cost is larger everywhere else.
+
+    At a distance d in any direction a squared angle a^2 has grown against its tangent by at least d^2 g(a + d), with
+    g(x) = (x/2) cot(x/2), before the cut locus; behind it by at least d^2 - 4 pi (a + d - pi), which is that of the
+    opposite direction. The tangents add up to 0. From twice the mean angle on, the triangle inequality says it.
+    """
+    import numpy as np
+
+    weights, farthest = _weights(known), angles.max(axis=1)
+    sure: np.ndarray = farthest < QUARTER - MARGIN
+    near = HALF - farthest
+    far = np.clip(2.0 * (weights * angles).sum(axis=1), near, HALF)
+    wider = ~sure & (near > MARGIN)
+    for k in range(SHELLS if wider.any() else 0):
+        low, high = ((near + (far - near) * (k + j) / SHELLS)[wider, None] for j in (0, 1))
+        reach = angles[wider] + high
+        half = 0.5 * np.minimum(reach, HALF)
+        inside = low * low * half / np.tan(half)
+        grown = np.where(reach < HALF, inside, np.minimum(low * low - 4.0 * HALF * (reach - HALF), 0.0))
+        wider[wider] = (weights[wider] * grown).sum(axis=1) > 0.0
+    return sure | wider
+
+
+def angles(R: so3.Matrix3, p: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """From rotations p (labels, 4) to R, nine numbers (labels, runs); 0 where these are not known."""
+    import numpy as np
+
+    back = so3.transpose(so3.from_quaternion(tuple(x[:, None] for x in p.T)))
+    u = so3.log(so3.multiply(back, R))
+    return np.where(known, so3.dot(u, u) ** 0.5, 0.0)
+
+
+def descend(
+    p: np.ndarray, q: np.ndarray, weights: np.ndarray, tolerance: float = TOLERANCE, steps: int = STEPS
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From starts p (labels, starts, 4) to minima for rotations q (labels, runs, 4): these, their costs, and whether
+    they were reached."""
+    import numpy as np
+
+    away = np.ones(p.shape[:2], bool)
+    for _ in range(steps):
+        step, cost = _step(p, q, weights)
+        length = (step * step).sum(axis=-1) ** 0.5
+        away &= length > tolerance
+        if not away.any():
+            break
+        ahead = np.cos(length)[..., None] * p + np.sinc(length / np.pi)[..., None] * step
+        ahead /= (ahead * ahead).sum(axis=-1, keepdims=True) ** 0.5
+        p = np.where(away[..., None], ahead, p)
+    return p, cost, ~away
+
+
+def _step(p: np.ndarray, q: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The mean of the logarithms at p, on the sphere, and the cost there (rad^2)."""
+    import numpy as np
+
+    cosine, weights = p @ np.swapaxes(q, -1, -2), weights[:, None]
+    near = np.minimum(abs(cosine), 1.0)  # of the two quaternions of a rotation the nearer one
+    angle = np.arccos(near)
+    sine = ((1.0 - near) * (1.0 + near)) ** 0.5
+    ratio = np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0.0)
+    pull = (weights * np.copysign(ratio, cosine)) @ q
+    cost = 4.0 * (weights * (angle * angle)).sum(axis=-1)
+    return pull - (pull * p).sum(axis=-1, keepdims=True) * p, cost
+
+
+def _chordal(q: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The mean in the space of matrices (F. L. Markley et al., Averaging quaternions, J. Guid. Control Dyn. 30 (2007)),
+    which is near where the spread is small (labels, 4)."""
+    import numpy as np
+
+    chords: np.ndarray = np.linalg.eigh(np.swapaxes(q, 1, 2) @ (weights[..., None] * q))[1][..., -1]
+    return chords
+
+
+def _search(q: np.ndarray, known: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The best minimum from many starts (labels, 4), `first` among them, and what is known of it. Starts are the best
+    points of a grid; those that lie best after some steps go on. Of many runs, some are asked where to start."""
+    import numpy as np
+
+    few, of_few = (q, known) if q.shape[1] <= FEW else _some(q, known)
+    weights, weights_few = _weights(known), _weights(of_few)
+    p = _best(np.broadcast_to(_grid(), (len(q), GRID, 4)), few, weights_few, STARTS)
+    p = _best(descend(p, few, weights_few, ROUGH, ROUGH_STEPS)[0], few, weights_few, FINALISTS)
+    if few is not q:
+        p = _best(descend(p, few, weights_few, ROUGH)[0], q, weights, LAST)
+    p, cost, arrived = descend(np.concatenate([first[:, None], p], axis=1), q, weights)
+    best = cost.argmin(axis=1)[:, None]
+    least, mean = np.take_along_axis(cost, best, 1), np.take_along_axis(p, best[..., None], 1)
+    same = abs((p * mean).sum(axis=-1)) > np.cos(0.5 * APART)
+    several = (~same & arrived & (cost <= (1.0 + EQUAL) * least)).any(axis=1)
+    status = np.where(np.take_along_axis(arrived, best, 1)[:, 0], np.where(several, SEVERAL, BEST), NOT_CONVERGED)
+    return mean[:, 0], status
+
+
+def _weights(known: np.ndarray) -> np.ndarray:
+    import numpy as np
+
+    weights: np.ndarray = known / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    return weights
+
+
+def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int) -> np.ndarray:
+    """Those of the points p (labels, points, 4) whose costs are least."""
+    import numpy as np
+
+    order = np.argsort(_step(p, q, weights)[1], axis=1, kind="stable")[:, :most]
+    return np.take_along_axis(p, order[..., None], 1)
+
+
+def _some(q: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Some of the runs that are known at each label, by chance, but always the same."""
+    import numpy as np
+
+    key = np.where(known, np.random.default_rng(SEED).random(q.shape[1]), np.inf)
+    which = np.argsort(key, axis=1)[:, :FEW]
+    return np.take_along_axis(q, which[..., None], 1), np.take_along_axis(known, which, 1)
+
+
+def _grid() -> np.ndarray:
+    """Rotations all over the group (GRID, 4): super-Fibonacci spirals (M. Alexa, CVPR 2022)."""
+    import numpy as np
+
+    s = np.arange(GRID) + 0.5
+    low, high = (s / GRID) ** 0.5, (1.0 - s / GRID) ** 0.5
+    a, b = 2.0 * np.pi * s / 2.0**0.5, 2.0 * np.pi * s / 1.533751168755204288118041
+    return np.stack([low * np.sin(a), low * np.cos(a), high * np.sin(b), high * np.cos(b)], axis=1)
