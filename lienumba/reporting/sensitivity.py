@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import outputs
-from lienumba.analysis import sensitivity as analysed
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.sensitivity import CHOSEN
+from lienumba.analysis.sensitivity import sensitivity as analysed
 from lienumba.errors import ScenarioError
 from lienumba.reporting.chart import Section, packed, section
 from lienumba.reporting.markup import Markup, element
