@@ -125,7 +125,7 @@ function looks(run, faint) {
       lightposition: { x: 2000, y: -4000, z: 8000 } },
     stroke("--quiet", 4),
     stroke("--ink", 3),
-    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: 2.5, color: "--ink", line: { width: 0 } } },
+    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > 40 ? 1 : 2.5, color: "--ink", line: { width: 0 } } },
     stroke("--quiet", 2),
   ];
 }
