@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
+    from lienumba.reporting.page import report as report
     from lienumba.running.merge import merge as merge
     from lienumba.running.replay import replay as replay
     from lienumba.running.runner import run as run
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
-__all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "run"]
+__all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "report", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -28,6 +29,10 @@ def __getattr__(name: str) -> Any:
         from lienumba.running.replay import replay
 
         return replay
+    if name == "report":
+        from lienumba.reporting.page import report
+
+        return report
     if name == "analysis":
         from importlib import import_module
 

@@ -1,4 +1,4 @@
-"""The command line: run, merge, replay, sample, validate, info, plot, animate, analyse, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -375,6 +375,29 @@ def animate(
             animate(seen, target, title=title, fps=fps, duration=duration, progress=frame)
         if not quiet:
             typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
+
+
+@app.command()
+def report(
+    file: Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="PAGE", help="An HTML file, replaced (default: DATASET's stem with .html)."
+        ),
+    ] = None,
+    allow_code: AllowCodeOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")] = False,
+) -> None:
+    """Write a page about a dataset that opens anywhere, offline, with the mechanism moving."""
+    with console.exit_codes():
+        from lienumba.reporting import report
+
+        target = output if output is not None else Path(f"{file.stem}.html")
+        with console.progress(quiet) as tell:
+            report(file, target, allow_code=allow_code, progress=tell)
+        if not quiet:
+            typer.echo(f"written to {target}, {target.stat().st_size / 1e6:.1f} MB; open it in a browser")
 
 
 @app.command()

@@ -3,20 +3,18 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.analysis import orders, work_precision
-from lienumba.analysis.study import curves, labels_of, text
+from lienumba.analysis.study import curves, labels_of, order_text, text, time_text
 from lienumba.scenario.words import plural
 from lienumba.store.study_layout import ERRORS, grid_of
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from rich.table import Table
 
 MOST_ROWS = 60  # of the table of points
-TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
 def print_study(ds: "xr.Dataset", target: Path) -> None:
@@ -60,19 +58,13 @@ def _orders(ds: "xr.Dataset") -> "Table":
     table.add_column("mean steps", justify="right")
     flat = {str(key): x.values.reshape(found.sizes["error"], -1) for key, x in found.data_vars.items()}
     for n, line in enumerate(lines):
-        cells = [_order(*(flat[key][row, n] for key in ("order", "low", "high"))) for row in range(len(flat["order"]))]
+        cells = [
+            order_text(*(flat[key][row, n] for key in ("order", "low", "high"))) for row in range(len(flat["order"]))
+        ]
         first = {key: x[0, n] for key, x in flat.items()}
         steps = f"{first['finest']:.3g} to {first['coarsest']:.3g} s" if first["points"] > 1 else ""
         table.add_row(*map(text, line.labels.values()), *cells, str(first["points"]), steps)
     return table
-
-
-def _order(order: float, low: float, high: float) -> str:
-    if order != order:
-        return "-"
-    if high - low > order:
-        return "none seen"
-    return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
 
 
 def _points(ds: "xr.Dataset") -> "Table":
@@ -95,7 +87,7 @@ def _points(ds: "xr.Dataset") -> "Table":
         own = [text(values[n]) for values in labels.values()]
         errors = [f"{x[n]:.1e}" if x[n] == x[n] else "-" for x in columns.values()]
         costs = [f"{x[n]:,.0f}" if x[n] == x[n] else "-" for x in counts.values()]
-        table.add_row(*own, *errors, *costs, _time(flat["time_per_run"][n]))
+        table.add_row(*own, *errors, *costs, time_text(flat["time_per_run"][n]))
     return table
 
 
@@ -107,9 +99,3 @@ def _table(title: str, headings: list[str]) -> "Table":
     for heading in headings:
         table.add_column(heading)
     return table
-
-
-def _time(seconds: "np.floating[Any]") -> str:
-    """A short time with three digits."""
-    size, unit = next((x for x in TIMES if seconds >= x[0]), TIMES[-1])
-    return f"{seconds / size:.3g} {unit}"

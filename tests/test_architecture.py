@@ -25,6 +25,7 @@ FLOORS = [
     {"analysis"},
     {"scene"},
     {"figures"},
+    {"reporting"},
     {"citation"},
     {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
     {"cli"},

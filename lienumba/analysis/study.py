@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 REFINING = ("integrator.step", "integrator.tolerance")  # paths that make steps smaller, or begin so
 COSTS = ("steps", "rejected_steps", "evaluations")
 TIMES = ("time_per_run", "time_per_run_spread")
+SHORT_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,21 @@ def text(label: Any) -> str:
     if isinstance(label, str):
         return str(label)
     return "" if label != label else f"{float(label):g}"
+
+
+def order_text(order: float, low: float, high: float) -> str:
+    """An observed order for people, with its 95 % interval."""
+    if order != order:
+        return "-"
+    if high - low > order:
+        return "none seen"
+    return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
+
+
+def time_text(seconds: float) -> str:
+    """A short time with three digits."""
+    size, unit = next((x for x in SHORT_TIMES if seconds >= x[0]), SHORT_TIMES[-1])
+    return f"{seconds / size:.3g} {unit}"
 
 
 def check(ds: xr.Dataset) -> None:

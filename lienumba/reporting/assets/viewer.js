@@ -1,0 +1,45 @@
+/* The page: unpacks its data and plotly.js, both compressed with gzip, and fills its places. */
+
+async function unpacked(id) {
+  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).text();
+}
+
+function say(sentence) {
+  const message = document.createElement("p");
+  message.className = "message";
+  message.textContent = sentence;
+  document.querySelector("main").prepend(message);
+}
+
+function offerScenario() {
+  const button = document.getElementById("save-scenario");
+  if (!button) return;
+  button.addEventListener("click", () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([document.getElementById("scenario-toml").textContent]));
+    link.download = "scenario.toml";
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  });
+}
+
+async function start() {
+  followTheme();
+  offerScenario();
+  if (!window.DecompressionStream) {
+    say("The charts need a browser from 2023 or later: Chrome 80, Edge 80, Firefox 113, Safari 16.4, or newer.");
+    return;
+  }
+  const library = document.createElement("script");
+  library.textContent = await unpacked("library");
+  document.head.append(library);
+  const data = JSON.parse(await unpacked("data"));
+  drawCharts(data.charts);
+  if (data.sensitivity) showSensitivity(data.sensitivity);
+  if (data.motion) await showMotion(data.motion);
+  root.dataset.ready = "yes";
+}
+
+start();

@@ -1,0 +1,66 @@
+"""HTML as nested elements: every text is escaped on its way in, so that no title or name can be markup."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+VOID = {"input", "br"}
+RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def element(name: str, *children: str, **attributes: str | bool) -> Markup:
+    """One element; an attribute that is a Python word ends in an underscore, and - is written _."""
+    given = "".join(
+        f" {key}" if value is True else f' {key}="{escape(value)}"'
+        for key, value in ((key.rstrip("_").replace("_", "-"), value) for key, value in attributes.items())
+        if value is not False
+    )
+    return Markup(f"<{name}{given}>" + ("" if name in VOID else f"{join(children)}</{name}>"))
+
+
+def join(children: Iterable[str]) -> Markup:
+    """These one after the other."""
+    return Markup("".join(child if isinstance(child, Markup) else escape(child, quote=False) for child in children))
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, prose: bool = False) -> Markup:
+    """A table that scrolls inside itself; words: so many columns from the left hold words, the others numbers; prose:
+    some hold sentences."""
+    kinds = ["word" if n < words else "number" for n in range(len(headings))]
+    head = element("tr", *(element("th", text, class_=kind) for text, kind in zip(headings, kinds, strict=True)))
+    body = (
+        element("tr", *(element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True)))
+        for row in rows
+    )
+    whole = element("table", element("thead", head), element("tbody", *body))
+    kind = "scroll prose" if prose else "scroll"
+    return element("div", whole, class_=kind, tabindex="0", role="region", aria_label=", ".join(headings))
+
+
+def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
+    """Names and what they are."""
+    return element("dl", *(join((element("dt", name), element("dd", text))) for name, text in pairs if text))
+
+
+def folded(summary: str, *children: str) -> Markup:
+    """What is shown when asked for."""
+    return element("details", element("summary", summary), *children)
+
+
+def number(x: float, digits: int = 6) -> str:
+    """A number as it is printed: 4.4 × 10⁻¹⁶, −0.25."""
+    if x != x:
+        return "–"
+    mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
+    return (
+        f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}"
+        if power
+        else mantissa
+    )
