@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+MOST_PEAKS = 120  # times at which violations are shown
 SAMPLES = 3  # runs that are kept beside the quantiles
 FEWEST_BINS, MOST_BINS = 5, 60
 WIDE = 30.0  # the largest by the median of positive numbers that only a logarithmic axis shows
@@ -64,11 +65,33 @@ class Spread:
 
 def courses(ds: xr.Dataset, panel: Panel) -> Courses:
     """The courses of a panel."""
+    import numpy as np
+
     which = reading.shown_runs(ds, panel)
     labels = ds[panel.dim].values
+    starts = np.arange(0, ds.sizes["time"], _together(ds, panel))
     read = zip(panel.lines, reading.values(ds, panel, which), _nominal(ds, panel), strict=True)
-    lines = [_course(line.label, x, labels[which], nominal) for line, x, nominal in read]
-    return Courses(ds["time"].values, int(which.sum()), lines)
+    lines = [
+        _course(line.label, _largest(x, starts), labels[which], None if nominal is None else _largest(nominal, starts))
+        for line, x, nominal in read
+    ]
+    return Courses(ds["time"].values[starts], int(which.sum()), lines)
+
+
+def _together(ds: xr.Dataset, panel: Panel) -> int:
+    """How many consecutive times of a panel are shown by the largest value: what is rounding in most steps would
+    cover it with ink."""
+    return -(-ds.sizes["time"] // MOST_PEAKS) if panel.logarithmic else 1
+
+
+def _largest(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """The largest of the values (..., times) from each start on; NaN where there is none."""
+    import numpy as np
+
+    if len(starts) == values.shape[-1]:
+        return values
+    found: np.ndarray = np.fmax.reduceat(values, starts, axis=-1)
+    return found
 
 
 def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
@@ -93,7 +116,10 @@ def statuses(ds: xr.Dataset) -> dict[str, int]:
 
 def label(ds: xr.Dataset, panel: Panel) -> str:
     """What the axis of the values shows, with its unit."""
-    return f"angle of its axes\nfrom {reading.reference(ds, panel)} (°)" if panel.angles else panel.label
+    if panel.angles:
+        return f"angle of its axes\nfrom {reading.reference(ds, panel)} (°)"
+    together = _together(ds, panel) if panel.course else 1
+    return panel.label + (f"\nlargest of each {together} times" if together > 1 else "")
 
 
 def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarray:

@@ -10,7 +10,7 @@ TIMES = (0.0, 0.5, 1.0)
 VECTOR = (*SERIES, "axis")
 
 
-def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up", specs=None, **arrays):
+def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up", specs=None, times=TIMES, **arrays):
     """samples, arrays: of each input and variable; arrays that no dataset has otherwise are quantities of the scenario:
     (runs,), (runs, times) or (runs, times, axes). vary: the table of [sweep], or its sampler."""
     runs = len(next(iter(samples.values())))
@@ -23,7 +23,7 @@ def sweep(samples, status=0, labels=None, vary=None, units=None, title="Made up"
     arrays = {"status": np.broadcast_to(status, runs).astype(np.int8), **arrays}
     return dataset(
         variables=arrays,
-        times=TIMES,
+        times=times,
         runs=labels,
         bodies=("arm", "top"),
         joints=(),

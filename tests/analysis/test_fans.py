@@ -168,3 +168,21 @@ def test_unknown_names():
     assert [panel.title for panel in telling.asked(ds, ["tip.z", "tip.z"]).panels] == ["tip, z"]
     with pytest.raises(lienumba.ScenarioError, match=r'^the dataset has no variable "tip.w"; '):
         telling.asked(ds, ["tip.w"])
+
+
+def test_violations_are_shown_by_their_peaks():
+    """Of many times the largest of a few in a row: none is lost, and the ink is that of a line."""
+    times = 1001
+    violation = abs(random(3, times)) * 1e-16
+    violation[1, 700] = 1e-9
+    violation[2, 500:] = np.nan
+    ds = sweep({"a": np.arange(3.0)}, times=np.linspace(0.0, 1.0, times), position_violation=violation)
+    [panel] = telling.asked(ds, ["position_violation"]).panels
+    found = fans.courses(ds, panel)
+    [line] = found.lines
+    assert len(found.times) == len(line.largest) == 112
+    assert fans.label(ds, panel) == "position violation (m)\nlargest of each 9 times"
+    assert line.each[1].max() == line.largest.max() == 1e-9
+    assert found.times[line.each[1].argmax()] == pytest.approx(0.7, abs=0.009)
+    np.testing.assert_array_equal(line.each[0], [violation[0, k : k + 9].max() for k in range(0, times, 9)])
+    assert np.isnan(line.each[2][-1])
