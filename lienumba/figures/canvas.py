@@ -43,7 +43,12 @@ def empty(width: float, height: float, layout: Any = "constrained", dpi: float =
 
 def entitle(drawn: Figure, title: str) -> None:
     """Put a title above a figure, in as many lines as it takes."""
-    drawn.suptitle("\n".join(wrap(title, int(drawn.get_figwidth() / LETTER))))
+    drawn.suptitle(lines(title, drawn.get_figwidth()))
+
+
+def lines(text: str, width: float) -> str:
+    """A text of the user's own in lines of this width (inches); a $ in it begins no formula."""
+    return "\n".join(wrap(text, int(width / LETTER))).replace("$", r"\$")
 
 
 def check_target(target: Path, suffixes: Sequence[str], what: str) -> None:

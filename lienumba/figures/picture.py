@@ -7,7 +7,7 @@ from itertools import product
 from math import ceil, cos, log10, radians, sin
 from typing import TYPE_CHECKING, Any
 
-from lienumba.figures.canvas import COLORS, empty
+from lienumba.figures.canvas import COLORS, empty, lines
 from lienumba.figures.playing import Film, played
 from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
 from lienumba.mechanics.model import GROUND
@@ -97,7 +97,7 @@ class Picture:
         up, turn = radians(elevation), radians(azimuth)
         self.towards = (cos(up) * cos(turn), cos(up) * sin(turn), sin(up))
         self._fill(edges)
-        self.figure.text(0.5, 0.965, title, ha="center", va="center", fontsize="medium")
+        self.figure.text(0.5, 0.985, lines(title, WIDTH), ha="center", va="top", fontsize="medium")
         self.clock = self.figure.text(0.02, 0.02, "", ha="left", va="bottom", fontsize="small")
 
     def _fill(self, edges: np.ndarray) -> None:

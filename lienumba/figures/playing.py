@@ -37,11 +37,12 @@ def film(runs: Sequence[Moving], fps: int, duration: float | None) -> Film:
         raise ScenarioError(
             f"--fps {fps}: is not between 1 and {MOST_FPS} frames per second; give a number such as {FPS}"
         )
-    frames = round(seconds * fps) + 1
-    if not 1.0 < frames <= MOST_FRAMES:
+    if not 1.0 <= seconds * fps < MOST_FRAMES:
         raise ScenarioError(
-            f"--duration {seconds:g}: makes {frames:,} frames at {fps} per second; give one for 2 to {MOST_FRAMES:,}"
+            f"--duration {seconds:g}: is not between {1 / fps:g} and {MOST_FRAMES / fps:g} s, which is what "
+            f"{MOST_FRAMES:,} frames at {fps} per second take; give a number such as {LONGEST:g}"
         )
+    frames = round(seconds * fps) + 1
     return Film(np.linspace(0.0, end, frames), fps, end / seconds)
 
 

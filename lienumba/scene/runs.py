@@ -101,14 +101,15 @@ def _farthest(ds: "xr.Dataset", scenario: Scenario, run: int, good: "np.ndarray"
     import numpy as np
 
     names, dim = _poses(ds)
-    if not names or run not in ds[dim].values:
+    if not names or not has_bodies(ds, scenario) or run not in ds[dim].values:
         return None
     second = np.array([_second_moment(body) for body in geometry(scenario, {})[0].bodies])
     r, R = (ds[name].sel({dim: run}).values for name in names)
     labels, largest = [], []
     for window in windows(ds, names, dim):
         dr, dR = window[names[0]].values - r, window[names[1]].values - R
-        squares = (dr**2).sum(axis=-1) + np.einsum("...kij,kjl,...kil->...k", dR, second, dR)
+        with np.errstate(over="ignore"):
+            squares = (dr**2).sum(axis=-1) + np.einsum("...kij,kjl,...kil->...k", dR, second, dR)
         labels.append(window[dim].values)
         largest.append(np.nan_to_num(squares).reshape(len(dr), -1).max(axis=1))
     runs, distances = np.concatenate(labels), np.concatenate(largest)
@@ -122,6 +123,11 @@ def _poses(ds: "xr.Dataset") -> tuple[tuple[str, ...], str]:
         if all(name in ds and ds[name].dims[0] == dim for name in names):
             return names, dim
     return (), "run"
+
+
+def has_bodies(ds: "xr.Dataset", scenario: Scenario) -> bool:
+    """Whether a dataset, which may be a selection, has all bodies of its scenario."""
+    return "body" in ds.dims and ds["body"].values.tolist() == [body.name for body in scenario.data.model.bodies]
 
 
 def _second_moment(body: Body) -> "np.ndarray":

@@ -11,7 +11,8 @@ from lienumba.running.replay import again, scenario_of
 from lienumba.running.same import of_run
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
-from lienumba.scene.runs import NOMINAL, POSE, Choice, choose
+from lienumba.scene.runs import NOMINAL, POSE, Choice, choose, has_bodies
+from lienumba.store.files import check_whole
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ def scene(
     where: what the dataset is called; worst: the name of what the worst run has the largest of; allow_code: run the
     Python code that the dataset brings, if runs must be simulated again.
     """
+    check_whole(ds, where, ("status", "end_time"))
     if is_study(ds):
         raise ScenarioError(
             f"{where}: is of a study, which has many settings for each run; run the scenario with those of the point "
@@ -110,12 +112,14 @@ def _moving(
     import numpy as np
 
     there = of_run(ds, choice.run)
-    course, remark = _course(there), ""
+    course, remark = _course(there) if has_bodies(there, scenario) else None, ""
     if course is None or (_coarse(there) and (allow_code or not scenario.data.files)):
         done = again(ds, where, choice.run, None, allow_code, tell)
         course, remark = _course(done.dataset), "" if done.same else done.sentence
     assert course is not None, "a replay stores all from the start on"
     times, positions, rotations = (x[np.isfinite(course[1]).all(axis=(1, 2))] for x in course)
+    if not len(times):
+        raise ScenarioError(f"{where}: run {choice.run} has not moved ({choice.why}); choose another")
     samples = {str(name): x.item() for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     built = mechanism(scenario, samples, positions[0], rotations[0])
     good = there["status"].item() in GOOD

@@ -6,6 +6,7 @@ import os
 import secrets
 import shutil
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 # HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
 NETCDF = threading.RLock()
+DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
 
 
 class WriteError(OSError):
@@ -85,6 +87,8 @@ def read(path: Path) -> xr.Dataset:
     """Open a dataset that `lienumba run` wrote; a ScenarioError for any other file."""
     import xarray as xr
 
+    if path.is_dir():
+        raise ScenarioError(f"{path} is a folder; give the dataset in it, a file that lienumba run wrote")
     if not path.is_file():
         raise ScenarioError(f"{path} does not exist; check the path")
     try:
@@ -95,7 +99,31 @@ def read(path: Path) -> xr.Dataset:
     if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
         dataset.close()
         raise ScenarioError(f"{path} is a netCDF file but not of lienumba; give one that lienumba run wrote")
+    try:
+        check_whole(dataset, str(path))
+    except ScenarioError:
+        dataset.close()
+        raise
     return dataset
+
+
+def check_whole(dataset: xr.Dataset, where: str, needed: Sequence[str] = ("status",)) -> None:
+    """Refuse a selection that has lost what is needed of each run, or a dimension; where: its name."""
+    for dim in DIMENSIONS:
+        if dim in dataset.variables and dim not in dataset.dims:
+            label = dataset[dim].values.tolist()
+            raise ScenarioError(
+                f"{where}: has only one {dim}, without its dimension; select with a list, such as "
+                f"ds.sel({dim}=[{label!r}])"
+            )
+    for name in needed:
+        if name not in dataset or "run" not in dataset[name].dims:
+            raise ScenarioError(
+                f"{where}: does not say {name} of each run; select runs and variables of what lienumba run wrote, and "
+                f"keep {' and '.join(needed)}"
+            )
+    if not dataset.sizes["run"]:
+        raise ScenarioError(f"{where}: has no run; select at least one")
 
 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:

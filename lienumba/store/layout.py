@@ -136,7 +136,7 @@ def dataset(
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, Any] = {
-        name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, total))
+        name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, values, total))
         for name, values in labels.items()
         if name in used
     }
@@ -149,22 +149,24 @@ def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]
     import numpy as np
     import xarray as xr
 
+    columns = {path: np.asarray(samples, dtype=np.float64) for path, samples in inputs.items()}
     return {
         path: xr.Variable(
-            "run",
-            np.asarray(samples, dtype=np.float64),
-            texts(units[path], f"sampled input {path}") | {"role": "input"},
-            _bare("run", total),
+            "run", x, texts(units[path], f"sampled input {path}") | {"role": "input"}, _bare("run", x, total)
         )
-        for path, samples in inputs.items()
+        for path, x in columns.items()
     }
 
 
-def _bare(dim: str, total: int) -> dict[str, Any]:
+def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, Any]:
     """The encoding of a coordinate: as it is; those of runs in few parts."""
-    return {"_FillValue": None} | (
-        {"chunksizes": (max(min(total, CHUNK_BYTES // 8), 1),)} if dim in ("run", FULL) else {}
-    )
+    chunks = _chunks((max(min(total, CHUNK_BYTES // 8), 1),), values.shape) if dim in ("run", FULL) else {}
+    return {"_FillValue": None} | chunks
+
+
+def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+    """How an array of this shape is cut; xarray forgets it in selections, which may have fewer dimensions."""
+    return {"chunksizes": chunk, "original_shape": shape}
 
 
 def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Variable:
@@ -195,7 +197,7 @@ def _encoding(spec: Variable, name: str, shape: tuple[int, ...], total: int) -> 
         "zlib": True,
         "complevel": 1,
         "shuffle": True,
-        "chunksizes": (runs_per_chunk, *shape[1:]),
+        **_chunks((runs_per_chunk, *shape[1:]), shape),
     }
 
 

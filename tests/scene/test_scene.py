@@ -166,3 +166,28 @@ def test_what_cannot_be_shown_is_refused():
     nothing = ds.assign(end_time=ds["end_time"] * 0.0, status=ds["status"] * 0 + statuses.NOT_ASSEMBLED)
     with pytest.raises(ScenarioError, match=r"out.nc: no run has moved, so there is nothing to see; lienumba info"):
         scene(nothing, "out.nc")
+
+
+def test_a_selection_of_bodies_is_seen_whole():
+    ds = gallery("four_bar")
+    some = scene(ds.isel(body=[0, 2])).runs[0]
+    whole = scene(ds).runs[0]
+    assert some.mechanism.bodies == whole.mechanism.bodies
+    together = np.searchsorted(some.times, whole.times - 1e-9)
+    assert (some.positions[together] == whole.positions).all()
+
+
+def test_a_run_that_never_moved_is_refused():
+    data = top(runs=3)
+    data["sweep"]["vary"] = {"bodies.top.mass": {"distribution": "normal", "std": 1e9}}
+    with pytest.warns(UserWarning, match="will draw a value of 0 or below"):
+        ds = lienumba.run(data)
+    bad = int(ds["run"][ds["status"].values == statuses.INVALID][0])
+    with pytest.raises(ScenarioError, match=rf"run {bad} has not moved \(invalid sample at 0 s\); choose another"):
+        scene(ds, runs=[bad])
+
+
+def test_a_run_that_flew_apart_is_the_farthest():
+    ds = lienumba.run(top(runs=4)).copy(deep=True)
+    ds["position"].loc[{"run": 3}] *= 1e200
+    assert "run 3 (farthest from typical)" in [run.label for run in scene(ds, count=2).runs]
