@@ -1,6 +1,6 @@
 """What of a model is the authors' own: laws written in Python; and the events that were watched for."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from lienumba.citation.sampling import number
@@ -39,12 +39,11 @@ def events(source: Source) -> str:
     watched = source.content.get("events", [])
     ending = [_event(event) for event in watched if event["action"] == "stop"]
     recorded = [_event(event) for event in watched if event["action"] != "stop"]
-    said = [f"A run ended at {_named('the event', ending, 'or')}."] if ending else []
-    said += (
-        [f"The first time and the number of times of {_named('the event', recorded)} were recorded."]
-        if recorded
-        else []
-    )
+    said = []
+    if ending:
+        said.append(f"Runs ended at {'the first of ' if len(ending) > 1 else ''}{_named('the event', ending)}.")
+    if recorded:
+        said.append(f"It was recorded when {_named('the event', recorded)} first occurred, and how often.")
     return " ".join(said)
 
 
@@ -52,6 +51,5 @@ def _event(event: Table) -> str:
     return f"{event['name']} ({event['when']})"
 
 
-def _named(what: str, names: Iterable[str], joining: str = "and") -> str:
-    names = list(names)
-    return f"{what}{'' if len(names) == 1 else 's'} {listed(names, joining)}"
+def _named(what: str, names: list[str]) -> str:
+    return f"{what}{'' if len(names) == 1 else 's'} {listed(names)}"

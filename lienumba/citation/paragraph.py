@@ -39,10 +39,10 @@ def paragraph(source: Source) -> str:
     """Plain text; references are marked [@key]."""
     parts: tuple[Callable[[Source], str], ...] = (
         _model,
-        laws,
         _group,
         _method,
         _constraints,
+        laws,
         events,
         _study,
         sweep,

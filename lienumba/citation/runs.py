@@ -20,10 +20,10 @@ def sweep(source: Source) -> str:
         return "Of the sweep, the nominal run alone was simulated."
     inputs = sampling.inputs(rules["vary"], source.units, source.nominal)
     said = [f"{_runs(rules, own, _stopped(source))}: {inputs}.", f"{sampling.drawn(rules)}."]
-    if rules["nominal"] if labels is None else labels != own:
-        said.append("One run more had the nominal values.")
     if rules["correlate"]:
         said.append(sampling.correlations(rules["correlate"]))
+    if rules["nominal"] if labels is None else labels != own:
+        said.append("One run more had the nominal values.")
     if rules.get("stop"):
         said.append(_stop(source, rules["stop"]))
     return " ".join(said)

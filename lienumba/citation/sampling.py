@@ -118,7 +118,8 @@ def _plain(value: Any, units: str) -> str:
     flat = value if isinstance(value, list) else [value]
     if all(isinstance(x, int | float) for x in flat):
         return f"{number(value)}{unit(units)}"
-    return f"the formula {value}" if isinstance(value, str) else show(value)
+    behind = "" if units == "1" else f" ({units})"
+    return f"{value}{behind}" if isinstance(value, str) else show(value)
 
 
 def correlations(groups: list[Table]) -> str:
