@@ -9,6 +9,8 @@ from contextvars import copy_context
 from html import escape
 from typing import Any, Protocol, TextIO
 
+from lienumba.errors import ScenarioError
+
 LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
 SILENCE = 60.0  # s after which a line appears even if nothing has been reported
 DELAY = 1.0  # s that a run called from Python may take before it shows anything
@@ -43,6 +45,11 @@ def shown(progress: Show | bool | None) -> Iterator[Show]:
     if callable(progress):
         yield progress
         return
+    if progress is not None and not isinstance(progress, bool):
+        raise ScenarioError(
+            f"progress = {progress!r}: is neither True, False, None nor a function; give progress=False to show "
+            "nothing, progress=True for lines, or a function that is called with each event"
+        )
     begin = _place(sys.stderr, lines=progress is True) if progress is not False else None
     if begin is None:
         yield silent

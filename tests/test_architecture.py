@@ -1,6 +1,7 @@
 """The house: imports point downwards only, files stay short, the mathematics is documented. Read from the source."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,13 @@ def test_the_reader_of_imports_sees_them_all(tmp_path):
     )
     found = imports(ast.parse(source), PACKAGE / "compiler" / "x.py")
     assert [target(m) for _, m in sorted(found)] == ["batch", "sweep", "compiler", "store", "cli", "analysis"]
+
+
+def test_the_documentation_lists_the_same_floors():
+    page = (PACKAGE.parent / "docs" / "how_it_works.md").read_text(encoding="utf-8")
+    section = page.partition("## Floors\n")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (`[^|]*`) \|", section, flags=re.MULTILINE)
+    assert [set(re.findall(r"`(\w+)`", row)) for row in rows] == FLOORS
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))

@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from lienumba.citation import references
-from lienumba.citation.paragraph import Source, paragraph
+from lienumba.citation.paragraph import paragraph
+from lienumba.citation.source import Source
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -51,16 +52,14 @@ def _source(
 
 
 def _nominal(content: dict[str, Any], path: str) -> Any:
-    """What the scenario has at a path, if these are numbers."""
+    """What the scenario has at a path, None if nothing."""
     from lienumba.scenario import paths
 
     model = {**content["model"], "parameters": content.get("parameters", {})}
     try:
-        value = paths.get(model, paths.parse(path))
+        return paths.get(model, paths.parse(path))
     except (LookupError, ValueError, ScenarioError):
         return None
-    flat = value if isinstance(value, list) else [value]
-    return value if all(isinstance(x, int | float) for x in flat) else None
 
 
 def _unit(path: str, inputs: Mapping[str, "xr.DataArray"]) -> str:

@@ -1,15 +1,13 @@
 """A paragraph for the section on methods of a publication: what a scenario, or a dataset, was computed with."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lienumba.citation import sampling
-from lienumba.citation.sampling import number
+from lienumba.citation.laws import events, laws
+from lienumba.citation.runs import ends, sweep
+from lienumba.citation.sampling import capital, number
+from lienumba.citation.source import Source
 from lienumba.scenario.words import listed, plural
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 METHODS = {
     "euler": "the explicit Euler method",
@@ -34,35 +32,7 @@ PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",
 }  # fmt: skip
 CITED = {"numpy": "harris2020", "scipy": "virtanen2020", "numba": "lam2015", "xarray": "hoyer2017"}
-INSTEAD = {"integrator.step": "integrator.tolerance", "integrator.tolerance": "integrator.step"}
 ABSOLUTE_UNITS = {"position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s", "state": ""}
-
-
-@dataclass(frozen=True)
-class Source:
-    """content: the resolved scenario; units, nominal: of the varied paths; versions: by package; dataset: what came
-    out, or None."""
-
-    content: Mapping[str, Any]
-    units: Mapping[str, str]
-    nominal: Mapping[str, Any]
-    versions: Mapping[str, str]
-    dataset: "xr.Dataset | None" = None
-
-    @property
-    def grids(self) -> list[Mapping[str, Any]]:
-        """Those of a study; none of a sweep."""
-        found: list[Mapping[str, Any]] = self.content.get("study", {}).get("grid", [])
-        return found
-
-    def values(self, path: str) -> list[Any]:
-        """What a setting was: its one value, or those on the grids of a study."""
-        section, _, key = path.partition(".")
-        found: list[Any] = []
-        for grid in self.grids or [{}]:
-            replaced = INSTEAD.get(path) in grid
-            found += grid.get(path, [] if replaced else [self.content[section].get(key)])
-        return [value for n, value in enumerate(found) if value is not None and value not in found[:n]]
 
 
 def paragraph(source: Source) -> str:
@@ -72,9 +42,11 @@ def paragraph(source: Source) -> str:
         _group,
         _method,
         _constraints,
+        laws,
+        events,
         _study,
-        _sweep,
-        _ends,
+        sweep,
+        ends,
         _software,
     )
     return " ".join(filter(None, (part(source) for part in parts)))
@@ -98,8 +70,9 @@ def _version(source: Source) -> str:
 def _group(source: Source) -> str:
     coordinates, groups = source.values("integrator.coordinates"), source.values("integrator.group")
     model = source.content["model"]
-    dae = "differential-algebraic equations of index 1" if model["joints"] or model["drivers"] else "Newton and Euler's"
-    start = f"Its equations of motion, {dae} [@terze2015], were integrated "
+    constrained = model["joints"] or model["drivers"]
+    form = "as differential-algebraic equations of index 1 in state space" if constrained else "in state space"
+    start = f"Its equations of Newton and Euler, formulated {form} [@terze2015], were integrated "
     ways = []
     if "lie" in coordinates:
         named = {"R3xSO3": "R^3 x SO(3)", "SE3": "SE(3) [@mueller2014]"}
@@ -180,7 +153,7 @@ def _constraints(source: Source) -> str:
         if source.values(f"projection.{key}") == ["none"]
     ]
     if projected and kept:
-        said.append(f"{_capital(listed(kept))} were not projected.")
+        said.append(f"{capital(listed(kept))} were not projected.")
     return " ".join(said) or "Violations of the constraints were neither projected nor damped."
 
 
@@ -222,45 +195,6 @@ def _reference(reference: Mapping[str, Any]) -> str:
     return f"a reference solution ({settings}{f'; {method}' if method else ''})"
 
 
-def _sweep(source: Source) -> str:
-    sweep = source.content["sweep"]
-    if not sweep["vary"]:
-        return ""
-    whole = sweep["runs"]
-    labels = None if source.dataset is None else source.dataset["run"].values
-    own = whole if labels is None else int((labels >= 0).sum())
-    nominal = sweep["nominal"] if labels is None else bool((labels < 0).any())
-    text = f"{sampling.runs(own, whole)} differed in {plural(len(sweep['vary']), 'input', 'inputs')}: "
-    text += f"{sampling.inputs(sweep['vary'], source.units, source.nominal)}. {sampling.drawn(sweep)}."
-    if nominal:
-        text += " One run more had the nominal values."
-    if sweep["correlate"]:
-        text += f" {sampling.correlations(sweep['correlate'])}"
-    stopped = "" if source.dataset is None else str(source.dataset.attrs.get("stopped", ""))
-    return text + (f" The sweep was ended by its stopping rule: {stopped}." if stopped else "")
-
-
-def _ends(source: Source) -> str:
-    if source.dataset is None:
-        return "(No run has been made yet; cite the dataset to say how many failed, and why.)"
-    from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
-
-    codes = source.dataset["status"].values.ravel()
-    counts = {status: int((codes == status.code).sum()) for status in STATUSES}
-    failed = {status: n for status, n in counts.items() if n and status.code not in GOOD}
-    what = "simulation" if source.grids else "run"
-    stopped = sum(n for status, n in counts.items() if status.code in GOOD and status.code != SUCCESS)
-    by_event = f" {plural(stopped, what, f'{what}s')} of them ended at an event, as intended." if stopped else ""
-    if not failed:
-        return ("The simulation succeeded." if len(codes) == 1 else f"All {len(codes):,} {what}s succeeded.") + by_event
-    whys = "; ".join(f"{n:,}: {status.sentence.partition(';')[0]} ({status.name})" for status, n in failed.items())
-    good = len(codes) - sum(failed.values())
-    return (
-        f"{plural(sum(failed.values()), what, f'{what}s')} of {len(codes):,} failed ({whys}); {good:,} succeeded."
-        + by_event
-    )
-
-
 def _software(source: Source) -> str:
     named = [
         f"{name} {source.versions[key]}" + (f" [@{CITED[key]}]" if key in CITED else "")
@@ -280,7 +214,3 @@ def _or(words: Any) -> str:
 
 def _plain(value: Any) -> str:
     return value if isinstance(value, str) else number(value) if isinstance(value, int | float | list) else str(value)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from lienumba.scenario.words import listed, plural
+from lienumba.scenario.words import listed, show
 from lienumba.sweep.distributions import form_of
 
 Table = Mapping[str, Any]
@@ -24,9 +24,9 @@ SAMPLERS = {
 class Words:
     """Numbers of one distribution; relative ones are multiples of the nominal value."""
 
-    def __init__(self, distribution: Table, unit: str) -> None:
+    def __init__(self, distribution: Table, units: str) -> None:
         self.relative = bool(distribution.get("relative"))
-        self.unit = "" if unit == "1" else f" {unit}"
+        self.unit = unit(units)
 
     def value(self, x: float) -> str:
         return f"{number(x)} times the nominal value" if self.relative else f"{number(x)}{self.unit}"
@@ -96,17 +96,30 @@ FORMS: dict[str, Told] = {
 
 
 def inputs(vary: Mapping[str, Table], units: Mapping[str, str], nominal: Mapping[str, Any]) -> str:
-    """Every varied path with its nominal value and distribution."""
+    """Every varied path with its nominal value and distribution; those of the same distribution together."""
+    groups: dict[tuple[str, bool], list[str]] = {}
+    for path, d in vary.items():
+        form = FORMS[form_of(d) or ""](d, Words(d, units[path]))
+        groups.setdefault((form, nominal.get(path) is None), []).append(path)
     return "; ".join(
-        f"{path} ({_nominal(nominal.get(path), units[path])}{FORMS[form_of(d) or ''](d, Words(d, units[path]))})"
-        for path, d in vary.items()
+        f"{listed(paths)} ({'' if unknown else _nominal([_plain(nominal[x], units[x]) for x in paths])}{form})"
+        for (form, unknown), paths in groups.items()
     )
 
 
-def _nominal(value: Any, unit: str) -> str:
-    if value is None:
-        return ""
-    return f"nominal {number(value)}{'' if unit == '1' else f' {unit}'}; "
+def _nominal(values: list[str]) -> str:
+    """Of one or more inputs."""
+    same = len(values) > 1 and len(set(values)) == 1
+    return f"each nominal {values[0]}; " if same else f"nominal {listed(values)}; "
+
+
+def _plain(value: Any, units: str) -> str:
+    """A nominal value: numbers with their unit, formulas and the like as the scenario has them."""
+    flat = value if isinstance(value, list) else [value]
+    if all(isinstance(x, int | float) for x in flat):
+        return f"{number(value)}{unit(units)}"
+    behind = "" if units == "1" else f" ({units})"
+    return f"{value}{behind}" if isinstance(value, str) else show(value)
 
 
 def correlations(groups: list[Table]) -> str:
@@ -130,6 +143,10 @@ def _random(sweep: Table) -> bool:
     return any(form_of(d) not in ("column", "expression", "constant") for d in sweep["vary"].values())
 
 
-def runs(number: int, whole: int) -> str:
-    """How many there are, of how many."""
-    return plural(number, "run", "runs") + ("" if number == whole else f" of the {whole:,} of a sweep")
+def unit(units: str) -> str:
+    """What stands behind a number."""
+    return "" if units == "1" else f" {units}"
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -36,7 +36,9 @@ def empty(width: float, height: float, layout: Any = "constrained", dpi: float =
     try:
         from lienumba.figures.shown import Shown
     except ImportError:
-        raise ScenarioError('a figure needs matplotlib, which is missing; pip install "lienumba[plot]"') from None
+        raise ScenarioError(
+            'a figure needs matplotlib, which is missing; in the clone of lienumba, pip install ".[plot]"'
+        ) from None
 
     return Shown(figsize=(width, height), layout=layout, dpi=dpi)
 

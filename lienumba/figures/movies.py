@@ -61,7 +61,8 @@ def write_mp4(frames: Iterator[np.ndarray], fps: int, target: Path) -> None:
             said.seek(0)
             why = said.read().decode(errors="replace").strip().splitlines() or ["it says nothing"]
             raise ScenarioError(
-                f'ffmpeg ({command}) could not write an MP4 ({why[-1]}); pip install "lienumba[animate]"'
+                f"ffmpeg ({command}) could not write an MP4 ({why[-1]}); in the clone of lienumba, pip install "
+                '".[animate]"'
             )
 
 
@@ -76,7 +77,7 @@ def ffmpeg() -> str:
         return str(get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise ScenarioError(
-            'an MP4 needs ffmpeg, which is missing; pip install "lienumba[animate]", or write a GIF'
+            'an MP4 needs ffmpeg, which is missing; in the clone of lienumba, pip install ".[animate]", or write a GIF'
         ) from None
 
 

@@ -14,7 +14,9 @@ def library() -> str:
     try:
         from plotly.offline import get_plotlyjs
     except ImportError:
-        raise ScenarioError('a report needs plotly, which is missing; pip install "lienumba[report]"') from None
+        raise ScenarioError(
+            'a report needs plotly, which is missing; in the clone of lienumba, pip install ".[report]"'
+        ) from None
     text: str = get_plotlyjs()
     return text
 

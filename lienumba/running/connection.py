@@ -23,7 +23,7 @@ def check(given: Any, workers: int | None) -> None:
     try:
         from distributed import Client
     except ImportError:
-        raise ScenarioError('dask: is not installed; pip install "lienumba[dask]"') from None
+        raise ScenarioError('dask: is not installed; in the clone of lienumba, pip install ".[dask]"') from None
     if given != LOCAL and not isinstance(given, Client) and not _is_address(given):
         raise ScenarioError(
             f'dask = {show(given)}: is no cluster; give "local", the address of a scheduler such as '

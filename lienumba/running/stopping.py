@@ -93,7 +93,7 @@ class Stopping:
         rule, found = self.rule, self.interval
         what = "mean" if rule.statistic == "mean" else f"{100 * (rule.probability or 0):g} % quantile"
         return (
-            f"enough after {self.end} runs: the {what} of {rule.variable} is {found.value:.6g}, "
+            f"enough after {self.end:,} runs: the {what} of {rule.variable} is {found.value:.6g}, "
             f"from {found.low:.6g} to {found.high:.6g} with a confidence of {100 * rule.confidence:g} %"
         )
 

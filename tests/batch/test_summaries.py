@@ -200,7 +200,7 @@ def test_the_rule_has_a_meaning(end: int) -> None:
 def test_it_ends_at_the_same_run(end: int, workers: int, output: str | None, tmp_path: Path) -> None:
     with lienumba.run(stopped(), workers=workers, output=None if output is None else tmp_path / output) as ds:
         assert ds.run.values.tolist() == list(range(end))
-        assert ds.attrs["stopped"].startswith(f"enough after {end} runs: the mean of pointing.angle_max is ")
+        assert ds.attrs["stopped"].startswith(f"enough after {end:,} runs: the mean of pointing.angle_max is ")
 
 
 def test_a_narrower_rule_goes_on_and_a_wider_one_takes_nothing_away(end: int, tmp_path: Path) -> None:

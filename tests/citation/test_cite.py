@@ -83,7 +83,10 @@ def test_methods(method: str) -> None:
 def test_the_default() -> None:
     text = told()
     assert 'The multibody system "Heavy top" (1 rigid body and 1 joint) was simulated with lienumba' in text
-    assert "index 1 [@terze2015], were integrated on the Lie group of the states of all bodies" in text
+    assert (
+        "Its equations of Newton and Euler, formulated as differential-algebraic equations of index 1 in state space "
+        "[@terze2015], were integrated on the Lie group of the states of all bodies" in text
+    )
     assert "each with the group R^3 x SO(3)." in text
     assert (
         "positions in local coordinates of the rotations, to a violation of 1e-11 m in at most 10 iterations; "
@@ -139,7 +142,7 @@ def test_settings(overrides: dict[str, Any], said: str, not_said: str) -> None:
 
 def test_a_body_without_constraints_has_none() -> None:
     text = paragraph(cite_scenario(resolve(ROOT / "scenarios" / "dzhanibekov.toml")))
-    assert "Newton and Euler's" in text
+    assert "Its equations of Newton and Euler, formulated in state space [@terze2015], were integrated on" in text
     assert "constraint" not in text
 
 
@@ -232,8 +235,76 @@ def test_one_run_and_a_part_of_a_sweep() -> None:
     short = {"integrator.end_time": 0.02}
     assert "The simulation succeeded." in paragraph(cite_dataset(lienumba.run(TOP, overrides=short)))
     some = lienumba.run(MONTE_CARLO, overrides=short, runs=[3, 17])
-    assert "2 runs of the 1,000 of a sweep differed in 9 inputs" in paragraph(cite_dataset(some))
-    assert "All 2 runs succeeded." in paragraph(cite_dataset(some))
+    assert "2 runs were simulated, of a sweep of 1,000 runs that differ in 9 inputs: " in paragraph(cite_dataset(some))
+    assert "Both runs succeeded." in paragraph(cite_dataset(some))
+    for one in some.sel(run=[17]), lienumba.replay(some, 17):
+        text = paragraph(cite_dataset(one))
+        assert "Run 17 was simulated, of a sweep of 1,000 runs that differ in 9 inputs: bodies.top.mass, " in text
+        assert "The simulation succeeded." in text
+    alone = lienumba.run(MONTE_CARLO, overrides={**short, "sweep.nominal": True}, runs=[-1])
+    text = paragraph(cite_dataset(alone))
+    assert "Of the sweep, the nominal run alone was simulated. The simulation succeeded." in text
+    assert "drawn" not in text
+
+
+def test_a_sweep_that_stops() -> None:
+    text = paragraph(cite_scenario(resolve(ROOT / "scenarios" / "heavy_top_robust.toml")))
+    assert "At most 8,192 runs differed in 3 inputs" in text
+    end = "The sweep was to end once the 95 % confidence interval of the"
+    assert f"{end} 5 % quantile of height_min, computed after every 256 runs, was no wider than 0.02. (No" in text
+    changes: dict[str, Any] = {"integrator.end_time": 0.01, "sweep.runs": 2048, "output.mode": "summary"}
+    for width, runs, said in (
+        (1.0, "1,024 runs of at most 2,048 differed in 9 inputs", " 1 m. It had enough after 1,024 runs: the mean of"),
+        (1e-99, "2,048 runs differed in 9 inputs", " 1e-99 m. These runs were not enough for that."),
+    ):
+        rule = {"variable": "max_position_violation", "width": width, "every": 1024}
+        text = paragraph(cite_dataset(lienumba.run(MONTE_CARLO, overrides=changes | {"sweep.stop": rule})))
+        assert f". {runs}" in text
+        assert f"{end} mean of max_position_violation, computed after every 1,024 runs, was no wider than{said}" in text
+
+
+@pytest.fixture(scope="module")
+def four() -> Any:
+    return lienumba.run(MONTE_CARLO, overrides={"integrator.end_time": 0.02, "sweep.runs": 4})
+
+
+@pytest.mark.parametrize(
+    ("codes", "said"),
+    [
+        ([0, 0, 0, 0], ". All 4 runs succeeded."),
+        ([0, 9, 9, 0], ". All 4 runs succeeded; 2 of them ended at an event, as intended."),
+        ([9, 9, 9, 9], ". All 4 runs ended at an event, as intended."),
+        ([9], ". The simulation ended at an event, as intended."),
+        ([1, 1], ". Both runs failed (the state became infinite or undefined (non_finite))."),
+        ([1, 1, 1, 1], ". All 4 runs failed (the state became infinite or undefined (non_finite))."),
+        ([1, 0, 9, 0], ". 1 run of 4 failed (1: the state became infinite or undefined (non_finite)); 3 succeeded; "
+         "1 of them ended at an event, as intended."),
+    ],
+)  # fmt: skip
+def test_how_runs_ended(four: Any, codes: list[int], said: str) -> None:
+    some = four.isel(run=slice(len(codes))).assign(status=("run", codes))
+    assert f"{said} lienumba ran on" in paragraph(cite_dataset(some))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "said"),
+    [
+        ("arm_sampled", "The force laws shoulder_motor and elbow_motor are the authors' own, written in Python (the "
+         "function pid in arm.py, sampled every 0.015 s and held in between)."),
+        ("cam", "The constraint profile is the authors' own, written in Python (the function touches in cam.py)."),
+        ("rolling_disc", "written in Python (the function rolls in rolling.py, on velocities)."),
+        ("rolling_disc", "parameters.lean (nominal 10*deg; uniform between 0.05 and 0.5)."),
+        ("satellite_settles", "Runs ended at the event settled (pointing.angle < 0.1*deg and "),
+        ("satellite_settles", "It was recorded when the event halfway (pointing.angle < 15*deg) first occurred, and"),
+        ("satellite_monte_carlo", "bodies.base_rod.mass, bodies.slider_rod.mass, bodies.slider.mass, "
+         "bodies.base_rod.inertia[0] and bodies.slider_rod.inertia[0] (nominal 80 kg, 60 kg, 30 kg, 15.1125 kg m2 and "
+         "11.3 kg m2; normal, mean the nominal value, standard deviation 0.01 times the nominal value); "),
+        ("satellite_monte_carlo", "(each nominal 0 m; normal, mean the nominal value, standard deviation 0.002 m)"),
+        ("satellite_monte_carlo", "(nominal pi/60 (rad s-1) and pi/30 (rad s-1); normal"),
+    ],
+)  # fmt: skip
+def test_what_the_gallery_has(scenario: str, said: str) -> None:
+    assert said in paragraph(cite_scenario(resolve(ROOT / "scenarios" / f"{scenario}.toml")))
 
 
 def test_a_dataset_and_its_scenario_agree() -> None:

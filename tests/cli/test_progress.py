@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from lienumba import progress
+from lienumba.errors import ScenarioError
 
 
 @dataclass
@@ -76,6 +77,16 @@ def test_a_function_is_told_itself():
     with progress.shown(told.append) as tell:
         tell("event")
     assert told == ["event"]
+
+
+@pytest.mark.parametrize("asked", [1, 0, "yes", []])
+def test_what_is_no_function_is_refused(asked):
+    with pytest.raises(ScenarioError) as refused, progress.shown(asked):
+        raise AssertionError("nothing may run")
+    assert str(refused.value) == (
+        f"progress = {asked!r}: is neither True, False, None nor a function; give progress=False to show nothing, "
+        "progress=True for lines, or a function that is called with each event"
+    )
 
 
 def test_a_display_that_fails_stops_nothing(monkeypatch):

@@ -181,7 +181,7 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ScenarioError) as refused:
         lienumba.run(top(), dask="local")
-    assert str(refused.value) == 'dask: is not installed; pip install "lienumba[dask]"'
+    assert str(refused.value) == 'dask: is not installed; in the clone of lienumba, pip install ".[dask]"'
 
 
 def test_a_local_cluster_from_the_command_line(tmp_path: Path) -> None:

@@ -192,7 +192,8 @@ def test_what_cannot_be_animated(tmp_path, path, monkeypatch):
     monkeypatch.setattr(movies.shutil, "which", lambda name: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert said("-o", "a.mp4") == (
-        'error: an MP4 needs ffmpeg, which is missing; pip install "lienumba[animate]", or write a GIF'
+        "error: an MP4 needs ffmpeg, which is missing; in the clone of lienumba, pip install "
+        '".[animate]", or write a GIF'
     )
 
 
@@ -204,6 +205,7 @@ def test_an_ffmpeg_that_fails_is_quoted(tmp_path, path, monkeypatch):
     result = CliRunner().invoke(app, ["animate", str(path), "-q", "--duration", "0.2", "-o", str(tmp_path / "a.mp4")])
     assert result.exit_code == 2
     assert result.stderr == (
-        f'error: ffmpeg ({fake}) could not write an MP4 (Unknown encoder libx264); pip install "lienumba[animate]"\n'
+        f"error: ffmpeg ({fake}) could not write an MP4 (Unknown encoder libx264); in the clone of lienumba, "
+        'pip install ".[animate]"\n'
     )
     assert [item.name for item in tmp_path.iterdir()] == ["ffmpeg"]

@@ -178,7 +178,9 @@ def test_what_cannot_be_drawn(tmp_path, runs, monkeypatch):
     assert said("none.nc") == "error: none.nc does not exist; check the path\n"
     monkeypatch.delitem(sys.modules, "lienumba.figures.shown", raising=False)
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    assert said(runs) == 'error: a figure needs matplotlib, which is missing; pip install "lienumba[plot]"\n'
+    assert said(runs) == (
+        'error: a figure needs matplotlib, which is missing; in the clone of lienumba, pip install ".[plot]"\n'
+    )
 
 
 def test_summaries_are_drawn_as_histograms_and_courses_of_full_runs_as_lines():

@@ -203,4 +203,6 @@ def test_without_plotly(monkeypatch):
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
     with pytest.raises(ScenarioError) as refused:
         page_of(swept())
-    assert str(refused.value) == 'a report needs plotly, which is missing; pip install "lienumba[report]"'
+    assert str(refused.value) == (
+        'a report needs plotly, which is missing; in the clone of lienumba, pip install ".[report]"'
+    )

@@ -255,7 +255,7 @@ def test_a_top_that_is_let_go_comes_as_low_as_energy_and_angular_momentum_say() 
     ds = dataset("heavy_top_robust")
     assert ds.run.values[0] == -1
     assert ds.sizes["run"] == 2305
-    assert ds.attrs["stopped"].startswith("enough after 2304 runs: the 5 % quantile of height_min is ")
+    assert ds.attrs["stopped"].startswith("enough after 2,304 runs: the 5 % quantile of height_min is ")
     m, s = ds["bodies.top.mass"], ds["bodies.top.angular_velocity[1]"]
     w, x, y, z = (ds[f"bodies.top.rotation[{n}]"] for n in range(4))
     u0 = 2 * (y * z + w * x)  # the height of the axis at the start
