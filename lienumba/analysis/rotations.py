@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MATRIX = ("axis", "body_axis")
 FRAMES = ("body", "global")
 ORTHOGONAL = 1e-3  # the largest element of R^T R - I that a rotation may have
+LOOSE = 4.0  # times that, or the rounding of the elements: by so much (rad) angles may be wrong
 AT_ONCE = 2**16  # rotations
 STATUSES = {
     karcher.UNIQUE: ("unique", "it is the only mean"),
@@ -81,7 +82,7 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     runs = Runs(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(R, known) for _, R, known in _portions(runs, block)]
+        parts = [_mean(*portion) for _, *portion in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
@@ -95,10 +96,10 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     return runs.labelled(runs.gather(work), named)
 
 
-def _mean(R: so3.Matrix3, known: np.ndarray) -> Found:
+def _mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Found:
     import numpy as np
 
-    found, count = karcher.mean(R, known), known.sum(axis=1)
+    found, count = karcher.mean(R, known, margin), known.sum(axis=1)
     square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
     return {
         "mean": np.stack(found.rotation, axis=-1).reshape(-1, 3, 3),
@@ -130,7 +131,7 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
 
     def work(block: Block) -> Found:
         parts = []
-        for first, A, known in _portions(runs, block):
+        for first, A, known, _ in _portions(runs, block):
             B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(known)])))
             u = so3.log(so3.multiply(B, A) if frame == "body" else so3.multiply(A, B))
             parts.append(moments(np.where(known[..., None], np.stack(u, axis=-1), np.nan)))
@@ -142,9 +143,12 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     return found if of_mean is None else found.assign(status=of_mean["status"])
 
 
-def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray]]:
+def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
     """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
-    not known, and which are."""
+    not known, which are, and how well angles between them are known (labels,), rad."""
+    import numpy as np
+
+    rounded = np.finfo(np.result_type(runs.x.dtype, np.float32)).eps
     for here in _pieces(len(block.values), block.values.size // 9):
         first = block.first + here.start
 
@@ -152,7 +156,8 @@ def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.n
             label = runs.place(first + int(index[0]))
             return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
 
-        yield (first, *_rotations(block.values[here], place))
+        R, known, deviation = _rotations(block.values[here], place)
+        yield first, R, known, LOOSE * np.maximum(deviation.max(axis=1), rounded)
 
 
 def _pieces(labels: int, rotations: int) -> Iterator[slice]:
@@ -169,9 +174,9 @@ def _nine(R: np.ndarray) -> so3.Matrix3:
     return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
 
 
-def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray]:
-    """Matrices (..., 3, 3) as nine numbers (...), and which are there; I stands for the others. Refuse those that are
-    no rotations; place(index) says where."""
+def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
+    """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
+    of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
     import numpy as np
 
     nine = _nine(R)
@@ -187,7 +192,7 @@ def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3,
         where = f" at {text}" if (text := place(index)) else ""
         raise ScenarioError(f"the matrix{where} is no rotation, since {what}; give rotation matrices, such as those of "
                             'ds["rotation"]')  # fmt: skip
-    return nine, known
+    return nine, known, deviation
 
 
 def _check(R: xr.DataArray) -> None:

@@ -144,6 +144,59 @@ def test_several_means_are_told(matrices):
     assert cost(found, matrices) <= least(matrices, np.random.default_rng(0), 200, 10) + 1e-9
 
 
+def opposite_halves(runs):
+    """A rotation and the opposite one about z of each, so that there are two means, half a turn apart."""
+    half = Rotation.from_rotvec(0.4 * np.random.default_rng(1).normal(size=(runs // 2, 3)))
+    return Rotation.concatenate([half, half * Rotation.from_rotvec([0.0, 0.0, np.pi])]).as_matrix()
+
+
+@pytest.mark.parametrize("runs", [1000, 3000])
+def test_the_order_of_runs_does_not_matter(runs):
+    """Two means are told, and the mean is one of the two, in every order of so many runs."""
+    matrices = opposite_halves(runs)
+    means = []
+    for seed in range(4):
+        found, status, whole = mean_of(np.random.default_rng(seed).permutation(matrices))
+        assert status == "several_means"
+        assert float(whole.spread) ** 2 == pytest.approx(cost(found, matrices), rel=1e-12)
+        means.append(found)
+    apart = angle(means[0], np.array(means))
+    assert np.minimum(apart, np.pi - apart) == pytest.approx(0.0, abs=1e-9)
+
+
+def best_of_many(matrices, rng, tries=600):
+    """The least cost that steps along the mean of the rotation vectors reach from random starts."""
+    runs, centres = Rotation.from_matrix(matrices), Rotation.random(tries, rng=rng)
+    centres = centres[np.argsort([((P.inv() * runs).magnitude() ** 2).mean() for P in centres])[:40]]
+    for _ in range(40):
+        centres = Rotation.concatenate(
+            [P * Rotation.from_rotvec((P.inv() * runs).as_rotvec().mean(0)) for P in centres]
+        )
+    return min(((P.inv() * runs).magnitude() ** 2).mean() for P in centres)
+
+
+@pytest.mark.parametrize(("groups", "close"), [(4, 1e-12), (0, 2e-5)], ids=["four groups", "uniform"])
+def test_many_runs_reach_the_best_of_many_minima(groups, close):
+    """Of uniform rotations hundreds have nearly the same cost; there the best may be missed by little."""
+    rng = np.random.default_rng(20)
+    matrices = np.concatenate(
+        [spread(rng, 250, 0.3) for _ in range(groups)] or [Rotation.random(1000, rng=3).as_matrix()]
+    )
+    found, status, _ = mean_of(matrices)
+    assert status == "best_found"
+    assert cost(found, matrices) <= best_of_many(matrices, rng) * (1.0 + close)
+
+
+@pytest.mark.parametrize("stored", [np.float32, np.float64])
+def test_opposite_rotations_in_single_precision_have_two_means(stored):
+    """Rounded, they are not quite half a turn apart; matrices in double precision tell by how they miss R^T R = I."""
+    turns = Rotation.random(20, rng=21)
+    axes = np.random.default_rng(22).normal(size=(20, 3))
+    opposite = turns * Rotation.from_rotvec(np.pi * axes / np.linalg.norm(axes, axis=1, keepdims=True))
+    pairs = np.stack([turns.as_matrix(), opposite.as_matrix()]).astype(np.float32).astype(stored)
+    assert set(status_of(mean_rotation(attitudes(pairs, ("run", "time"))))) == {"several_means"}
+
+
 @pytest.mark.parametrize("runs", [1, 3])
 def test_equal_runs_are_their_mean(runs):
     R = Rotation.random(rng=9).as_matrix()
