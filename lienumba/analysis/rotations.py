@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import karcher
-from lienumba.analysis.covariance import described, moments, second_axis
-from lienumba.analysis.labelled import COUNT, Block, Found, Runs, check
+from lienumba.analysis.covariance import AXIS, OTHER, described, moments, second_axis
+from lienumba.analysis.labelled import COUNT, STORED, Block, Found, Runs, check
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.scenario.words import show, suggestion
@@ -35,21 +35,16 @@ def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
     """The angle (rad, from 0 to pi) between rotations and a reference: the length of log(reference^T R).
 
     R: with the dimensions axis and body_axis; reference: the same, with the labels of R along the other dimensions that
-    it has, such as `R.sel(run=-1)`; or one 3x3 matrix. It is as exact beside 0 and pi as elsewhere.
+    it has, such as `R.sel(run=-1)`; what `mean_rotation` gave; or one 3x3 matrix. The angle is as exact beside 0 and pi
+    as elsewhere.
     """
-    import numpy as np
     import xarray as xr
 
-    if not isinstance(reference, xr.DataArray):
-        matrix = np.asarray(reference, dtype=float)
-        if matrix.shape != (3, 3):
-            raise ScenarioError(f"reference: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
-        reference = xr.DataArray(matrix, dims=MATRIX, name="reference")
     _check_matrices(R)
-    reference = _matching(R, reference)
+    reference = _matching(R, _one_or_labelled("reference", reference))
     _check(reference)
     dims = [str(name) for name in R.dims if name not in MATRIX]
-    along = max(dims, key=lambda name: R.sizes[name]) if dims else ""
+    along = max(dims, key=lambda name: (name in STORED, R.sizes[name])) if dims else ""
     parts = []
     for here in _pieces(R.sizes[along], R.size // 9) if dims else [slice(0, 1)]:
         A, B = (x.isel({along: here}).compute() if along in x.dims else x for x in (R, reference))
@@ -70,7 +65,8 @@ def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
 
 def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     """The Karcher mean of rotations over `dim` at each other label: the rotation from which the mean squared angle to
-    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them.
+    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them if there are
+    others.
 
     `mean` (..., axis, body_axis), like R; `spread`, the root of the mean squared angle to it, and `radius`, the largest
     one (rad); `status`: "unique" where it is proved to be the only mean, "best_found" where runs spread too far for
@@ -82,7 +78,7 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     runs = Runs(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(*portion) for _, *portion in _portions(runs, block)]
+        parts = [_mean(R, known, margin) for _, R, known, margin in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
@@ -124,10 +120,10 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     if frame not in FRAMES:
         raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
     _check_matrices(R)
-    runs = Runs(R, dim, *MATRIX)
+    runs = Runs(R, dim, *MATRIX, new=(AXIS + OTHER,))
     mean = mean_rotation(R, dim) if mean is None else mean
     of_mean = mean if isinstance(mean, xr.Dataset) and {"mean", "status"} <= set(mean) else None
-    M = _at_labels(runs, mean if of_mean is None else of_mean["mean"])
+    M = _at_labels(runs, _one_or_labelled("mean", mean))
 
     def work(block: Block) -> Found:
         parts = []
@@ -199,6 +195,24 @@ def _check(R: xr.DataArray) -> None:
     """Refuse what are no rotations."""
     R = R.transpose(..., *MATRIX)
     _rotations(R.values, lambda index: ", ".join(f"{x} {R[x].values[k]}" for x, k in zip(R.dims, index, strict=False)))
+
+
+def _one_or_labelled(name: str, given: Any) -> Any:
+    """A variable of rotations: that of a mean, one that was given, or of one 3x3 matrix."""
+    import numpy as np
+    import xarray as xr
+
+    if isinstance(given, xr.Dataset) and "mean" in given:
+        return given["mean"]
+    if isinstance(given, xr.DataArray | xr.Dataset):
+        return given
+    try:
+        matrix = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ScenarioError(f"{name} = {show(given)}: has no numbers; give a 3x3 matrix, or a variable") from None
+    if matrix.shape != (3, 3):
+        raise ScenarioError(f"{name}: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
+    return xr.DataArray(matrix, dims=MATRIX, name=name)
 
 
 def _at_labels(runs: Runs, mean: Any) -> np.ndarray:
