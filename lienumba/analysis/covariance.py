@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.labelled import COUNT, Block, Found, Runs, check, check_probability, power
+from lienumba.analysis.labelled import COUNT, Block, Found, Runs, check, check_free, check_probability, power
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
 
@@ -22,8 +22,8 @@ PRINCIPAL = "principal"
 def covariance(x: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     """The covariance of a vector over `dim` at each other label, such as that of positions: `covariance` (..., axis,
     axis_2) by n - 1, over the `count` of the `runs` that have a value there, NaN of fewer than two; the nominal run is
-    none of them. For the covariance in a plane, select two axes first."""
-    runs = Runs(x, dim, AXIS)
+    none of them if there are others. For the covariance in a plane, select two axes first."""
+    runs = Runs(x, dim, AXIS, new=(AXIS + OTHER,))
     named = described(
         power(str(x.attrs.get("units", "1")), 2),
         f"covariance over {dim}: {x.attrs.get('long_name', x.name)}",
@@ -59,30 +59,38 @@ def second_axis(x: xr.DataArray) -> dict[str, Any]:
     return {AXIS + OTHER: (AXIS + OTHER, x[AXIS].values, texts("1", "second axis of the covariance"))}
 
 
-def ellipsoid(cov: xr.DataArray, probability: float = 0.997) -> xr.Dataset:
+def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.Dataset:
     """The ellipsoid about the mean that holds a part of normal vectors with this covariance, or the ellipse in a plane.
 
-    cov: 2x2 or 3x3 along a dimension and the one called like it with "_2" behind. `semi_axis` (..., principal), the
+    cov: what `covariance` or `rotation_covariance` gave; or a variable, taken for exact, 2x2 or 3x3 along a dimension
+    and the one called like it with "_2" behind. `semi_axis` (..., principal), the
     longest first; `direction` (..., axis, principal), right-handed unit vectors; `volume`, or `area`; `freedom`, in how
     many directions the vectors vary: chi-squared with so many degrees of freedom has this `probability`, and across a
-    plane or line in which they all are the semi-axis is 0.
+    plane or line in which they all are the semi-axis is 0. `count`, if known: of no more runs than there are axes it is
+    NaN, with freedom 0, since so few always lie in a plane; of few it holds less than asked for.
     """
     import numpy as np
     import xarray as xr
     from scipy.special import chdtri, gamma
 
     check_probability("probability", probability)
-    first, second = _pair(cov)
-    cov = cov.transpose(..., first, second)
-    variances, directions = _principal(cov)
-    size = cov.sizes[first]
+    C, count = _counted(cov)
+    first, second = _pair(C)
+    check_free(C, PRINCIPAL)
+    C = C.transpose(..., first, second)
+    variances, directions = _principal(C)
+    size = C.sizes[first]
+    if count is not None:
+        enough = (count.broadcast_like(C.isel({first: 0, second: 0})) > size).transpose(*C.dims[:-2]).values
+        variances = np.where(enough[..., None], variances, np.nan)
+        directions = np.where(enough[..., None, None], directions, np.nan)
     freedom = (variances > FLAT * variances[..., :1]).sum(axis=-1)
     kept = np.where(np.arange(size) < freedom[..., None], variances, 0.0 * variances)
     semi = (chdtri(np.maximum(freedom, 1), 1.0 - probability)[..., None] * kept) ** 0.5
     ball = np.pi ** (0.5 * size) / gamma(0.5 * size + 1.0)
-    units = power(str(cov.attrs.get("units", "1")), 0.5)
-    labels, whole = cov.dims[:-2], "volume" if size == 3 else "area"
-    frame = {"frame": cov.attrs["frame"]} if "frame" in cov.attrs else {}
+    units = power(str(C.attrs.get("units", "1")), 0.5)
+    labels, whole = C.dims[:-2], "volume" if size == 3 else "area"
+    frame = {"frame": C.attrs["frame"]} if "frame" in C.attrs else {}
     held = f"{100.0 * probability:g} %"
     data = {
         "semi_axis": ((*labels, PRINCIPAL), semi, texts(units, f"semi-axes of the ellipsoid that holds {held}")),
@@ -90,9 +98,20 @@ def ellipsoid(cov: xr.DataArray, probability: float = 0.997) -> xr.Dataset:
         whole: (labels, ball * semi.prod(axis=-1), texts(power(units, size), f"{whole} of the ellipsoid")),
         "freedom": (labels, freedom, texts("1", "directions in which the vectors vary")),
     }
-    coordinates = {name: x for name, x in cov.coords.items() if second not in x.dims}
+    if count is not None:
+        data["count"] = (count.dims, count.values, COUNT)
+    coordinates = {name: x for name, x in C.coords.items() if second not in x.dims}
     numbers = {PRINCIPAL: (PRINCIPAL, np.arange(1, size + 1), texts("1", "number of the semi-axis"))}
     return xr.Dataset(data, {**coordinates, **numbers}, {"probability": probability})
+
+
+def _counted(cov: Any) -> tuple[Any, xr.DataArray | None]:
+    """A covariance, and of how many runs it is, if that is known."""
+    import xarray as xr
+
+    if isinstance(cov, xr.Dataset) and {"covariance", "count"} <= set(cov):
+        return cov["covariance"], cov["count"]
+    return cov, None
 
 
 def _pair(cov: Any) -> tuple[str, str]:
@@ -103,7 +122,7 @@ def _pair(cov: Any) -> tuple[str, str]:
             return name, name + OTHER
     raise ScenarioError(
         f"{cov.name or 'cov'}: is no covariance, which has 2 or 3 entries along a dimension such as axis and along one "
-        "called axis_2; give the variable covariance of what covariance or rotation_covariance returns"
+        "called axis_2; give what covariance or rotation_covariance returns"
     )
 
 

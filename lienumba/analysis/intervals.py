@@ -20,7 +20,8 @@ KEPT = ("units", "frame")  # attributes of the variable that its statistics have
 
 def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
     """The `mean` of a variable over `dim` between `low` and `high`, and the standard `deviation` (n - 1), at each other
-    label, over the `count` of the `runs` that have a finite value there; the nominal run is none of them.
+    label, over the `count` of the `runs` that have a finite value there; the nominal run is none of
+    them if there are others.
 
     The interval is Student's: exact where values are normal, nearly so where many are not. Of fewer than two runs it is
     infinite.
@@ -54,7 +55,7 @@ def quantile_interval(
     x: xr.DataArray, q: float | Sequence[float], dim: str = RUN[0], confidence: float = CONFIDENCE
 ) -> xr.Dataset:
     """The quantiles q, between 0 and 1, of a variable over `dim`: `value` between `low` and `high` at each other label,
-    over the `count` of the `runs` that have a value there; the nominal run is none of them.
+    over the `count` of the `runs` that have a value there; the nominal run is none of them if there are others.
 
     The interval is between two of the sorted values and assumes nothing of how these are distributed; its confidence
     is at least that. An end is infinite where there are too few runs for it. Infinite values count, so that
@@ -64,13 +65,13 @@ def quantile_interval(
     import xarray as xr
 
     check_probability("confidence", confidence)
-    single = np.ndim(q) == 0
+    single = isinstance(q, str) or (not isinstance(q, Sequence) and np.ndim(q) == 0)
     wanted: list[Any] = [q] if single else list(q)  # type: ignore[arg-type]
     for one in wanted:
         check_probability("q", one)
     if not wanted:
         raise ScenarioError("q = []: asks for no quantile; give numbers between 0 and 1, such as [0.05, 0.5, 0.95]")
-    runs = Runs(x, dim)
+    runs = Runs(x, dim, new=("quantile",))
 
     def work(block: Block) -> Found:
         ordered = np.sort(block.values, axis=1)

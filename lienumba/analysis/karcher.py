@@ -27,13 +27,12 @@ UNIQUE, BEST, SEVERAL, NOT_CONVERGED, NONE = range(5)
 QUARTER, HALF = 0.5 * 3.141592653589793, 3.141592653589793  # turns, rad
 MARGIN = 1e-9  # rad: what is nearer than this to a limit is not known to be below it
 STEPS, TOLERANCE = 1000, 1e-13  # half of rad
-GRID, STARTS, FINALISTS, LAST = 512, 128, 16, 4  # points, those that begin, that go on, and with very many runs
-FEW = 512  # runs among which starts are sought
-ROUGH_STEPS, ROUGH = 16, 1e-4
+GRID, STARTS, FINALISTS, LAST = 512, 128, 16, 8  # points, those that begin, that go on, that end in minima
+FEW = 1024  # runs among which starts are sought
+ROUGH_STEPS, ROUGH, CLOSE = 16, 1e-5, 1e-3  # half of rad, and rad between points on the way to one minimum
 NUMBERS = 2**16  # pairs of a start and a run at a time
 SHELLS = 16  # distances from a mean at which it is shown that no other is there
 EQUAL, APART = 1e-9, 1e-4  # costs that differ by less, relative, are the same; means that differ by more (rad) are not
-SEED = 1977  # of the few runs among many
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,9 @@ class Mean:
     status: np.ndarray
 
 
-def mean(R: so3.Matrix3, known: np.ndarray) -> Mean:
-    """The mean of rotations, nine numbers (labels, runs), at each label over the runs that are known."""
+def mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Mean:
+    """The mean of rotations, nine numbers (labels, runs), at each label over the runs that are known; margin (labels,):
+    how well angles to them are known (rad)."""
     import numpy as np
 
     q = np.stack(so3.to_quaternion(R), axis=-1)
@@ -54,23 +54,25 @@ def mean(R: so3.Matrix3, known: np.ndarray) -> Mean:
     p, _, arrived = descend(_chordal(q, weights)[:, None], q, weights)
     p, arrived = p[:, 0], arrived[:, 0]
     found = angles(R, p, known)
-    status = np.where(arrived & _only(found, known), UNIQUE, BEST)
+    margin = np.maximum(margin, MARGIN)
+    status = np.where(arrived & _only(found, known, margin), UNIQUE, BEST)
     doubtful = np.flatnonzero(status == BEST)
     at_once = max(1, NUMBERS // min(q.shape[1], FEW) // STARTS)
     for first in range(0, len(doubtful), at_once):
         these = doubtful[first : first + at_once]
-        p[these], status[these] = _search(q[these], known[these], p[these])
+        p[these], status[these] = _search(q[these], known[these], p[these], np.maximum(margin[these], EQUAL))
         found[these] = angles(tuple(x[these] for x in R), p[these], known[these])
-        status[these] = np.where((status[these] == BEST) & _only(found[these], known[these]), UNIQUE, status[these])
+        only = _only(found[these], known[these], margin[these])
+        status[these] = np.where((status[these] == BEST) & only, UNIQUE, status[these])
     status = np.where(found.max(axis=1) > HALF - MARGIN, NOT_CONVERGED, status)
     rotation = so3.from_quaternion(tuple(p.T))
     none = ~known.any(axis=1)
     return Mean(tuple(np.where(none, np.nan, x) for x in rotation), found, np.where(none, NONE, status))
 
 
-def _only(angles: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Whether a minimum is the mean for sure (labels,), from its angles to the runs: all are below a quarter turn, or
-    the cost is larger everywhere else.
+def _only(angles: np.ndarray, known: np.ndarray, margin: np.ndarray) -> np.ndarray:
+    """Whether a minimum is the mean for sure (labels,), from its angles to the runs, each known to a margin: all are
+    below a quarter turn, or the cost is larger everywhere else.
 
     At a distance d in any direction a squared angle a^2 has grown against its tangent by at least d^2 g(a + d), with
     g(x) = (x/2) cot(x/2), before the cut locus; behind it by at least d^2 - 4 pi (a + d - pi), which is that of the
@@ -79,10 +81,10 @@ def _only(angles: np.ndarray, known: np.ndarray) -> np.ndarray:
     import numpy as np
 
     weights, farthest = _weights(known), angles.max(axis=1)
-    sure: np.ndarray = farthest < QUARTER - MARGIN
+    sure: np.ndarray = farthest < QUARTER - margin
     near = HALF - farthest
     far = np.clip(2.0 * (weights * angles).sum(axis=1), near, HALF)
-    wider = ~sure & (near > MARGIN)
+    wider = ~sure & (near > margin)
     for k in range(SHELLS if wider.any() else 0):
         low, high = ((near + (far - near) * (k + j) / SHELLS)[wider, None] for j in (0, 1))
         reach = angles[wider] + high
@@ -145,22 +147,22 @@ def _chordal(q: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return chords
 
 
-def _search(q: np.ndarray, known: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _search(q: np.ndarray, known: np.ndarray, first: np.ndarray, equal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The best minimum from many starts (labels, 4), `first` among them, and what is known of it. Starts are the best
-    points of a grid; those that lie best after some steps go on. Of many runs, some are asked where to start."""
+    points of a grid; of those that lie best after some steps, far from one another, the best go on to their minima.
+    Of many runs, some are asked where to start. equal (labels,): costs that differ by less, relative, are the same."""
     import numpy as np
 
     few, of_few = (q, known) if q.shape[1] <= FEW else _some(q, known)
     weights, weights_few = _weights(known), _weights(of_few)
     p = _best(np.broadcast_to(_grid(), (len(q), GRID, 4)), few, weights_few, STARTS)
-    p = _best(descend(p, few, weights_few, ROUGH, ROUGH_STEPS)[0], few, weights_few, FINALISTS)
-    if few is not q:
-        p = _best(descend(p, few, weights_few, ROUGH)[0], q, weights, LAST)
+    p = _best(descend(p, few, weights_few, ROUGH, ROUGH_STEPS)[0], few, weights_few, FINALISTS, CLOSE)
+    p = _best(descend(p, q, weights, ROUGH, ROUGH_STEPS)[0], q, weights, LAST, CLOSE)
     p, cost, arrived = descend(np.concatenate([first[:, None], p], axis=1), q, weights)
     best = cost.argmin(axis=1)[:, None]
     least, mean = np.take_along_axis(cost, best, 1), np.take_along_axis(p, best[..., None], 1)
     same = abs((p * mean).sum(axis=-1)) > np.cos(0.5 * APART)
-    several = (~same & arrived & (cost <= (1.0 + EQUAL) * least)).any(axis=1)
+    several = (~same & arrived & (cost <= (1.0 + equal[:, None]) * least)).any(axis=1)
     status = np.where(np.take_along_axis(arrived, best, 1)[:, 0], np.where(several, SEVERAL, BEST), NOT_CONVERGED)
     return mean[:, 0], status
 
@@ -172,20 +174,28 @@ def _weights(known: np.ndarray) -> np.ndarray:
     return weights
 
 
-def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int) -> np.ndarray:
-    """Those of the points p (labels, points, 4) whose costs are least."""
+def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int, apart: float = 0.0) -> np.ndarray:
+    """Those of the points p (labels, points, 4) whose costs are least, one of those that are not `apart` (rad)."""
     import numpy as np
 
-    order = np.argsort(_step(p, q, weights)[1], axis=1, kind="stable")[:, :most]
-    return np.take_along_axis(p, order[..., None], 1)
+    cost = _step(p, q, weights)[1]
+    p = np.take_along_axis(p, np.argsort(cost, axis=1, kind="stable")[..., None], 1)
+    if apart > 0.0:
+        near = np.tril(abs(p @ np.swapaxes(p, 1, 2)) > np.cos(0.5 * apart), -1).any(axis=2)  # to a better one
+        p = np.take_along_axis(p, np.argsort(near, axis=1, kind="stable")[..., None], 1)
+        most = min(most, int((~near).sum(axis=1).max()))
+    return p[:, :most]
 
 
 def _some(q: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Some of the runs that are known at each label, by chance, but always the same."""
+    """Some of the runs that are known at each label: evenly by their places in an order that is the runs' own, so that
+    it does not matter in which order they come."""
     import numpy as np
 
-    key = np.where(known, np.random.default_rng(SEED).random(q.shape[1]), np.inf)
-    which = np.argsort(key, axis=1)[:, :FEW]
+    key = np.where(known, sum(abs(q[..., k]) * 3.0 ** (0.5 * k) for k in range(4)), np.inf)
+    count = np.maximum(known.sum(axis=1, keepdims=True), FEW)
+    which = np.argsort(key, axis=1, kind="stable")
+    which = np.take_along_axis(which, np.arange(FEW) * count // FEW, 1)
     return np.take_along_axis(q, which[..., None], 1), np.take_along_axis(known, which, 1)
 
 

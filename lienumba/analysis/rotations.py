@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis import karcher
-from lienumba.analysis.covariance import described, moments, second_axis
-from lienumba.analysis.labelled import COUNT, Block, Found, Runs, check
+from lienumba.analysis.covariance import AXIS, OTHER, described, moments, second_axis
+from lienumba.analysis.labelled import COUNT, STORED, Block, Found, Runs, check
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.scenario.words import show, suggestion
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MATRIX = ("axis", "body_axis")
 FRAMES = ("body", "global")
 ORTHOGONAL = 1e-3  # the largest element of R^T R - I that a rotation may have
+LOOSE = 4.0  # times that, or the rounding of the elements: by so much (rad) angles may be wrong
 AT_ONCE = 2**16  # rotations
 STATUSES = {
     karcher.UNIQUE: ("unique", "it is the only mean"),
@@ -34,21 +35,16 @@ def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
     """The angle (rad, from 0 to pi) between rotations and a reference: the length of log(reference^T R).
 
     R: with the dimensions axis and body_axis; reference: the same, with the labels of R along the other dimensions that
-    it has, such as `R.sel(run=-1)`; or one 3x3 matrix. It is as exact beside 0 and pi as elsewhere.
+    it has, such as `R.sel(run=-1)`; what `mean_rotation` gave; or one 3x3 matrix. The angle is as exact beside 0 and pi
+    as elsewhere.
     """
-    import numpy as np
     import xarray as xr
 
-    if not isinstance(reference, xr.DataArray):
-        matrix = np.asarray(reference, dtype=float)
-        if matrix.shape != (3, 3):
-            raise ScenarioError(f"reference: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
-        reference = xr.DataArray(matrix, dims=MATRIX, name="reference")
     _check_matrices(R)
-    reference = _matching(R, reference)
+    reference = _matching(R, _one_or_labelled("reference", reference))
     _check(reference)
     dims = [str(name) for name in R.dims if name not in MATRIX]
-    along = max(dims, key=lambda name: R.sizes[name]) if dims else ""
+    along = max(dims, key=lambda name: (name in STORED, R.sizes[name])) if dims else ""
     parts = []
     for here in _pieces(R.sizes[along], R.size // 9) if dims else [slice(0, 1)]:
         A, B = (x.isel({along: here}).compute() if along in x.dims else x for x in (R, reference))
@@ -69,7 +65,8 @@ def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
 
 def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     """The Karcher mean of rotations over `dim` at each other label: the rotation from which the mean squared angle to
-    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them.
+    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them if there are
+    others.
 
     `mean` (..., axis, body_axis), like R; `spread`, the root of the mean squared angle to it, and `radius`, the largest
     one (rad); `status`: "unique" where it is proved to be the only mean, "best_found" where runs spread too far for
@@ -81,7 +78,7 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     runs = Runs(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(R, known) for _, R, known in _portions(runs, block)]
+        parts = [_mean(R, known, margin) for _, R, known, margin in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
@@ -95,10 +92,10 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     return runs.labelled(runs.gather(work), named)
 
 
-def _mean(R: so3.Matrix3, known: np.ndarray) -> Found:
+def _mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Found:
     import numpy as np
 
-    found, count = karcher.mean(R, known), known.sum(axis=1)
+    found, count = karcher.mean(R, known, margin), known.sum(axis=1)
     square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
     return {
         "mean": np.stack(found.rotation, axis=-1).reshape(-1, 3, 3),
@@ -123,14 +120,14 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     if frame not in FRAMES:
         raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
     _check_matrices(R)
-    runs = Runs(R, dim, *MATRIX)
+    runs = Runs(R, dim, *MATRIX, new=(AXIS + OTHER,))
     mean = mean_rotation(R, dim) if mean is None else mean
     of_mean = mean if isinstance(mean, xr.Dataset) and {"mean", "status"} <= set(mean) else None
-    M = _at_labels(runs, mean if of_mean is None else of_mean["mean"])
+    M = _at_labels(runs, _one_or_labelled("mean", mean))
 
     def work(block: Block) -> Found:
         parts = []
-        for first, A, known in _portions(runs, block):
+        for first, A, known, _ in _portions(runs, block):
             B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(known)])))
             u = so3.log(so3.multiply(B, A) if frame == "body" else so3.multiply(A, B))
             parts.append(moments(np.where(known[..., None], np.stack(u, axis=-1), np.nan)))
@@ -142,9 +139,12 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     return found if of_mean is None else found.assign(status=of_mean["status"])
 
 
-def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray]]:
+def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
     """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
-    not known, and which are."""
+    not known, which are, and how well angles between them are known (labels,), rad."""
+    import numpy as np
+
+    rounded = np.finfo(np.result_type(runs.x.dtype, np.float32)).eps
     for here in _pieces(len(block.values), block.values.size // 9):
         first = block.first + here.start
 
@@ -152,7 +152,8 @@ def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.n
             label = runs.place(first + int(index[0]))
             return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
 
-        yield (first, *_rotations(block.values[here], place))
+        R, known, deviation = _rotations(block.values[here], place)
+        yield first, R, known, LOOSE * np.maximum(deviation.max(axis=1), rounded)
 
 
 def _pieces(labels: int, rotations: int) -> Iterator[slice]:
@@ -169,9 +170,9 @@ def _nine(R: np.ndarray) -> so3.Matrix3:
     return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
 
 
-def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray]:
-    """Matrices (..., 3, 3) as nine numbers (...), and which are there; I stands for the others. Refuse those that are
-    no rotations; place(index) says where."""
+def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
+    """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
+    of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
     import numpy as np
 
     nine = _nine(R)
@@ -187,13 +188,31 @@ def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3,
         where = f" at {text}" if (text := place(index)) else ""
         raise ScenarioError(f"the matrix{where} is no rotation, since {what}; give rotation matrices, such as those of "
                             'ds["rotation"]')  # fmt: skip
-    return nine, known
+    return nine, known, deviation
 
 
 def _check(R: xr.DataArray) -> None:
     """Refuse what are no rotations."""
     R = R.transpose(..., *MATRIX)
     _rotations(R.values, lambda index: ", ".join(f"{x} {R[x].values[k]}" for x, k in zip(R.dims, index, strict=False)))
+
+
+def _one_or_labelled(name: str, given: Any) -> Any:
+    """A variable of rotations: that of a mean, one that was given, or of one 3x3 matrix."""
+    import numpy as np
+    import xarray as xr
+
+    if isinstance(given, xr.Dataset) and "mean" in given:
+        return given["mean"]
+    if isinstance(given, xr.DataArray | xr.Dataset):
+        return given
+    try:
+        matrix = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ScenarioError(f"{name} = {show(given)}: has no numbers; give a 3x3 matrix, or a variable") from None
+    if matrix.shape != (3, 3):
+        raise ScenarioError(f"{name}: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
+    return xr.DataArray(matrix, dims=MATRIX, name=name)
 
 
 def _at_labels(runs: Runs, mean: Any) -> np.ndarray:

@@ -74,7 +74,10 @@ def test_of_a_known_cross_of_turns():
 def test_about_a_rotation_of_ones_own():
     R = spread(np.random.default_rng(3), 20, 0.2)
     own = Rotation.random(rng=4)
-    found = rotation_covariance(attitudes(R), xr.DataArray(own.as_matrix(), dims=("axis", "body_axis")))
+    found = rotation_covariance(attitudes(R), own.as_matrix())
+    same = xr.DataArray(own.as_matrix(), dims=("axis", "body_axis"))
+    for mean in (same, same.to_dataset(name="mean")):
+        assert found.identical(rotation_covariance(attitudes(R), mean))
     assert found["covariance"].values == pytest.approx(np.cov((own.inv() * Rotation.from_matrix(R)).as_rotvec().T))
     assert "status" not in found
 
@@ -126,7 +129,7 @@ def test_motion_in_a_plane_has_a_flat_one(spread, freedom):
 def test_at_every_label_and_nan_of_too_few_runs():
     x = np.random.default_rng(6).normal(size=(5, 3, 3))
     x[1:, 2] = np.nan
-    found = ellipsoid(covariance(vectors(x))["covariance"])
+    found = ellipsoid(covariance(vectors(x)))
     assert found.semi_axis.dims == ("time", "principal")
     assert found.direction.dims == ("time", "axis", "principal")
     assert found.direction.attrs["frame"] == "global"
@@ -143,6 +146,20 @@ def test_in_a_plane_two_axes_are_selected_first():
     assert set(ellipsoid(found)) == {"semi_axis", "direction", "area", "freedom"}
 
 
+def test_so_few_runs_that_they_always_lie_in_a_plane_have_none():
+    x = np.random.default_rng(8).normal(size=(6, 3, 3))
+    x[4:, 1] = np.nan
+    x[3:, 2] = np.nan
+    found = ellipsoid(covariance(vectors(x)))
+    assert found["count"].values.tolist() == [6, 4, 3]
+    assert found.freedom.values.tolist() == [3, 3, 0]
+    for name in ("semi_axis", "direction", "volume"):
+        assert np.isnan(found[name]).any(dim=set(found[name].dims) - {"time"}).values.tolist() == [False, False, True]
+    in_a_plane = covariance(vectors(x).sel(axis=["x", "z"]))
+    assert ellipsoid(in_a_plane).freedom.values.tolist() == [2, 2, 2]
+    assert ellipsoid(rotation_covariance(attitudes(spread(np.random.default_rng(9), 3, 0.1)))).freedom == 0
+
+
 # ---------------------------------------------------------------- bad input
 @pytest.mark.parametrize(
     ("call", "words"),
@@ -152,7 +169,28 @@ def test_in_a_plane_two_axes_are_selected_first():
         (lambda: ellipsoid(matrix(np.eye(2)), 1.0), "probability = 1.0: must be above 0 and below 1"),
         (lambda: ellipsoid(matrix(np.eye(2)), 95), "probability = 95: must be above 0 and below 1"),
         (lambda: ellipsoid(vectors(np.zeros((3, 2, 3)))), "position: is no covariance, which has 2 or 3 entries"),
-        (lambda: ellipsoid(covariance(vectors(np.zeros((3, 2, 3))))), "a whole dataset has no numbers to compare"),
+        (lambda: ellipsoid(xr.Dataset()), "a whole dataset has no numbers to compare"),
+        (lambda: ellipsoid(matrix(np.eye(2)), None), "probability = None: must be above 0 and below 1"),
+        (lambda: ellipsoid(matrix(np.eye(2)), [0.5, 0.9]), "probability = [0.5, 0.9]: must be above 0 and below 1"),
+        (
+            lambda: ellipsoid(matrix(np.eye(2)).expand_dims("principal")),
+            'covariance has a dimension "principal", which the result needs; rename it, such as by x.rename(',
+        ),
+        (
+            lambda: covariance(vectors(np.zeros((3, 2, 3))).rename(time="axis_2")),
+            'the variable position has a dimension "axis_2", which the result needs',
+        ),
+        (
+            lambda: rotation_covariance(attitudes(np.zeros((3, 2, 3, 3)), ("run", "axis_2"))),
+            'the variable rotation has a dimension "axis_2", which the result needs',
+        ),
+        (
+            lambda: covariance(vectors(np.zeros((3, 2, 3))), dim="axis"),
+            'dim = "axis": is a dimension of each value, not of runs; give one of "run", "time"',
+        ),
+        (lambda: mean_rotation(attitudes(np.eye(3)[None]), dim="axis"), 'not of runs; give one of "run"'),
+        (lambda: rotation_covariance(attitudes(np.eye(3)[None]), "mean"), 'mean = "mean": has no numbers; give a 3x3'),
+        (lambda: rotation_covariance(attitudes(np.eye(3)[None]), np.eye(2)), "mean: has the shape (2, 2); give a 3x3"),
         (
             lambda: rotation_covariance(attitudes(np.eye(3)[None]), frame="boddy"),
             'frame = "boddy": is not known; the nearest known name is "body"',

@@ -119,6 +119,12 @@ def test_failed_runs_may_rank_behind_all_others():
         (lambda x: mean_interval(x, confidence=95), "confidence = 95: must be above 0 and below 1, such as 0.95"),
         (lambda x: quantile_interval(x, 1.0), "q = 1.0: must be above 0 and below 1"),
         (lambda x: quantile_interval(x, [0.5, "a"]), 'q = "a": must be above 0 and below 1'),
+        (lambda x: quantile_interval(x, None), "q = None: must be above 0 and below 1"),
+        (lambda x: quantile_interval(x, [0.1, [0.5, 0.9]]), "q = [0.5, 0.9]: must be above 0 and below 1"),
+        (
+            lambda x: quantile_interval(x.expand_dims("quantile"), 0.5),
+            'the variable tip has a dimension "quantile", which the result needs; rename it',
+        ),
         (lambda x: quantile_interval(x, []), "q = []: asks for no quantile; give numbers between 0 and 1"),
         (lambda x: mean_interval(x, dim="runs"), '"runs" is no dimension of the variable tip; the nearest known'),
         (lambda x: mean_interval(x.values), "an object of type ndarray has no numbers to compare; give one"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from attitudes import about_z, angle, attitudes, cost, least, spread
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -47,6 +48,14 @@ def test_references_have_some_labels_or_none(monkeypatch):
     one = rotation_error(variable.isel(time=0, body=1), Rotation.random(rng=4).as_matrix().tolist())
     assert one.values == pytest.approx(angle(Rotation.random(rng=4).as_matrix(), R[:, 0, 1]), abs=1e-14)
     assert float(rotation_error(variable[0, 0, 0], variable[1, 0, 0])) == pytest.approx(angle(R[0, 0, 0], R[1, 0, 0]))
+
+
+def test_the_mean_of_runs_is_a_reference():
+    R = attitudes(spread(np.random.default_rng(23), 12, 0.3).reshape(6, 2, 3, 3), ("run", "time"))
+    found = mean_rotation(R)
+    errors = rotation_error(R, found)
+    assert errors.identical(rotation_error(R, found["mean"]))
+    assert errors.max("run").values == pytest.approx(found.radius.values, abs=1e-14)
 
 
 def test_a_missing_rotation_has_no_angle():
@@ -144,6 +153,59 @@ def test_several_means_are_told(matrices):
     assert cost(found, matrices) <= least(matrices, np.random.default_rng(0), 200, 10) + 1e-9
 
 
+def opposite_halves(runs):
+    """A rotation and the opposite one about z of each, so that there are two means, half a turn apart."""
+    half = Rotation.from_rotvec(0.4 * np.random.default_rng(1).normal(size=(runs // 2, 3)))
+    return Rotation.concatenate([half, half * Rotation.from_rotvec([0.0, 0.0, np.pi])]).as_matrix()
+
+
+@pytest.mark.parametrize("runs", [1000, 3000])
+def test_the_order_of_runs_does_not_matter(runs):
+    """Two means are told, and the mean is one of the two, in every order of so many runs."""
+    matrices = opposite_halves(runs)
+    means = []
+    for seed in range(3):
+        found, status, whole = mean_of(np.random.default_rng(seed).permutation(matrices))
+        assert status == "several_means"
+        assert float(whole.spread) ** 2 == pytest.approx(cost(found, matrices), rel=1e-12)
+        means.append(found)
+    apart = angle(means[0], np.array(means))
+    assert np.minimum(apart, np.pi - apart) == pytest.approx(0.0, abs=1e-9)
+
+
+def best_of_many(matrices, rng, tries=300):
+    """The least cost that steps along the mean of the rotation vectors reach from random starts."""
+    runs, centres = Rotation.from_matrix(matrices), Rotation.random(tries, rng=rng)
+    centres = centres[np.argsort([((P.inv() * runs).magnitude() ** 2).mean() for P in centres])[:20]]
+    for _ in range(30):
+        centres = Rotation.concatenate(
+            [P * Rotation.from_rotvec((P.inv() * runs).as_rotvec().mean(0)) for P in centres]
+        )
+    return min(((P.inv() * runs).magnitude() ** 2).mean() for P in centres)
+
+
+@pytest.mark.parametrize(("groups", "close"), [(4, 1e-12), (0, 2e-5)], ids=["four groups", "uniform"])
+def test_many_runs_reach_the_best_of_many_minima(groups, close):
+    """Of uniform rotations hundreds have nearly the same cost; there the best may be missed by little."""
+    rng = np.random.default_rng(20)
+    matrices = np.concatenate(
+        [spread(rng, 250, 0.3) for _ in range(groups)] or [Rotation.random(1000, rng=3).as_matrix()]
+    )
+    found, status, _ = mean_of(matrices)
+    assert status == "best_found"
+    assert cost(found, matrices) <= best_of_many(matrices, rng) * (1.0 + close)
+
+
+@pytest.mark.parametrize("stored", [np.float32, np.float64])
+def test_opposite_rotations_in_single_precision_have_two_means(stored):
+    """Rounded, they are not quite half a turn apart; matrices in double precision tell by how they miss R^T R = I."""
+    turns = Rotation.random(20, rng=21)
+    axes = np.random.default_rng(22).normal(size=(20, 3))
+    opposite = turns * Rotation.from_rotvec(np.pi * axes / np.linalg.norm(axes, axis=1, keepdims=True))
+    pairs = np.stack([turns.as_matrix(), opposite.as_matrix()]).astype(np.float32).astype(stored)
+    assert set(status_of(mean_rotation(attitudes(pairs, ("run", "time"))))) == {"several_means"}
+
+
 @pytest.mark.parametrize("runs", [1, 3])
 def test_equal_runs_are_their_mean(runs):
     R = Rotation.random(rng=9).as_matrix()
@@ -228,19 +290,26 @@ def test_nothing_has_no_mean(shape):
     assert status_of(found) == ["no_runs"] * shape[1]
 
 
-def test_of_a_sweep_in_a_file(tmp_path):
-    R = spread(np.random.default_rng(14), 12, 0.2).reshape(4, 3, 1, 3, 3)
+@pytest.mark.parametrize("kept", [0, 2**30])
+def test_of_a_sweep_in_a_file(tmp_path, monkeypatch, kept):
+    """Read by windows of runs, all labels at once or one after the other."""
+    monkeypatch.setattr("lienumba.analysis.labelled.BLOCK_BYTES", 1500)
+    monkeypatch.setattr("lienumba.analysis.labelled.KEPT_BYTES", kept)
+    monkeypatch.setattr("lienumba.store.windows.WINDOW_BYTES", 700)
+    R = spread(np.random.default_rng(14), 40 * 3 * 2, 0.2).reshape(40, 3, 2, 3, 3)
+    R[7, 1:] = np.nan
     made = dataset(
-        variables={"rotation": R}, times=[0.0, 1.0, 2.0], runs=range(4), bodies=["top"], joints=(), constraints=(),
-        inputs={}, input_units={}, attributes={},
+        variables={"rotation": R}, times=[0.0, 1.0, 2.0], runs=range(-1, 39), bodies=["arm", "top"], joints=(),
+        constraints=(), inputs={}, input_units={}, attributes={},
     )  # fmt: skip
     made.to_netcdf(tmp_path / "runs.nc")
-    import xarray as xr
-
     with xr.open_dataset(tmp_path / "runs.nc") as ds:
-        found = mean_rotation(ds.rotation)
-        assert not ds.rotation.variable._in_memory
-    assert found.identical(mean_rotation(made.rotation))
+        for dim in ("run", "time"):
+            found = mean_rotation(ds.rotation, dim)
+            assert not ds.rotation.variable._in_memory
+            assert found.identical(mean_rotation(made.rotation, dim))
+        assert rotation_error(ds.rotation, np.eye(3)).identical(rotation_error(made.rotation, np.eye(3)))
+    assert found["count"].max() == 3
     assert layout.VARIABLES["rotation"].frame == found["mean"].attrs["frame"]
 
 
@@ -271,4 +340,5 @@ def test_wrong_dimensions_are_named():
     refused(lambda: mean_rotation(R.isel(axis=[0, 1])), "rotation: has not 3 entries")
     refused(lambda: mean_rotation(R.to_dataset()), "a whole dataset has no numbers to compare; give one variable")
     refused(lambda: rotation_error(R, R.isel(time=[1])), "rotation: has other labels of time than rotation")
+    refused(lambda: rotation_error(R, None), "reference: has the shape ()")
     refused(lambda: rotation_error(R, np.eye(2)), "reference: has the shape (2, 2); give a 3x3 matrix")
