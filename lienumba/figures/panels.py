@@ -33,7 +33,7 @@ MOST_NAMED = 4  # runs, in a legend
 BESIDE = 52  # letters of a title and a legend in one row
 ROOM = 25  # widths of the bar of a constant that are left free at both sides
 MOST_TICKS = 6  # intervals between the ticks of a histogram
-CLOSE = 100.0  # times their differences are numbers that have long names
+CLOSE = 1000.0  # times their differences are numbers that have long names
 LONG = 44  # letters of a title in small print
 
 
@@ -167,7 +167,7 @@ def _histograms(ax: Axes, spreads: Sequence[Spread]) -> None:
         opacity = 0.7 if len(known) > 1 else 0.9
         ax.hist(spread.values, edges, color=COLORS[n % len(COLORS)], alpha=opacity, label=name or None)
         if spread.failed is not None:
-            ax.hist(spread.failed, edges, color=COLORS[1], label="failed runs among them")
+            ax.hist(spread.failed, edges, color=COLORS[1], label="failed runs")
         if spread.nominal is not None:
             ax.axvline(spread.nominal, **NOMINAL)
     if len(edges) == 2:
