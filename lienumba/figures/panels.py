@@ -203,6 +203,7 @@ def _bars(ax: Axes, counts: dict[str, int]) -> None:
     )
     ax.bar_label(drawn, [f"{counts[name]:,}" for name in names], padding=3)
     ax.margins(x=0.15)
+    ax.locator_params(axis="x", integer=True)
     ax.set_ylim(-1, len(names))
     ax.set_xlabel("runs")
 

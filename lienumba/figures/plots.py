@@ -57,6 +57,8 @@ def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
+    if not ds.sizes["run"]:
+        raise ScenarioError("the dataset has no run; select at least one")
     if not good_runs(ds).any() and any(_is_of_good_runs(panel) for panel in choice.panels):
         raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status", or an input')
     columns = _columns(len(choice.panels))

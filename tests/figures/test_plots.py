@@ -136,6 +136,8 @@ def test_anything_by_its_name(runs):
             lienumba.ScenarioError, match=r'^no run of the dataset succeeded; draw how they .* "status", or an'
         ):
             figure(failed, ["energy"])
+        with pytest.raises(lienumba.ScenarioError, match=r"^the dataset has no run; select at least one$"):
+            figure(ds.isel(run=[]))
         drawn = figure(failed)
         assert [title for title, *_ in shown(drawn)] == ["status", "sampled bodies.top.mass"]
         assert drawn.get_suptitle() == "example: 16 runs and the nominal run, which failed; 16 failed (16 non finite)"
