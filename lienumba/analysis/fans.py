@@ -1,6 +1,7 @@
 """The numbers of a panel: courses of runs with quantiles over them, and how numbers that each run has once are spread.
 
-Failed runs are no part of them; a run that an event ended is, up to there. The nominal run is told apart.
+Failed runs are part of what was sampled, and of nothing else; a run that an event ended is, up to there. The nominal
+run is told apart.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lienumba.analysis import attitude, reading
+from lienumba.analysis.summary import of_sweep
 from lienumba.analysis.telling import FEW, Panel
-from lienumba.batch.statuses import STATUSES
+from lienumba.batch.statuses import GOOD, STATUSES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 MOST_PEAKS = 120  # times at which violations are shown
 SAMPLES = 3  # runs that are kept beside the quantiles
+THIN = 0.01  # half the width of the bar of a constant, relative
 FEWEST_BINS, MOST_BINS = 5, 60
 WIDE = 30.0  # the largest by the median of positive numbers that only a logarithmic axis shows
 ROUNDING = 1e-12  # relative: numbers nearer than this are the same
@@ -29,21 +32,24 @@ ROUNDING = 1e-12  # relative: numbers nearer than this are the same
 class Course:
     """One line of a panel over the time. quantiles (5, times): at LEVELS over the runs that have a value; largest
     (times,): of these; nominal (times,): the nominal run, None if there is none; each: courses (times,) by label, of
-    all runs where they are few, else of some."""
+    all runs where they are few, else of some; left: those of the runs that go on where few have a value."""
 
     label: str
     quantiles: np.ndarray
     largest: np.ndarray
     nominal: np.ndarray | None
     each: dict[int, np.ndarray]
+    left: dict[int, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Courses:
-    """times (s); runs: how many are shown; lines: one for each line of the panel."""
+    """times (s); runs: how many are shown; survivors (times,): how many of them have a value; lines: one for each line
+    of the panel."""
 
     times: np.ndarray
     runs: int
+    survivors: np.ndarray
     lines: list[Course]
 
     @property
@@ -51,16 +57,23 @@ class Courses:
         """Whether the runs are too few for quantiles, so that each stands for itself."""
         return self.runs <= FEW
 
+    @property
+    def enough(self) -> np.ndarray:
+        """The times (times,) at which enough runs have a value for quantiles."""
+        found: np.ndarray = self.survivors > FEW
+        return found
+
 
 @dataclass(frozen=True)
 class Spread:
     """One line of a panel without times. values: of the runs that have one; missing: how many have none; nominal: that
-    of the nominal run, None if there is none."""
+    of the nominal run, None if there is none; failed: those of the values that are of failed runs, None if none is."""
 
     label: str
     values: np.ndarray
     missing: int
     nominal: float | None
+    failed: np.ndarray | None = None
 
 
 def courses(ds: xr.Dataset, panel: Panel) -> Courses:
@@ -70,12 +83,13 @@ def courses(ds: xr.Dataset, panel: Panel) -> Courses:
     which = reading.shown_runs(ds, panel)
     labels = ds[panel.dim].values
     starts = np.arange(0, ds.sizes["time"], _together(ds, panel))
-    read = zip(panel.lines, reading.values(ds, panel, which), _nominal(ds, panel), strict=True)
+    every = [_largest(x, starts) for x in reading.values(ds, panel, which)]
+    survivors = np.max([np.isfinite(x).sum(axis=0) for x in every], axis=0)
     lines = [
-        _course(line.label, _largest(x, starts), labels[which], None if nominal is None else _largest(nominal, starts))
-        for line, x, nominal in read
+        _course(line.label, x, labels[which], None if nominal is None else _largest(nominal, starts), survivors)
+        for line, x, nominal in zip(panel.lines, every, _nominal(ds, panel), strict=True)
     ]
-    return Courses(ds["time"].values[starts], int(which.sum()), lines)
+    return Courses(ds["time"].values[starts], int(which.sum()), survivors, lines)
 
 
 def _together(ds: xr.Dataset, panel: Panel) -> int:
@@ -98,18 +112,20 @@ def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
     """What each run has once of a panel, line by line; of a course the last value."""
     import numpy as np
 
-    read = zip(panel.lines, reading.values(ds, panel, reading.shown_runs(ds, panel)), _nominal(ds, panel), strict=True)
+    which = reading.shown_runs(ds, panel)
+    failed = np.isin(ds[panel.dim].values[which], ds["run"].values[~ds["status"].isin(GOOD).values])
     found = []
-    for line, x, nominal in read:
-        known = x[np.isfinite(x)]
+    for line, x, nominal in zip(panel.lines, reading.values(ds, panel, which), _nominal(ds, panel), strict=True):
+        known = np.isfinite(x[:, 0])
         own = None if nominal is None or not np.isfinite(nominal[-1]) else float(nominal[-1])
-        found.append(Spread(line.label, known, len(x) - len(known), own))
+        missing = len(x) - int(known.sum())
+        found.append(Spread(line.label, x[known, 0], missing, own, x[known & failed, 0] if failed.any() else None))
     return found
 
 
 def statuses(ds: xr.Dataset) -> dict[str, int]:
-    """How many runs ended in each way that occurs."""
-    codes = ds["status"].values
+    """How many runs of the sweep ended in each way that occurs."""
+    codes = ds["status"].values[of_sweep(ds)]
     counts = {status.name: int((codes == status.code).sum()) for status in STATUSES}
     return {name: count for name, count in counts.items() if count}
 
@@ -136,14 +152,14 @@ def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarra
 
 
 def bins(spreads: Sequence[Spread]) -> np.ndarray:
-    """The edges of a histogram of all of these: around whole numbers if they are few; of positive numbers of many
-    magnitudes in equal ratios; else as many as Rice's rule says, 2 n^(1/3)."""
+    """The edges of a histogram of all of these: one thin bar of a constant; around whole numbers if they are few; of
+    positive numbers of many magnitudes in equal ratios; else as many as Rice's rule says, 2 n^(1/3)."""
     import numpy as np
 
     every = np.concatenate([spread.values for spread in spreads])
     low, high = float(every.min()), float(every.max())
     if high - low <= ROUNDING * max(abs(low), abs(high)):
-        half = 0.5 * (abs(low) or 1.0)
+        half = THIN * (abs(low) or 1.0)
         return np.array([low - half, low + half])
     if high - low < MOST_BINS and (every == np.round(every)).all():
         return np.arange(low - 0.5, high + 1.0)
@@ -153,13 +169,17 @@ def bins(spreads: Sequence[Spread]) -> np.ndarray:
     return np.linspace(low, high, number + 1)
 
 
-def _course(label: str, values: np.ndarray, labels: np.ndarray, nominal: np.ndarray | None) -> Course:
-    """Of values (runs, times)."""
+def _course(
+    label: str, values: np.ndarray, labels: np.ndarray, nominal: np.ndarray | None, survivors: np.ndarray
+) -> Course:
+    """Of values (runs, times), of which so many (times,) are known."""
     import numpy as np
 
     kept = range(len(values)) if len(values) <= FEW else np.linspace(0, len(values) - 1, SAMPLES).astype(int)
     each = {int(labels[n]): values[n].copy() for n in kept}
-    return Course(label, quantiles(values), np.fmax.reduce(values, axis=0), nominal, each)
+    going = np.flatnonzero(np.isfinite(values[:, survivors <= FEW]).any(axis=1)) if len(values) > FEW else ()
+    left = {int(labels[n]): np.where(survivors <= FEW, values[n], np.nan) for n in going[:FEW]}
+    return Course(label, quantiles(values), np.fmax.reduce(values, axis=0), nominal, each, left)
 
 
 def _nominal(ds: xr.Dataset, panel: Panel) -> list[np.ndarray | None]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.summary import outcomes
+from lienumba.analysis.summary import of_sweep, outcomes
 from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
 from lienumba.store import study_layout
 from lienumba.store.layout import VARIABLES
@@ -38,13 +38,15 @@ def axis_label(name: str, units: str) -> str:
     return words(name) + (f" ({unit})" if unit else "")
 
 
-def fates(ds: xr.Dataset) -> str:
-    """How many runs failed, and why, and how many an event has ended; empty if all reached the end."""
+def fates(ds: xr.Dataset, remark: str = "") -> str:
+    """How many runs of the sweep failed, and why, with a remark on these, and how many an event has ended; empty if all
+    reached the end."""
     codes = {status.name: status.code for status in STATUSES}
-    ended = [outcome for outcome in outcomes(ds) if codes[outcome.status] != SUCCESS]
+    sampled = ds[[name for name in ("status", "end_time") if name in ds]].isel(run=of_sweep(ds))
+    ended = [outcome for outcome in outcomes(sampled) if codes[outcome.status] != SUCCESS]
     failed = [outcome for outcome in ended if codes[outcome.status] not in GOOD]
     reasons = ", ".join(f"{outcome.count:,} {outcome.status.replace('_', ' ')}" for outcome in failed)
     count = sum(outcome.count for outcome in failed)
     stopped = sum(outcome.count for outcome in ended) - count
-    said = [f"{count:,} failed ({reasons}) and not shown"] if failed else []
+    said = [f"{count:,} failed ({reasons}){remark}"] if failed else []
     return "; ".join([*said, *([f"{stopped:,} stopped by events"] if stopped else [])])

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lienumba.analysis import attitude
+from lienumba.analysis.summary import of_sweep
 from lienumba.analysis.telling import Line, Panel, good_runs
 from lienumba.batch.statuses import GOOD
 from lienumba.store.layout import FULL
@@ -21,11 +22,11 @@ BLOCK = 64  # consecutive runs
 
 
 def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
-    """The runs that a panel shows, along its dimension (runs,): the good ones; where these have more values than a
-    picture needs, blocks of them that are evenly spread over the sweep."""
+    """The runs that a panel shows, along its dimension (runs,): the good ones, of an input all that were sampled; where
+    these have more values than a picture needs, blocks of them that are evenly spread over the sweep."""
     import numpy as np
 
-    which = good_runs(ds)
+    which = of_sweep(ds) if panel.sampled else good_runs(ds)
     if panel.dim == FULL:
         which = np.isin(ds[FULL].values, ds["run"].values[which])
     most = max(MOST_VALUES // (ds.sizes["time"] * BLOCK), 1) * BLOCK if panel.course else len(which)
@@ -36,12 +37,13 @@ def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
 
 
 def nominal_run(ds: xr.Dataset, panel: Panel) -> int | None:
-    """The index of the nominal run, if it is good and not the only one."""
+    """The index of the nominal run, if it is not the only one and, but for an input, good."""
     import numpy as np
 
     labels, good = ds[panel.dim].values, ds["run"].values[ds["status"].isin(GOOD).values]
     own = np.flatnonzero(labels == NOMINAL_RUN)
-    return int(own[0]) if len(own) and NOMINAL_RUN in good and not shown_runs(ds, panel)[own[0]] else None
+    known = panel.sampled or NOMINAL_RUN in good
+    return int(own[0]) if len(own) and known and not shown_runs(ds, panel)[own[0]] else None
 
 
 def reference(ds: xr.Dataset, panel: Panel) -> str:

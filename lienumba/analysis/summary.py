@@ -50,8 +50,9 @@ class Quantiles:
 @dataclass(frozen=True, repr=False)
 class Summary:
     """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
-    dataset has none; `final`: quantiles at the final time over those that reached the end; `kept`: those of summaries,
-    over the good ones, which are `spread` runs. The nominal run is no part of quantiles, unless it is the only one.
+    dataset has none or nothing was measured; `final`: quantiles at the final time over those that reached the end,
+    `finished` runs; `kept`: those of summaries, over the good ones, which are `spread` runs. The nominal run is no part
+    of quantiles, unless it is the only one.
 
     stopped: what made the sweep end before all its runs were done; not_unique: the joints and drivers whose reactions
     are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
@@ -61,6 +62,7 @@ class Summary:
     runs: int
     good: int
     spread: int
+    finished: int
     final_time: float
     outcomes: tuple[Outcome, ...]
     final: tuple[Quantiles, ...]
@@ -99,6 +101,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),
+        finished=int((finished & sampled).sum()),
         final_time=time,
         outcomes=outcomes(ds),
         final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled)),
@@ -163,21 +166,32 @@ def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator
 
 
 def _maximum(ds: xr.Dataset, name: str, good: np.ndarray) -> float | None:
+    """The largest of the good runs; None where it is 0 because these ended before anything was stored."""
     if name not in ds or not good.any():
         return None
-    return float(ds[name].values[good].max())
+    largest = float(ds[name].values[good].max())
+    return largest if largest or _reached_a_stored_time(ds, good) else None
+
+
+def _reached_a_stored_time(ds: xr.Dataset, which: np.ndarray) -> bool:
+    """Whether any of these runs did, as far as the dataset has times."""
+    if "time" not in ds or "end_time" not in ds or not ds["time"].size:
+        return True
+    return bool((ds["end_time"].values[which] >= ds["time"].values.min()).any())
 
 
 def _relative_drift(ds: xr.Dataset, good: np.ndarray) -> float | None:
-    """The largest energy residual of a run by its largest kinetic energy: the largest of all good runs."""
+    """The largest energy residual of a run by its largest kinetic energy: the largest of all good runs that have some
+    stored."""
     import numpy as np
 
     names = ["energy_residual", "kinetic_energy"]
-    if any(name not in ds or ds[name].dims[:1] != RUN for name in names) or not good.any():
+    if any(name not in ds or ds[name].dims != (*RUN, "time") for name in names) or not good.any():
         return None
     drifts = []
     for window in windows(ds, names, which=good):
         residual, kinetic = (np.fmax.reduce(abs(window[name].values), axis=1) for name in names)
         with np.errstate(divide="ignore", invalid="ignore"):
-            drifts.append(np.where(kinetic > 0.0, residual / kinetic, np.where(residual > 0.0, np.nan, 0.0)))
-    return float(np.concatenate(drifts).max())
+            drifts.append(np.where(kinetic > 0.0, residual / kinetic, np.where(residual == 0.0, 0.0, np.nan)))
+    largest = float(np.fmax.reduce(np.concatenate(drifts)))
+    return None if np.isnan(largest) else largest

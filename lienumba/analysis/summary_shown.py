@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD, STATUSES
+from lienumba.scenario.words import plural
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -39,7 +40,9 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     if first is not None and file:
         yield f"  look at one: lienumba replay {file} --run {first}"
     if summary.final:
-        yield _quantiles(f"at t = {summary.final_time:g} s", summary.final, summary.spread)
+        early = summary.finished < summary.spread
+        which = f", over {plural(summary.finished, 'run that', 'runs that')} reached it" if early else ""
+        yield _quantiles(f"at t = {summary.final_time:g} s{which}", summary.final, summary.finished)
     if summary.kept:
         yield _quantiles("of each run", summary.kept, summary.spread)
     violations = (

@@ -50,7 +50,8 @@ class Line:
 @dataclass(frozen=True)
 class Panel:
     """What one diagram shows. label: of the axis of its values, with the unit; dim: along which its runs are; course:
-    over the time; angles: of axes of a body, from columns of its rotations; logarithmic: its values are."""
+    over the time; angles: of axes of a body, from columns of its rotations; logarithmic: its values are; sampled: it is
+    an input, which failed runs have too."""
 
     title: str
     label: str
@@ -59,6 +60,7 @@ class Panel:
     course: bool = True
     angles: bool = False
     logarithmic: bool = False
+    sampled: bool = False
 
     @property
     def name(self) -> str:
@@ -76,17 +78,23 @@ class Choice:
 
 def telling(ds: xr.Dataset) -> Choice:
     """Courses of the scenario's own quantities, of efforts, of the state and the energy; drift; and of a sweep how its
-    outputs and its inputs are spread."""
+    outputs and its inputs are spread; how the runs ended, if some failed or there is nothing else."""
+    ends, good = [*_panels(ds[STATUS])], good_runs(ds)
+    if not good.any():
+        inputs = _inputs(ds)
+        return Choice((*ends, *inputs[: MOST - 1]), _left_out([], len(inputs) - MOST + 1))
+    ends = ends if good.sum() < of_sweep(ds).sum() else []
     courses = [panel for panel in _courses(ds) if _moves(ds, panel)]
     checks = [panel for panel in (*_drift(ds), *_violations(ds)) if _moves(ds, panel)] or list(_worst(ds))
-    several = not courses or good_runs(ds).sum() > FEW
+    several = not courses or good.sum() > FEW
     results, inputs = (list(_results(ds)), list(_inputs(ds))) if several else ([], [])
     shown = courses[: COURSES if results or inputs else ALONE]
-    room = MOST - len(shown) - len(checks)
+    room = MOST - len(shown) - len(checks) - len(ends)
     results = results[: max(room - len(inputs), room // 2)]
     known = inputs[: room - len(results)]
     first = (*shown, *checks, *results) if courses else (*results, *checks)
-    return Choice((*first, *known), _left_out(courses[len(shown) :], len(inputs) - len(known)))
+    panels = (*first, *ends, *known) or tuple(_panels(ds[STATUS]))
+    return Choice(panels, _left_out(courses[len(shown) :], len(inputs) - len(known)))
 
 
 def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
@@ -119,7 +127,7 @@ def _left_out(panels: Sequence[Panel], inputs: int) -> str:
     words = [panel.title for panel in panels[:3]]
     more = len(panels) - len(words)
     words += [plural(more, "other diagram", "other diagrams")] if more else []
-    words += [plural(inputs, "input", "inputs")] if inputs else []
+    words += [plural(inputs, "input", "inputs")] if inputs > 0 else []
     return f"not shown: {', '.join(words)}" if words else ""
 
 
@@ -179,10 +187,14 @@ def _moves(ds: xr.Dataset, panel: Panel) -> bool:
 
 
 def _worst(ds: xr.Dataset) -> Iterator[Panel]:
-    """Drift and violations where there is no course: the largest of each run."""
+    """Drift and violations where there is no course: the largest of each run, if not the same in all."""
+    import numpy as np
+
     for name in SUMMARIES:
         if name in ds:
-            yield from _panels(ds[name])
+            values = ds[name].values[good_runs(ds)]
+            if np.ptp(values) > ROUNDING * values.max():
+                yield from _panels(ds[name])
 
 
 def _results(ds: xr.Dataset) -> Iterator[Panel]:
@@ -207,9 +219,8 @@ def _inputs(ds: xr.Dataset) -> list[Panel]:
 
 def _input(samples: xr.DataArray) -> Panel:
     name = str(samples.name)
-    return Panel(
-        f"sampled {name}", axis_label("value", str(samples.attrs.get("units", ""))), (Line(name, ""),), course=False
-    )
+    units = str(samples.attrs.get("units", ""))
+    return Panel(f"sampled {name}", axis_label("value", units), (Line(name, ""),), course=False, sampled=True)
 
 
 def _strengths(ds: xr.Dataset, names: Sequence[str]) -> list[float]:

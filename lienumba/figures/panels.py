@@ -7,9 +7,10 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, label, spreads, statuses
-from lienumba.analysis.telling import STATUS, Panel
+from lienumba.analysis.telling import FEW, STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES
+from lienumba.scenario.words import plural
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,6 +31,9 @@ LEGEND: dict[str, Any] = {
 ENTRY, NOTE = 1.75, 0.09  # inches that an entry of the legend below the figure takes, and a letter of the note
 MOST_NAMED = 4  # runs, in a legend
 BESIDE = 52  # letters of a title and a legend in one row
+ROOM = 25  # widths of the bar of a constant that are left free at both sides
+MOST_TICKS = 6  # intervals between the ticks of a histogram
+CLOSE = 1000.0  # times their differences are numbers that have long names
 LONG = 44  # letters of a title in small print
 
 
@@ -57,6 +61,7 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
     from matplotlib.patches import Patch
 
     fans = [(panel, courses) for panel, courses in zip(panels, shown, strict=True) if not courses.few]
+    note = "; ".join(filter(None, [ended_early([courses for _, courses in fans]), note]))
     handles: list[Any] = []
     if fans:
         handles.append(Line2D([], [], color="0.3", label="median"))
@@ -79,6 +84,17 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
         )  # fmt: skip
 
 
+def ended_early(shown: Sequence[Courses]) -> str:
+    """From when on fans are of some of their runs, as the fan tells that has most times; empty if none is."""
+    fullest = max(shown, key=lambda x: (len(x.times), x.survivors.mean()), default=None)
+    if fullest is None or fullest.survivors[-1] == fullest.runs:
+        return ""
+    first = fullest.times[(fullest.survivors < fullest.runs).argmax()]
+    last = f"{fullest.survivors[-1]:,} of {fullest.runs:,} at the end"
+    alone = "" if fullest.enough.all() else f", each drawn where {FEW} or fewer are left"
+    return f"from {first:g} s on some runs have ended, and quantiles are of those that go on: {last}{alone}"
+
+
 def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
     """Lines and bands over the time."""
     alone = len(shown.lines) == 1
@@ -87,7 +103,8 @@ def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
         if shown.few:
             _each(ax, shown, line, style, alone)
         elif logarithmic:
-            ax.plot(shown.times, _positive(line.quantiles[MEDIAN]), **style, lw=1.3, label=line.label or None)
+            median = _positive(_known(shown, line.quantiles[MEDIAN]))
+            ax.plot(shown.times, median, **style, lw=1.3, label=line.label or None)
             ax.plot(shown.times, _positive(line.largest), color=style["color"], **LARGEST)
         else:
             _fan(ax, shown, line, style, alone)
@@ -109,13 +126,23 @@ def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: 
 
 
 def _fan(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
-    """Bands between quantiles, the median, and some runs if there is room."""
+    """Bands between quantiles and the median, where there are runs enough, else those that are left; and some runs if
+    there is room."""
     for low, high, opacity in BANDS[::-1]:
-        low_values, high_values = line.quantiles[[low, high]]
+        low_values, high_values = _known(shown, line.quantiles[[low, high]])
         ax.fill_between(shown.times, low_values, high_values, color=style["color"], alpha=opacity, lw=0)
     for values in line.each.values() if alone else ():
         ax.plot(shown.times, values, **SAMPLE)
-    ax.plot(shown.times, line.quantiles[MEDIAN], **style, lw=1.3, label=line.label or None)
+    for values in line.left.values():
+        ax.plot(shown.times, values, **style, lw=0.6)
+    ax.plot(shown.times, _known(shown, line.quantiles[MEDIAN]), **style, lw=1.3, label=line.label or None)
+
+
+def _known(shown: Courses, quantiles: np.ndarray) -> np.ndarray:
+    """Quantiles (..., times) where enough runs have a value."""
+    import numpy as np
+
+    return np.where(shown.enough, quantiles, np.nan)
 
 
 def _positive(values: np.ndarray) -> np.ndarray:
@@ -135,21 +162,33 @@ def _histograms(ax: Axes, spreads: Sequence[Spread]) -> None:
     if edges[0] > 0.0 and abs(edges[1] / edges[0] - edges[-1] / edges[-2]) < 1e-6 and len(edges) > 2:
         ax.set_xscale("log")
     for n, spread in enumerate(known):
-        missing = f"{spread.missing:,} runs have none" if spread.missing else ""
+        missing = f"{plural(spread.missing, 'run has', 'runs have')} none" if spread.missing else ""
         name = ", ".join(filter(None, [spread.label if len(spreads) > 1 else "", missing]))
-        ax.hist(
-            spread.values,
-            edges,
-            color=COLORS[n % len(COLORS)],
-            alpha=0.7 if len(known) > 1 else 0.9,
-            label=name or None,
-        )
+        opacity = 0.7 if len(known) > 1 else 0.9
+        ax.hist(spread.values, edges, color=COLORS[n % len(COLORS)], alpha=opacity, label=name or None)
+        if spread.failed is not None:
+            ax.hist(spread.failed, edges, color=COLORS[1], label="failed runs")
         if spread.nominal is not None:
             ax.axvline(spread.nominal, **NOMINAL)
-    if ax.get_xscale() == "linear":
-        ax.locator_params(axis="x", nbins=6)
+    if len(edges) == 2:
+        _constant(ax, edges)
+    elif ax.get_xscale() == "linear":
+        ax.locator_params(axis="x", nbins=_ticks(edges))
     ax.yaxis.set_major_formatter("{x:,.0f}")
     ax.locator_params(axis="y", integer=True)
+
+
+def _constant(ax: Axes, edges: np.ndarray) -> None:
+    """Room around the thin bar of a constant, and its value below it."""
+    value, width = 0.5 * (edges[0] + edges[1]), edges[1] - edges[0]
+    low, high = ax.get_xlim()
+    ax.set_xlim(min(low, value - ROOM * width), max(high, value + ROOM * width))
+    ax.set_xticks([value], [f"{value:.6g}"])
+
+
+def _ticks(edges: np.ndarray) -> int:
+    """How many intervals between ticks have room: less where numbers differ in a late digit."""
+    return MOST_TICKS if max(abs(edges)) < CLOSE * (edges[-1] - edges[0]) else MOST_TICKS // 2
 
 
 def _bars(ax: Axes, counts: dict[str, int]) -> None:
@@ -164,6 +203,7 @@ def _bars(ax: Axes, counts: dict[str, int]) -> None:
     )
     ax.bar_label(drawn, [f"{counts[name]:,}" for name in names], padding=3)
     ax.margins(x=0.15)
+    ax.locator_params(axis="x", integer=True)
     ax.set_ylim(-1, len(names))
     ax.set_xlabel("runs")
 

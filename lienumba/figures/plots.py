@@ -12,7 +12,8 @@ from lienumba.analysis.fans import Courses
 from lienumba.analysis.labels import fates
 from lienumba.analysis.reading import nominal_run
 from lienumba.analysis.summary import of_sweep
-from lienumba.analysis.telling import STATUS, Choice, asked, good_runs, telling
+from lienumba.analysis.telling import STATUS, Choice, Panel, asked, good_runs, telling
+from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
@@ -56,8 +57,10 @@ def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
-    if not good_runs(ds).any() and any(panel.name != STATUS for panel in choice.panels):
-        raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status"')
+    if not ds.sizes["run"]:
+        raise ScenarioError("the dataset has no run; select at least one")
+    if not good_runs(ds).any() and any(_is_of_good_runs(panel) for panel in choice.panels):
+        raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status", or an input')
     columns = _columns(len(choice.panels))
     drawn, axes = canvas.blank(ceil(len(choice.panels) / columns), columns)
     flat = [ax for row in axes for ax in row]
@@ -67,7 +70,7 @@ def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
     courses = [courses for courses in shown if courses is not None]
     nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
     explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
-    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, courses)])))
+    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, choice.panels, courses)])))
     return drawn
 
 
@@ -75,9 +78,20 @@ def _columns(panels: int) -> int:
     return panels if panels <= 3 else 2 if panels == 4 else 3 if panels <= 9 else 4
 
 
-def _count(ds: xr.Dataset, courses: Sequence[Courses]) -> str:
+def _is_of_good_runs(panel: Panel) -> bool:
+    """Whether failed runs are no part of a panel."""
+    return panel.name != STATUS and not panel.sampled
+
+
+def _count(ds: xr.Dataset, panels: Sequence[Panel], courses: Sequence[Courses]) -> str:
     """Of how many runs it is, and what became of those that did not reach the end."""
+    sampled = of_sweep(ds)
     read = min((x.runs for x in courses), default=len(ds["run"]))
-    which = plural(int(of_sweep(ds).sum()), "run", "runs")
+    which = plural(int(sampled.sum()), "run", "runs") + ("" if sampled.all() else " and the nominal run")
+    if not ds["status"].isin(GOOD).values[~sampled].all():
+        which += ", which failed"
     some = f"courses of {read:,}" if read < good_runs(ds).sum() else ""
-    return "; ".join(filter(None, [which, some, fates(ds)]))
+    inputs = any(panel.sampled for panel in panels)
+    remark = " and shown among the inputs only" if inputs else " and not shown"
+    hidden = any(_is_of_good_runs(panel) for panel in panels)
+    return "; ".join(filter(None, [which, some, fates(ds, remark if hidden else "")]))

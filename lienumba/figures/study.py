@@ -27,8 +27,12 @@ IN_A_ROW = 6  # of the legend
 
 def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     """A row of panels for each of these variables, or for the position error."""
+    import numpy as np
+
     names = names or [name for name in (f"{name}_error" for name in ERRORS) if name in ds][:1]
     for name in names:
+        if name == "status":
+            raise ScenarioError('"status" is a code, not a number; name a variable such as position_error')
         if ds[name].dims != ds["status"].dims:
             raise ScenarioError(f"{show(name)} has no value for every run and point; name one such as position_error")
     refined, steps = curves(ds), (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
@@ -37,14 +41,15 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     drawn, axes = blank(len(names), 3 if refined else 2, HEIGHT)
     for row, name in zip(axes, names, strict=True):
         values = typical(ds, name).values.ravel()
+        logarithmic = bool((values > 0.0).any() if name in _errors() else (values[np.isfinite(values)] > 0.0).all())
         label = ("largest " if name in _errors() else "") + axis_label(name, ds[name].attrs["units"])
         if refined:
-            _draw(row[0], steps, values, steps, refined)
+            _draw(row[0], steps, values, steps, refined, logarithmic)
             _slopes(row[0], ds, name)
-            _finish(row[0], "mean step", "s", label)
+            _finish(row[0], "mean step", "s", label, logarithmic)
         for ax, cost in zip(row[-2:], costs, strict=True):
-            _draw(ax, costs[cost].values.ravel(), values, steps, lines)
-            _finish(ax, *COSTS[cost], label)
+            _draw(ax, costs[cost].values.ravel(), values, steps, lines, logarithmic)
+            _finish(ax, *COSTS[cost], label, logarithmic)
         for ax in row:
             _shade(ax, ds, name)
     handles, labels = axes[0][-1].get_legend_handles_labels()
@@ -70,13 +75,13 @@ def _single(ds: xr.Dataset, others: set[int]) -> list[Curve]:
     ]
 
 
-def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, steps: np.ndarray, lines: Sequence[Curve]) -> None:
-    """A line through the points of each curve, from small steps to large ones."""
+def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, steps: np.ndarray, lines: Sequence[Curve], logarithmic: bool) -> None:
+    """A line through the points of each curve that have a place on the axes, from small steps to large ones."""
     import numpy as np
 
     for n, line in enumerate(lines):
         points = np.array(line.points)
-        good = points[(y[points] > 0.0) & (x[points] > 0.0)]
+        good = points[((y[points] > 0.0) if logarithmic else np.isfinite(y[points])) & (x[points] > 0.0)]
         good = good[np.argsort(steps[good])]
         color, marker = COLORS[n % len(COLORS)], MARKERS[n % len(MARKERS)]
         ax.plot(x[good], y[good], color=color, marker=marker, lw=1.2, ms=4.5, label=line.name or None)
@@ -122,11 +127,12 @@ def _shade(ax: Axes, ds: xr.Dataset, name: str) -> None:
         ax.set_ylim(low, high)
 
 
-def _finish(ax: Axes, x: str, unit: str, y: str) -> None:
+def _finish(ax: Axes, x: str, unit: str, y: str, logarithmic: bool) -> None:
     from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
     ax.set_xscale("log")
-    ax.set_yscale("log")
+    if logarithmic:
+        ax.set_yscale("log")
     low, high = ax.get_xlim()
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
     ax.xaxis.set_major_formatter(EngFormatter(unit))

@@ -23,8 +23,8 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     """The section; name: of the file of the dataset."""
     found = summarise(ds)
     parts = [element("div", *_cards(found), class_="cards"), *_ends(found, name)]
-    for heading, rows in ((f"At t = {found.final_time:g} s", found.final), ("Of each run", found.kept)):
-        parts += _quantiles(heading, rows, found.spread)
+    parts += _quantiles(f"At t = {found.final_time:g} s", found.final, found.finished)
+    parts += _quantiles("Of each run", found.kept, found.spread)
     if found.not_unique:
         parts.append(element("p", f"Reactions not unique: {found.not_unique}; those of least norm are stored."))
     if found.stopped:

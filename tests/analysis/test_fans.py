@@ -55,8 +55,8 @@ def test_failed_and_nominal_runs_are_no_part_of_a_fan():
     np.testing.assert_array_equal(line.largest, np.nanmax(good, axis=0))
     np.testing.assert_array_equal(line.nominal, tip[0])
     assert all(np.array_equal(course, tip[run + 1]) for run, course in line.each.items())
-    assert labels.fates(ds) == "2 failed (2 non finite) and not shown; 1 stopped by events"
-    assert fans.statuses(ds) == {"success": RUNS - 3, "non_finite": 2, "stopped_by_event": 1}
+    assert labels.fates(ds) == "2 failed (2 non finite); 1 stopped by events"
+    assert fans.statuses(ds) == {"success": RUNS - 4, "non_finite": 2, "stopped_by_event": 1}
 
 
 def test_large_sweeps_are_read_in_blocks_and_by_windows(tmp_path, monkeypatch):
@@ -120,10 +120,10 @@ def test_spreads_have_the_values_of_all_runs_that_have_one():
 @pytest.mark.parametrize(
     ("values", "edges"),
     [
-        ([3.0] * 9, [1.5, 4.5]),
-        ([0.0] * 9, [-0.5, 0.5]),
+        ([3.0] * 9, [2.97, 3.03]),
+        ([0.0] * 9, [-0.01, 0.01]),
         ([1.0, 2.0, 4.0, 4.0], [0.5, 1.5, 2.5, 3.5, 4.5]),
-        ([1.0 + 1e-15, 1.0], [0.5, 1.5]),
+        ([1.0 + 1e-15, 1.0], [0.99, 1.01]),
         ([0.5, 1.5], np.linspace(0.5, 1.5, 6)),
         (np.geomspace(1e-9, 1e-3, 100), np.geomspace(1e-9, 1e-3, 11)),
         ([*np.linspace(0.0, 1.0, 1000), 1e12], np.linspace(0.0, 1e12, 22)),
@@ -186,3 +186,44 @@ def test_violations_are_shown_by_their_peaks():
     assert found.times[line.each[1].argmax()] == pytest.approx(0.7, abs=0.009)
     np.testing.assert_array_equal(line.each[0], [violation[0, k : k + 9].max() for k in range(0, times, 9)])
     assert np.isnan(line.each[2][-1])
+
+
+def test_fans_say_how_many_runs_are_left_and_draw_the_last_ones():
+    tip = random(RUNS, 6)
+    ends = np.repeat([2, 3, 4, 6], [10, 17, 8, 5])  # stored times of each run
+    tip[np.arange(6) >= ends[:, None]] = np.nan
+    ds = sweep({"a": random(RUNS)}, np.where(ends < 6, STOPPED, 0), times=np.arange(6.0), tip=tip)
+    found = fans.courses(ds, telling.asked(ds, ["tip"]).panels[0])
+    np.testing.assert_array_equal(found.survivors, [40, 40, 30, 13, 5, 5])
+    np.testing.assert_array_equal(found.enough, [True] * 4 + [False] * 2)
+    [line] = found.lines
+    assert list(line.left) == [35, 36, 37, 38, 39]
+    for run, values in line.left.items():
+        np.testing.assert_array_equal(values, [*[np.nan] * 4, *tip[run, 4:]])
+    few = ds.isel(run=slice(30, None))
+    assert not fans.courses(few, telling.asked(few, ["tip"]).panels[0]).lines[0].left
+
+
+def test_inputs_are_of_all_sampled_runs():
+    a = random(RUNS)
+    status = np.where(np.arange(RUNS) % 4 == 1, NON_FINITE, 0)
+    ds = sweep({"a": a}, status, np.arange(RUNS) - 1, first=random(RUNS))
+    choice = telling.telling(ds)
+    assert [panel.title for panel in choice.panels] == ["first", "status", "sampled a"]
+    [spread] = fans.spreads(ds, choice.panels[2])
+    np.testing.assert_array_equal(spread.values, a[1:])
+    np.testing.assert_array_equal(spread.failed, a[1::4])
+    assert (spread.missing, spread.nominal) == (0, a[0])
+    assert fans.spreads(ds, choice.panels[0])[0].failed is None
+    for lost in (ds.assign(status=ds["status"] * 0 + NON_FINITE), ds.isel(run=slice(1, 2))):
+        choice = telling.telling(lost)
+        assert [panel.title for panel in choice.panels] == ["status", "sampled a"]
+        np.testing.assert_array_equal(fans.spreads(lost, choice.panels[1])[0].values, lost["a"].values[-RUNS + 1 :])
+
+
+def test_constants_say_nothing():
+    same, some = np.zeros(RUNS), abs(random(RUNS))
+    ds = sweep({"a": random(RUNS)}, first=random(RUNS), max_energy_drift=same, max_position_violation=some)
+    assert [panel.title for panel in telling.telling(ds).panels] == ["first", "max position violation", "sampled a"]
+    alone = sweep({"a": same}, first=np.ones(RUNS), max_energy_drift=same).drop_vars("a")
+    assert [panel.title for panel in telling.telling(alone).panels] == ["status"]

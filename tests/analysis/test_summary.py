@@ -182,3 +182,33 @@ def test_it_shows_itself():
 def test_a_study_is_summed_up_elsewhere():
     with pytest.raises(ScenarioError, match=r"is of a study, which lienumba\.analysis\.orders sums up"):
         summarise(known([0]).assign_coords(step=xr.Variable((), 0.1, {"role": "grid", "path": "integrator.step"})))
+
+
+def test_quantiles_say_of_how_many_runs_they_are():
+    """Runs that an event stopped are good, and have no final state."""
+    ds = known([0, 0, 9, 9, 1])
+    summary = summarise(ds)
+    assert (summary.good, summary.spread, summary.finished) == (4, 4, 2)
+    assert "\nat t = 1 s, over 2 runs that reached it" in repr(summary)
+    assert ", over" not in repr(summarise(ds.isel(run=[0, 1, 4])))
+    alone = repr(summarise(ds.isel(run=[1, 2, 3])))
+    assert "at t = 1 s, over 1 run that reached it" in alone
+    assert "median" not in alone
+
+
+def test_what_was_not_measured_is_left_out():
+    """The runs ended before the first stored time."""
+    ds = known([9, 9, 1])
+    unmeasured = ds.isel(time=slice(1, None)).assign({name: 0.0 * ds[name] for name in ds if name.startswith("max_")})
+    summary = summarise(unmeasured)
+    assert summary.max_position_violation is summary.max_energy_drift is summary.max_relative_energy_drift is None
+    assert "largest" not in repr(summary)
+    assert summarise(ds.isel(time=slice(1, None))).max_position_violation == pytest.approx(1e-9)  # of all stored times
+    at_rest = summarise(unmeasured.assign(end_time=ds["end_time"] + 1.0))
+    assert at_rest.max_position_violation == 0.0
+
+
+def test_one_time_alone_has_no_relative_drift():
+    summary = summarise(known([0, 0]).isel(time=0))
+    assert summary.max_relative_energy_drift is None
+    assert summary.max_position_violation == pytest.approx(1e-9)

@@ -79,7 +79,7 @@ def summary(bodies: int, good: int) -> Summary:
         Outcome("non_finite", 9, (3, 17), (0.5, 0.75)),
     )
     drift = Quantiles("energy", "", "", "J", 1.0, 2.0, 3.0)
-    return Summary("A [top]", good + 9, good, good, 2.0, outcomes, (*rows, drift), (), 1e-16, None, 1.0, 2e-9)
+    return Summary("A [top]", good + 9, good, good, good, 2.0, outcomes, (*rows, drift), (), 1e-16, None, 1.0, 2e-9)
 
 
 def test_summary(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """Figures of runs: what they show, with which labels and units; and what cannot be drawn."""
 
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def shown(drawn):
 
 def test_what_says_most_of_a_sweep(runs):
     drawn = figure(runs)
-    assert drawn.get_suptitle() == "example: 16 runs"
+    assert drawn.get_suptitle() == "example: 16 runs and the nominal run"
     assert shown(drawn) == [
         ("position of top", "time (s)", "position (m)"),
         ("attitude of top", "time (s)", "angle of its axes\nfrom the nominal run (°)"),
@@ -98,7 +99,7 @@ def test_long_titles_and_legends_have_lines_enough(runs, names):
 def test_few_runs_are_drawn_one_by_one(runs):
     with xr.open_dataset(runs) as ds:
         drawn = figure(ds.isel(run=slice(0, 4)), ["energy", "position"])
-        assert drawn.get_suptitle() == "example: 3 runs"
+        assert drawn.get_suptitle() == "example: 3 runs and the nominal run"
         assert texts(drawn.axes[0].get_legend()) == ["run 0", "run 1", "run 2"]
         assert len(drawn.axes[0].lines) == 4
         assert not drawn.axes[1].collections
@@ -123,18 +124,24 @@ def test_anything_by_its_name(runs):
         failed = ds.assign(status=ds.status + 1)
         bars = figure(failed, ["status"]).axes[0]
         assert [label.get_text() for label in bars.get_yticklabels()] == ["non finite"]
-        assert bars.patches[0].get_width() == 17
+        assert bars.patches[0].get_width() == 16
         some = ds.assign(status=ds.status + (ds.run == 4) * 2)
         assert figure(some, ["energy"]).get_suptitle().replace("\n", " ") == (
-            "example: 16 runs; 1 failed (1 projection not converged) and not shown"
+            "example: 16 runs and the nominal run; 1 failed (1 projection not converged) and not shown"
         )
         for wrong in ("positon", "axis"):
             with pytest.raises(lienumba.ScenarioError, match=f'^the dataset has no variable "{wrong}"; '):
                 figure(ds, [wrong])
         with pytest.raises(
-            lienumba.ScenarioError, match=r'^no run of the dataset succeeded; draw how they .* "status"$'
+            lienumba.ScenarioError, match=r'^no run of the dataset succeeded; draw how they .* "status", or an'
         ):
-            figure(failed)
+            figure(failed, ["energy"])
+        with pytest.raises(lienumba.ScenarioError, match=r"^the dataset has no run; select at least one$"):
+            figure(ds.isel(run=[]))
+        drawn = figure(failed)
+        assert [title for title, *_ in shown(drawn)] == ["status", "sampled bodies.top.mass"]
+        assert drawn.get_suptitle() == "example: 16 runs and the nominal run, which failed; 16 failed (16 non finite)"
+        assert texts(drawn.axes[1].get_legend()) == ["failed runs"]
 
 
 def test_a_notebook_shows_it(runs):
@@ -190,7 +197,7 @@ def test_summaries_are_drawn_as_histograms_and_courses_of_full_runs_as_lines():
     titles = [title for title, *_ in shown(drawn)]
     assert titles[:2] == ["position of top", "attitude of top"]
     assert titles[-4:-1] == [f"position_mean of top, {axis}" for axis in "xyz"]
-    assert drawn.get_suptitle().endswith("15 runs; courses of 3")
+    assert drawn.get_suptitle().endswith("15 runs and the nominal run; courses of 3")
     assert len(drawn.axes[0].lines) == 3 * 3
     output.pop("full_runs")
     drawn = figure(lienumba.run(top(output=output, sweep={**VARIED, "runs": 15}), workers=1))
@@ -198,3 +205,38 @@ def test_summaries_are_drawn_as_histograms_and_courses_of_full_runs_as_lines():
         "position_mean of top, x", "position_mean of top, y", "position_mean of top, z", "max position violation",
         "max velocity violation", "max energy drift", "sampled bodies.top.mass",
     ]  # fmt: skip
+
+
+def test_bands_end_where_few_runs_are_left(runs):
+    """Of 16 runs 3 finish, and the others end at 0.02 s."""
+    with xr.open_dataset(runs) as ds:
+        late = (ds["time"] > 0.02) & (ds["run"] > 2)
+        ended = ds[["position", "energy_residual"]].where(~late).astype(float)
+        drawn = figure(ds.assign(ended), ["position.top.z"])
+    first = float(ended["time"][ended["time"] > 0.02][0])
+    [ax] = drawn.axes
+    assert max(band.get_paths()[0].vertices[:, 0].max() for band in ax.collections) < first
+    left = [line for line in ax.lines if np.isnan(line.get_ydata()[0])]
+    assert len(left) == 3
+    assert drawn.legends[0].get_title().get_text().replace("\n", " ") == (
+        f"from {first:g} s on some runs have ended, and quantiles are of those that go on: 3 of 16 at the end, each "
+        "drawn where 12 or fewer are left"
+    )
+
+
+def test_a_constant_is_a_thin_bar_at_its_value(runs):
+    [ax] = figure(runs, ["end_time"]).axes
+    [bar] = ax.patches
+    assert bar.get_height() == 16
+    assert bar.get_width() < 0.05 * np.ptp(ax.get_xlim())
+    assert [text.get_text() for text in ax.get_xticklabels()] == [f"{bar.get_x() + 0.5 * bar.get_width():g}"]
+
+
+def test_ticks_of_numbers_that_differ_late_do_not_overlap(runs):
+    with xr.open_dataset(runs) as ds:
+        last = ds["last_position"] * 0.0 - 4.905 + 1e-5 * ds["run"]
+        drawn = figure(ds.assign(last_position=last), ["last_position.top", "steps"] * 2)
+    drawn.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in drawn.axes[0].get_xticklabels() if text.get_text()]
+    assert len(boxes) > 1
+    assert not any(one.padded(2).overlaps(other) for one, other in pairwise(boxes))

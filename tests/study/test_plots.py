@@ -60,3 +60,13 @@ def test_points_without_steps_stand_alone():
     assert [ax.get_xlabel() for ax in drawn.axes] == ["evaluations per run", "time of one core per run"]
     assert legend(drawn)[:2] == ["method = first, velocity = mass", "method = first, velocity = none"]
     assert len(drawn.axes[0].lines) == 6
+
+
+def test_what_is_nowhere_positive_has_a_linear_axis():
+    ds = study(SLOPES)
+    drawn = figure(ds, ["steps", "rejected_steps"])
+    assert [ax.get_yscale() for ax in drawn.axes] == ["log"] * 3 + ["linear"] * 3
+    assert [len(line.get_xdata()) for line in drawn.axes[3].lines] == [len(STEPS)] * 2
+    assert {ax.get_yscale() for ax in figure(study(0.0 * SLOPES)).axes} == {"linear"}
+    with pytest.raises(lienumba.ScenarioError, match=r'^"status" is a code, not a number; name a variable such as '):
+        figure(ds, "status")
