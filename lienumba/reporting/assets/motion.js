@@ -151,6 +151,7 @@ function space(data) {
 }
 
 async function showMotion(data) {
+  if (!document.createElement("canvas").getContext("webgl")) throw new Error("the browser has no WebGL");
   const stage = document.getElementById("stage"), slider = document.getElementById("time");
   const clock = document.getElementById("clock"), play = document.getElementById("play");
   const runs = data.runs.map(opened);
