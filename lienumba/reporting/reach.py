@@ -41,6 +41,4 @@ def _near(run: Moving, middle: np.ndarray, most: float) -> Moving:
 
     near = (abs(run.positions - middle).max(axis=(1, 2)) <= most) & np.isfinite(run.rotations).all(axis=(1, 2, 3))
     count = len(near) if near.all() else int(near.argmin())
-    return replace(
-        run, times=run.times[:count], positions=run.positions[:count], rotations=run.rotations[:count]
-    )
+    return replace(run, times=run.times[:count], positions=run.positions[:count], rotations=run.rotations[:count])
