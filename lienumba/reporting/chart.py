@@ -19,18 +19,21 @@ if TYPE_CHECKING:
 COLORS = 7  # of the palette, --c0 to --c6
 DASHES = ("solid", "dash", "dot", "dashdot")
 MOST_POWERS = 6  # of ten, on an axis
+FEW_POWERS = 2  # over which one reads values between them too
 KINDS = {"f8": "<f8", "f4": "<f4", "i2": "<i2", "u2": "<u2"}
 
 
 @dataclass(frozen=True)
 class Chart:
-    """One diagram: its title, what it draws, and how; the unit of its values, and a remark."""
+    """One diagram: its title, what it draws, and how; the unit of its values, and a remark; drawn: what its lines and
+    areas are, as far as it does not say so itself."""
 
     title: str
     traces: list[dict[str, Any]]
     layout: dict[str, Any]
     unit: str = ""
     note: str = ""
+    drawn: tuple[str, ...] = ()
 
     @property
     def data(self) -> dict[str, Any]:
@@ -109,10 +112,16 @@ def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: An
 
 
 def logarithmic(values: Iterable[np.ndarray]) -> dict[str, Any]:
-    """A logarithmic axis over whole powers of ten, which hold the positive ones of these."""
+    """A logarithmic axis over whole powers of ten, which hold the positive ones of these; over few of them 2 and 5 of
+    each are told too."""
     import numpy as np
 
     every = np.concatenate([x[np.isfinite(x) & (x > 0.0)] for x in values] or [np.ones(1)])
     low, high = (np.log10(every.min()), np.log10(every.max())) if len(every) else (0.0, 0.0)
     ends = [float(np.floor(low - 1e-9)), float(np.ceil(high + 1e-9))]
-    return {"type": "log", "range": ends, "dtick": float(np.ceil((ends[1] - ends[0]) / MOST_POWERS))}
+    powers = ends[1] - ends[0]
+    return {
+        "type": "log",
+        "range": ends,
+        "dtick": "D2" if powers <= FEW_POWERS else float(np.ceil(powers / MOST_POWERS)),
+    }

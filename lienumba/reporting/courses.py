@@ -29,6 +29,15 @@ DASHES = ("dash", "dot")
 UNIT = re.compile(r"\(([^()]*)\)$")
 STYLES = ("dashed", "dotted")  # the same, on the page
 
+KEY = {
+    "5 to 95 % of the runs": ("band", "background: color-mix(in srgb, var(--c0) 18%, transparent)"),
+    "25 to 75 %": ("band", "background: color-mix(in srgb, var(--c0) 40%, transparent)"),
+    "median": ("", "border-color: var(--c0)"),
+    "each run": ("", "border-color: color-mix(in srgb, var(--c0) 60%, transparent)"),
+}
+BANDS, EACH = ("5 to 95 % of the runs", "25 to 75 %", "median"), ("each run",)
+PEAKS = "dotted: largest of all runs; solid: median"
+
 
 @dataclass(frozen=True)
 class Marked:
@@ -48,11 +57,11 @@ def sections(ds: xr.Dataset, marked: Sequence[Marked]) -> Iterator[Section]:
     if first:
         charts = [course_chart(ds, panel, marked) for panel in first]
         more = [course_chart(ds, panel, marked) for panel in _others(ds, panels)]
-        yield section("courses", "Over the time", *_key(ds, marked), charts=charts, more=more)
+        yield section("courses", "Over the time", *_key([*charts, *more], marked), charts=charts, more=more)
     if checks:
         charts = [course_chart(ds, panel, ()) for panel in checks]
         text = "But for errors of the method, the energy residual and the violations would be 0."
-        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), charts=charts)
+        yield section("checks", "Energy and drift", element("p", text, class_="quiet"), *_key(charts), charts=charts)
 
 
 def _others(ds: xr.Dataset, shown: Sequence[Panel]) -> list[Panel]:
@@ -63,18 +72,16 @@ def _others(ds: xr.Dataset, shown: Sequence[Panel]) -> list[Panel]:
     return [panel for panel in asked(ds, names).panels if panel not in shown] if names else []
 
 
-def _key(ds: xr.Dataset, marked: Sequence[Marked]) -> list[Markup]:
-    """What the lines and areas are."""
-    if ds.sizes["run"] == 1:
-        return []
-    entries = [
-        ("band", "background: color-mix(in srgb, var(--c0) 18%, transparent)", "5 to 95 % of the runs"),
-        ("band", "background: color-mix(in srgb, var(--c0) 40%, transparent)", "25 to 75 %"),
-        ("", "border-color: var(--c0)", "median"),
-        *(("", f"border-top: 2px {style} var(--ink)", x.name) for style, x in zip(STYLES, marked, strict=False)),
-    ]
-    rows = (element("li", element("i", class_=kind, style=style), text) for kind, style, text in entries)
-    return [element("ul", *rows, class_="key")]
+def _key(charts: Sequence[Chart], marked: Sequence[Marked] = ()) -> list[Markup]:
+    """What the lines and areas of these charts are."""
+    drawn = {name for one in charts for name in one.drawn}
+    lines = {x.name: ("", f"border-top: 2px {style} var(--ink)") for style, x in zip(STYLES, marked, strict=False)}
+    rows = (
+        element("li", element("i", class_=kind, style=style), name)
+        for name, (kind, style) in {**KEY, **lines}.items()
+        if name in drawn
+    )
+    return [element("ul", *rows, class_="key")] if drawn else []
 
 
 def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Chart:
@@ -85,9 +92,13 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
     traces: list[dict[str, Any]] = []
     for n, course in enumerate(found.lines):
         traces += pen.each(course, n) if found.few else pen.spread(course, n)
-    for style, one in zip(DASHES, () if found.few or panel.angles else marked, strict=False):
-        traces += _one(ds, panel, one, style, pen)
+    drawn = [*EACH[: found.runs - 1]] if found.few else [*BANDS] if not panel.logarithmic else []
+    for style, one in zip(DASHES, () if panel.angles else marked, strict=False):
+        lines = list(_one(ds, panel, one, style, pen))
+        traces += lines
+        drawn += [one.name] if lines else []
     note = [f"angles of its axes from {reading.reference(ds, panel)}"] if panel.angles else []
+    note += _peaks(ds, panel, found) if panel.logarithmic else []
     note += _runs(ds, panel, found.runs)
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
@@ -97,7 +108,7 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
         "showlegend": len(found.lines) > 1,
         "height": 280 if len(found.lines) > 1 else 250,
     }
-    return Chart(panel.title, traces, layout, unit, "; ".join(note))
+    return Chart(panel.title, traces, layout, unit, "; ".join(note), tuple(drawn))
 
 
 def _unit(panel: Panel) -> str:
@@ -111,6 +122,12 @@ def _kept(times: int) -> np.ndarray:
     import numpy as np
 
     return np.unique(np.linspace(0, times - 1, MOST_TIMES).round().astype(int))
+
+
+def _peaks(ds: xr.Dataset, panel: Panel, found: fans.Courses) -> list[str]:
+    """What the lines of a logarithmic panel are, and how many times each of their points stands for."""
+    several = fans.label(ds, panel).partition("\n")[2]
+    return [x for x in (several, "" if found.few else PEAKS) if x]
 
 
 def _runs(ds: xr.Dataset, panel: Panel, runs: int) -> list[str]:
@@ -152,18 +169,18 @@ class Pen:
     def each(self, course: Course, n: int) -> Iterator[dict[str, Any]]:
         """The courses of few runs."""
         for k, (run, values) in enumerate(course.each.items()):
-            name = course.label if len(course.each) == 1 else f"{course.label} run {run}".strip()
-            own = {
+            own: dict[str, Any] = {
                 "legendgroup": str(n),
                 "dash": chart.dash(n),
                 "showlegend": k == 0,
-                "opacity": 1.0 if k == 0 else 0.55,
+                "opacity": 1.0 if len(course.each) == 1 else 0.6,
             }
-            yield self.line(values, name, chart.color(n), **own)
+            who = course.label if len(course.each) == 1 else f"{course.label} run {run}".strip()
+            yield self.line(values, course.label, chart.color(n), who, **own)
 
-    def line(self, values: np.ndarray, name: str, shade: str, **own: Any) -> dict[str, Any]:
-        """The course (times,) of one run."""
-        text = f"%{{y:.4~g}} {chart.plain(self.unit)}"
+    def line(self, values: np.ndarray, name: str, shade: str, who: str = "", **own: Any) -> dict[str, Any]:
+        """The course (times,) of one run; who: what it is called where it is pointed at, if not by its name."""
+        text = f"%{{y:.4~g}} {chart.plain(self.unit)}" + (f"<extra>{chart.plain(who)}</extra>" if who else "")
         return chart.line(self.x, self.shown(values), name, shade, hovertemplate=text, **own)
 
     def shown(self, values: np.ndarray) -> np.ndarray:
@@ -181,5 +198,5 @@ def _one(ds: xr.Dataset, panel: Panel, marked: Marked, style: str, pen: Pen) -> 
     alone = ds.sel({dim: [marked.run] for dim in {"run", panel.dim}})
     for n, course in enumerate(fans.courses(alone, panel).lines):
         for values in course.each.values():  # none if it failed
-            own = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
+            own: dict[str, Any] = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
             yield pen.line(values, f"{course.label} {marked.name}".strip(), "--ink", **own)

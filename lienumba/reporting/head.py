@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.summary import Summary, summarise
-from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
+from lienumba.batch.statuses import GOOD
+from lienumba.reporting.counts import Counts, counts, is_good
 from lienumba.reporting.markup import Markup, element, join, number
 from lienumba.scenario.words import listed, plural
 from lienumba.store.study_layout import grid_of, is_study
@@ -22,7 +23,7 @@ def head(ds: xr.Dataset) -> Markup:
     button = element("button", "Theme", id="theme", type="button", title="light or dark")
     top = element("div", element("span", "lienumba report", class_="brand"), button, class_="top")
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
-    told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds))
+    told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
     verdict = element("p", told, class_="verdict failed" if failed else "verdict")
     return join([top, title, verdict, element("p", " · ".join(_size(ds)), class_="quiet")])
 
@@ -32,28 +33,32 @@ def scenario_of(ds: xr.Dataset) -> dict[str, Any]:
     return tomllib.loads(str(ds.attrs.get("scenario", "")))
 
 
-def _verdict(found: Summary) -> Markup:
+def _verdict(found: Summary, ran: Counts) -> Markup:
     """How the runs ended, and how well they are computed."""
-    end, ended = f"t = {found.final_time:g} s", "; ".join(_early(found))
+    end, ended = f"t = {found.final_time:g} s", "; ".join(_early(ran))
     if not ended:
-        how = f"The run reached {end}" if found.runs == 1 else f"All {found.runs:,} runs reached {end}"
+        runs = f"All {ran.runs:,} runs" if ran.runs > 1 else "The run"
+        how = f"{runs}{ran.beside} reached {end}"
     else:
-        how = f"{found.good:,} of {plural(found.runs, 'run is', 'runs are')} good"
+        how = f"{ran.good:,} of {plural(ran.runs, 'run is', 'runs are')} good"
     kept = list(_quality(found))
     rest = (f": {ended}" if ended else "") + ". " + (f"{' and '.join(kept)}." if kept else "")
     return join([element("strong", how), rest])
 
 
-def _early(found: Summary) -> Iterator[str]:
-    """How many runs did not reach the end, and why."""
-    codes = {status.name: status.code for status in STATUSES}
-    failed = [x for x in found.outcomes if codes[x.status] not in GOOD]
-    stopped = sum(x.count for x in found.outcomes if codes[x.status] in GOOD and codes[x.status] != SUCCESS)
+def _early(ran: Counts) -> Iterator[str]:
+    """How many runs did not reach the end, and why; how the nominal one ended, if any did not."""
+    drawn = [x for x in ran.early if x is not ran.nominal]
+    failed = [x for x in drawn if not is_good(x)]
+    stopped = sum(x.count for x in drawn if is_good(x))
     if failed:
         reasons = ", ".join(f"{x.count:,} {x.status.replace('_', ' ')}" for x in failed)
         yield f"{sum(x.count for x in failed):,} failed ({reasons})"
     if stopped:
         yield f"{plural(stopped, 'was', 'were')} ended by an event"
+    if ran.nominal and ran.early:
+        how = "is good" if is_good(ran.nominal) else f"failed ({ran.nominal.status.replace('_', ' ')})"
+        yield f"the nominal run {how}"
 
 
 def _quality(found: Summary) -> Iterator[str]:

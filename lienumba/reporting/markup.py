@@ -54,6 +54,15 @@ def folded(summary: str, *children: str) -> Markup:
     return element("details", element("summary", summary), *children)
 
 
+def sentence(text: str) -> Markup:
+    """A message as a sentence: with a capital, unless it begins with a name, and a full stop; `code` as such."""
+    first = text.partition(" ")[0]
+    named = not first.isalpha()
+    whole = (text if named else text[:1].upper() + text[1:]).removesuffix(".") + "."
+    parts = whole.split("`")
+    return join(element("code", part) if n % 2 else part for n, part in enumerate(parts))
+
+
 def number(x: float, digits: int = 6) -> str:
     """A number as it is printed: 4.4 × 10⁻¹⁶, −0.25."""
     if x != x:

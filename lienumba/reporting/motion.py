@@ -13,7 +13,8 @@ from lienumba.errors import ScenarioError
 from lienumba.mechanics.model import GROUND
 from lienumba.reporting.chart import Section, packed, section
 from lienumba.reporting.courses import Marked
-from lienumba.reporting.markup import Markup, element
+from lienumba.reporting.markup import Markup, element, sentence
+from lienumba.reporting.reach import within
 from lienumba.scene import Moving, Scene, scene
 from lienumba.scene.solids import Solid
 
@@ -39,7 +40,7 @@ def seen(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> Scene | str
     bodies = ds.sizes.get("body", 1)
     count = max(2, min(MOST_RUNS, BYTES // (MOST_FRAMES * bodies * POSE)))
     try:
-        return scene(ds, name, count=count, allow_code=allow_code, tell=tell)
+        return within(scene(ds, name, count=count, allow_code=allow_code, tell=tell))
     except ScenarioError as error:
         return str(error)
 
@@ -52,7 +53,7 @@ def marked(found: Scene | str) -> list[Marked]:
 def section_of(found: Scene | str) -> Section:
     """The place of the mechanism, or why it is not there."""
     if isinstance(found, str):
-        return section("motion", "The mechanism", element("p", f"{found[0].upper()}{found[1:]}.", class_="quiet"))
+        return section("motion", "The mechanism", element("p", sentence(found), class_="quiet"))
     return section("motion", "The mechanism", *_stage(found))
 
 
@@ -69,7 +70,8 @@ def _stage(found: Scene) -> list[Markup]:
     return [
         element("figure", place, element("div", track, class_="controls"),
                 element("div", run, *other, speed, class_="controls choices"), class_="stage"),
-        element("p", "; ".join(words) + ".", class_="quiet"),
+        element("p", sentence("; ".join(words)), class_="quiet"),
+        *(element("p", sentence(remark), class_="quiet") for remark in found.remarks),
     ]  # fmt: skip
 
 

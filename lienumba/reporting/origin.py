@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.labels import unit_label
 from lienumba.reporting.chart import Section, section
+from lienumba.reporting.counts import counts
 from lienumba.reporting.head import method, scenario_of
 from lienumba.reporting.markup import Markup, element, facts, folded, join, table
 from lienumba.scenario.words import plural, show
+from lienumba.store.study_layout import grid_of, is_study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,11 +32,13 @@ def _facts(ds: xr.Dataset, data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     date, _, command = str(attributes.get("history", "")).partition("\n")[0].partition(" ")
     for kind, key in (("bodies", "mass"), ("joints", "type"), ("drivers", "type"), ("forces", "type")):
         yield kind, _names(model.get(kind, []), key if kind != "bodies" else "")
-    yield "method", method(data.get("integrator", {}))
+    paths = grid_of(ds).values()
+    yield "grid", _grid(data)
+    yield "method", _method(data, paths)
     yield "simulated time", f"{data['integrator']['end_time']:g} s" if "end_time" in data.get("integrator", {}) else ""
     projection = data.get("projection", {})
     yield "projection", ", ".join(f"{key} {projection[key]}" for key in ("position", "velocity") if key in projection)
-    yield "runs", f"{ds.sizes['run']:,}" + (f", sampler {sweep['sampler']}" if "sampler" in sweep else "")
+    yield "runs", _runs(ds) + (f", sampler {sweep['sampler']}" if "sampler" in sweep else "")
     yield "seed", str(attributes.get("seed", ""))
     yield "date", date.replace("T", " ")
     yield "command", command
@@ -43,6 +47,30 @@ def _facts(ds: xr.Dataset, data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "with", ", ".join(f"{key} {version}" for key, version in versions if version)
     yield "processor", str(attributes.get("cpu", ""))
     yield "scenario sha256", str(attributes.get("scenario_sha256", ""))
+
+
+def _runs(ds: xr.Dataset) -> str:
+    """How many there are."""
+    if is_study(ds):
+        return f"{ds.sizes['run']:,} at each point of the grid"
+    ran = counts(ds)
+    return f"{ran.runs:,}{ran.beside}"
+
+
+def _grid(data: dict[str, Any]) -> str:
+    """What a study sets, one grid after the other."""
+    blocks = data.get("study", {}).get("grid", [])
+    return "; ".join(
+        ", ".join(f"{path} = {' | '.join(map(show, values))}" for path, values in block.items()) for block in blocks
+    )
+
+
+def _method(data: dict[str, Any], paths: Collection[str]) -> str:
+    """The method and the length of its steps, but for what is set at these paths of a study."""
+    set_by_grid = {path.split(".")[1] for path in paths if path.startswith("integrator.")}
+    if "method" in set_by_grid:
+        return ""
+    return method({key: x for key, x in data.get("integrator", {}).items() if key not in set_by_grid})
 
 
 def _names(items: list[dict[str, Any]], key: str) -> str:

@@ -12,7 +12,7 @@ from lienumba.analysis.sensitivity import CHOSEN
 from lienumba.analysis.sensitivity import sensitivity as analysed
 from lienumba.errors import ScenarioError
 from lienumba.reporting.chart import Section, packed, section
-from lienumba.reporting.markup import Markup, element
+from lienumba.reporting.markup import Markup, element, sentence
 
 if TYPE_CHECKING:
     import numpy as np
@@ -76,8 +76,7 @@ def sensitivity(ds: xr.Dataset, known: Columns) -> tuple[Section | None, dict[st
     try:
         found = analysed(ds)
     except ScenarioError as error:
-        text = str(error)
-        return section("sensitivity", TITLE, element("p", f"{text[0].upper()}{text[1:]}.")), {}
+        return section("sensitivity", TITLE, element("p", sentence(str(error)))), {}
     names = [str(name) for name in found["input"].values]
     strength = found["rank_correlation"].fillna(0.0).values
     order = sorted(range(len(names)), key=lambda k: -abs(strength[:, k]).max())[:MOST_INPUTS]
@@ -171,7 +170,7 @@ def _body(sobol: bool, notes: Sequence[str]) -> list[Markup]:
         element("figure", element("figcaption", id=caption), element("div", class_="plot", id=name))
         for name, caption in charts
     )
-    said = [element("p", "; ".join(filter(None, notes)) + ".", class_="quiet")] if any(notes) else []
+    said = [element("p", sentence("; ".join(filter(None, notes))), class_="quiet")] if any(notes) else []
     return [
         element("p", RANKS + ": choose a pair.", class_="quiet"),
         matrix,

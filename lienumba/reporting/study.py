@@ -23,6 +23,11 @@ MOST_ROWS = 300
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x", "star")
 COSTS = {"step": "mean step (s)", "evaluations": "evaluations per run", "time_per_run": "time of one core per run (s)"}
 
+STILL = (
+    "A study keeps no courses, so nothing moves on this page: run the scenario with the settings of a point (",
+    element("code", "--set"), ") and without ", element("code", "[study]"), ", and make a report of that.",
+)  # fmt: skip
+
 
 def sections(ds: xr.Dataset) -> Iterator[Section]:
     """Orders and errors over the step, where the grid refines it; work against precision; the points."""
@@ -35,7 +40,8 @@ def sections(ds: xr.Dataset) -> Iterator[Section]:
     ]
     charts = [_chart(ds, name, cost, lines) for cost in ("evaluations", "time_per_run") for name in _errors(ds)[:1]]
     yield section("work", "Work against precision", charts=charts)
-    yield section("points", "Every point", *_ends(ds), _points(ds))
+    still = element("p", *STILL, class_="quiet")
+    yield section("points", "Every point", *_ends(ds), _points(ds), still)
 
 
 def _errors(ds: xr.Dataset) -> list[str]:

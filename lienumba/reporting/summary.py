@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.summary import Outcome, Quantiles, Summary, summarise
-from lienumba.batch.statuses import STATUSES, SUCCESS
+from lienumba.batch.statuses import STATUSES
 from lienumba.reporting.chart import Section, section
-from lienumba.reporting.markup import Markup, element, folded, number, table
+from lienumba.reporting.counts import Counts, counts, is_good
+from lienumba.reporting.markup import Markup, element, folded, join, number, sentence, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,21 +23,22 @@ MOST_ROWS = 300  # of the folded table
 def summary(ds: xr.Dataset, name: str) -> Section:
     """The section; name: of the file of the dataset."""
     found = summarise(ds)
-    parts = [element("div", *_cards(found), class_="cards"), *_ends(found, name)]
+    ran = counts(ds)
+    parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
     parts += _quantiles(f"At t = {found.final_time:g} s", found.final, found.finished)
     parts += _quantiles("Of each run", found.kept, found.spread)
     if found.not_unique:
         parts.append(element("p", f"Reactions not unique: {found.not_unique}; those of least norm are stored."))
     if found.stopped:
-        parts.append(element("p", found.stopped))
+        parts.append(element("p", sentence(found.stopped)))
     return section("summary", "Summary", *parts)
 
 
-def _cards(found: Summary) -> Iterator[Markup]:
-    failed = found.runs - found.good
-    yield _card(f"{found.good:,}", "good run" if found.good == 1 else "good runs")
-    if failed or found.runs > 1:
-        yield _card(f"{failed:,}", "failed", bad=failed > 0)
+def _cards(found: Summary, ran: Counts) -> Iterator[Markup]:
+    failed, nominal = ran.runs - ran.good, ran.nominal is not None and not is_good(ran.nominal)
+    yield _card(f"{ran.good:,}", ("good run" if ran.good == 1 else "good runs") + ("" if nominal else ran.beside))
+    if failed or nominal or ran.runs > 1:
+        yield _card(f"{failed:,}", "failed" + (ran.beside if nominal else ""), bad=failed > 0 or nominal)
     for name, value, unit in (
         ("largest position violation", found.max_position_violation, "m"),
         ("largest velocity violation", found.max_velocity_violation, "m/s"),
@@ -50,17 +52,20 @@ def _card(value: str, name: str, bad: bool = False) -> Markup:
     return element("div", element("b", value), element("span", name), class_="card bad" if bad else "card")
 
 
-def _ends(found: Summary, name: str) -> Iterator[Markup]:
+def _ends(ran: Counts, name: str) -> Iterator[Markup]:
     """How runs ended that did not reach the end, what it means, and what to do."""
     known = {status.name: status for status in STATUSES}
-    others = [outcome for outcome in found.outcomes if known[outcome.status].code != SUCCESS]
-    if not others:
+    if not ran.early:
         return
-    rows = ((f"{x.count:,}", x.status.replace("_", " "), known[x.status].sentence, _which(x)) for x in others)
+    rows = (
+        ("nominal" if x is ran.nominal else f"{x.count:,}", x.status.replace("_", " "), known[x.status].sentence,
+         _which(x))
+        for x in ran.early
+    )  # fmt: skip
     headings = ("runs", "how they ended", "what it means, and a remedy", "which, and when")
     yield element("h3", "Runs that ended early")
     yield table(headings, rows, 4, prose=True)
-    label = others[0].labels[0]
+    label = ran.early[0].labels[0]
     yield element("p", "Look at one, with its whole course: ", element("code", f"lienumba replay {name} --run {label}"))
 
 
@@ -88,11 +93,15 @@ def _quantiles(heading: str, rows: Sequence[Quantiles], runs: int) -> Iterator[M
 
 
 def _table(rows: Sequence[Quantiles], runs: int) -> Markup:
+    """On a narrow screen the first column holds all words."""
     words = ["quantity", *(["of"] if any(row.body for row in rows) else []), "axis"]
     numbers = ["5 %", "median", "95 %"] if runs > 1 else ["value"]
     lines = []
     for row in rows:
         values = (row.low, row.median, row.high) if runs > 1 else (row.median,)
         of = [row.body] if "of" in words else []
-        lines.append([row.quantity, *of, row.axis, *(number(x) for x in values), unit_label(row.units)])
-    return table([*words, *numbers, "unit"], lines, len(words))
+        unit = unit_label(row.units)
+        also = " ".join(filter(None, [*of, row.axis, f"({unit})" if unit else ""]))
+        first = join([row.quantity, element("span", f" {also}", class_="also")])
+        lines.append([first, *of, row.axis, *(number(x) for x in values), unit])
+    return element("div", table([*words, *numbers, "unit"], lines, len(words)), class_="quantiles")

@@ -3,4 +3,5 @@
 from lienumba.scene.runs import Choice as Choice
 from lienumba.scene.scene import Moving as Moving
 from lienumba.scene.scene import Scene as Scene
+from lienumba.scene.scene import box as box
 from lienumba.scene.scene import scene as scene

@@ -102,7 +102,7 @@ def scene(
     if followed:
         moving = [_followed(run) for run in moving]
     shown = [run for run in moving if run.good] or moving
-    return Scene(tuple(moving), *_box(shown), followed, tuple(remark for _, remark in told if remark))
+    return Scene(tuple(moving), *box(shown), followed, tuple(remark for _, remark in told if remark))
 
 
 def _moving(
@@ -168,7 +168,7 @@ def _centre(run: Moving) -> "np.ndarray":
 
 def _size(run: Moving) -> float:
     """The extent of the mechanism at the start in m."""
-    low, high = _box([replace(run, positions=run.positions[:1])])
+    low, high = box([replace(run, positions=run.positions[:1])])
     return float((high - low).max())
 
 
@@ -176,7 +176,7 @@ def _followed(run: Moving) -> Moving:
     return replace(run, positions=run.positions - _centre(run))
 
 
-def _box(runs: Sequence[Moving]) -> "tuple[np.ndarray, np.ndarray]":
+def box(runs: Sequence[Moving]) -> "tuple[np.ndarray, np.ndarray]":
     """The corners (3,) of the box in which bodies and joints of these runs are."""
     import numpy as np
 

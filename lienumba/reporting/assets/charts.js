@@ -40,7 +40,7 @@ function drawCharts(charts) {
     for (const entry of entries.filter((x) => x.isIntersecting)) {
       seen.unobserve(entry.target);
       const chart = charts[entry.target.dataset.chart];
-      draw(entry.target, chart.traces, chart.layout);
+      part([entry.target], "This chart", () => draw(entry.target, chart.traces, chart.layout));
     }
   }, { rootMargin: "500px" });
   for (const place of document.querySelectorAll("[data-chart]")) {

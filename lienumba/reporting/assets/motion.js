@@ -2,6 +2,9 @@
 
 const motion = { time: 0, playing: false, speed: 1, first: 0, second: -1, drawn: false };
 
+const ROOM = 1.2, LOW = 0.05; // around the box for numbers, which are below it
+const MANY = 20; // bodies or joints, whose marks and axes would hide them
+
 /** A run with its arrays, ready to be posed. */
 function opened(run) {
   const { times, positions, quaternions, vertices, owner, triangles, painted } = Object.fromEntries(
@@ -105,6 +108,10 @@ function trails(run, t) {
   return found;
 }
 
+function crowded(run) {
+  return run.bodies > MANY || run.marks.length > 2 * MANY;
+}
+
 function lines(run, kinds) {
   return run.segments.filter((x) => kinds.includes(x.kind)).flatMap((x) => [...x.ends, null]);
 }
@@ -112,7 +119,8 @@ function lines(run, kinds) {
 /** What is drawn of a run at a time: solids, arms and rods, axes, joints, trails; and the fixed part of each. */
 function shapes(run, t) {
   const pose = poses(run, t);
-  return [solids(run, pose), placed(lines(run, ["arm", "rod"]), pose), placed(lines(run, ["axis"]), pose), placed(run.marks, pose), trails(run, t)];
+  const some = (things) => (crowded(run) ? [] : things);
+  return [solids(run, pose), placed(lines(run, some(["arm"]).concat("rod")), pose), placed(lines(run, some(["axis"])), pose), placed(some(run.marks), pose), trails(run, t)];
 }
 
 function looks(run, faint) {
@@ -123,34 +131,46 @@ function looks(run, faint) {
     { ...flat, type: "mesh3d", i: corner(0), j: corner(1), k: corner(2), flatshading: true, opacity: faint ? 0.22 : 1,
       facecolor: Array.from(run.painted, (n) => `--${n % 2 ? "s" : "c"}${(n >> 1) % 7}`), lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05 },
       lightposition: { x: 2000, y: -4000, z: 8000 } },
-    stroke("--quiet", 4),
-    stroke("--ink", 3),
-    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > 40 ? 1 : 2.5, color: "--ink", line: { width: 0 } } },
+    stroke("--quiet", run.marks.length > MANY ? 2 : 4),
+    stroke("--ink", run.marks.length > MANY ? 1.5 : 3),
+    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: "--ink", line: { width: 0 } } },
     stroke("--quiet", 2),
   ];
 }
 
+/** From how far along an eye direction a box of this aspect fills a place that is so many times as wide as high. */
+function distance(eye, up, aspect, wide) {
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const dot = (a, b) => a.reduce((sum, x, n) => sum + x * b[n], 0), unit = (a) => a.map((x) => x / Math.hypot(...a));
+  const toward = unit(eye), right = unit(cross(up, toward)), above = cross(toward, right), tangent = Math.tan(Math.PI / 8);
+  const corners = Array.from({ length: 8 }, (_, n) => aspect.map((x, c) => (n >> c & 1 ? 0.5 : -0.5) * x));
+  return Math.max(...corners.map((p) => dot(p, toward) + Math.max(Math.abs(dot(p, right)) / wide, Math.abs(dot(p, above))) / tangent));
+}
+
 function space(data) {
   const extent = data.high.map((x, c) => x - data.low[c]), largest = Math.max(...extent);
-  const narrow = innerWidth < 640;
+  const narrow = innerWidth < 640, stage = document.getElementById("stage");
+  const aspect = extent.map((x) => Math.max(x / largest, 0.02));
   const one = (title, c) => ({
     range: [data.low[c], data.high[c]], autorange: false, title: { text: `${title} (m)`, font: { size: narrow ? 10 : 12 } },
     tickfont: { size: narrow ? 9 : 11, color: "--quiet" }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
     gridcolor: "--line", zerolinecolor: "--line", linecolor: "--line", showbackground: false, showspikes: false, exponentformat: "power",
   });
-  const [x, y, z] = data.eye, near = narrow ? 1.02 : 0.82;
+  const near = ROOM * distance(data.eye, data.up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...data.eye);
+  const [x, y, z] = data.eye;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", font: { family: FONT, color: "--ink" }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
     hovermode: false, showlegend: false,
     scene: {
       xaxis: one("x", 0), yaxis: one("y", 1), zaxis: one("z", 2), aspectmode: "manual", hovermode: false, dragmode: "orbit",
-      aspectratio: Object.fromEntries([..."xyz"].map((key, c) => [key, Math.max(extent[c] / largest, 0.02)])),
-      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, data.up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -0.1 * data.up[c]])) },
+      aspectratio: Object.fromEntries([..."xyz"].map((key, c) => [key, aspect[c]])),
+      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, data.up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -LOW * data.up[c]])) },
     },
   };
 }
 
 async function showMotion(data) {
+  if (!document.createElement("canvas").getContext("webgl")) throw new Error("the browser has no WebGL");
   const stage = document.getElementById("stage"), slider = document.getElementById("time");
   const clock = document.getElementById("clock"), play = document.getElementById("play");
   const runs = data.runs.map(opened);

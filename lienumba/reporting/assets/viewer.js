@@ -25,6 +25,19 @@ function offerScenario() {
   });
 }
 
+/** Fill a part of the page, of which these are the places; if that fails, a sentence stands there, and the rest goes on. */
+async function part(places, what, fill) {
+  try {
+    await fill();
+  } catch (error) {
+    const message = document.createElement("p");
+    message.className = "message";
+    message.textContent = `${what} cannot be drawn here: ${error.message || error}.`;
+    places[0].before(message);
+    places.forEach((place) => place.remove());
+  }
+}
+
 async function start() {
   followTheme();
   offerScenario();
@@ -37,8 +50,8 @@ async function start() {
   document.head.append(library);
   const data = JSON.parse(await unpacked("data"));
   drawCharts(data.charts);
-  if (data.sensitivity) showSensitivity(data.sensitivity);
-  if (data.motion) await showMotion(data.motion);
+  if (data.sensitivity) await part(document.querySelectorAll("#sensitivity > .panels"), "This", () => showSensitivity(data.sensitivity));
+  if (data.motion) await part(document.querySelectorAll("#motion > .stage"), "The mechanism", () => showMotion(data.motion));
   root.dataset.ready = "yes";
 }
 
