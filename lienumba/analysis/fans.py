@@ -108,6 +108,17 @@ def _largest(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
     return found
 
 
+def ended_early(shown: Sequence[Courses]) -> str:
+    """From when on fans are of some of their runs, as the fan tells that has most times; empty if none is."""
+    fullest = max(shown, key=lambda x: (len(x.times), x.survivors.mean()), default=None)
+    if fullest is None or fullest.survivors[-1] == fullest.runs:
+        return ""
+    first = fullest.times[(fullest.survivors < fullest.runs).argmax()]
+    last = f"{fullest.survivors[-1]:,} of {fullest.runs:,} at the end"
+    alone = "" if fullest.enough.all() else f", each drawn where {FEW} or fewer are left"
+    return f"from {first:g} s on some runs have ended, and quantiles are of those that go on: {last}{alone}"
+
+
 def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
     """What each run has once of a panel, line by line; of a course the last value."""
     import numpy as np

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, label, spreads, statuses
-from lienumba.analysis.telling import FEW, STATUS, Panel
+from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, ended_early, label, spreads, statuses
+from lienumba.analysis.telling import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES
 from lienumba.scenario.words import plural
@@ -82,17 +82,6 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
             ncols=max(1, min(len(handles), int(width / ENTRY))),
             title="\n".join(wrap(note, int(width / NOTE))) or None, title_fontsize="small",
         )  # fmt: skip
-
-
-def ended_early(shown: Sequence[Courses]) -> str:
-    """From when on fans are of some of their runs, as the fan tells that has most times; empty if none is."""
-    fullest = max(shown, key=lambda x: (len(x.times), x.survivors.mean()), default=None)
-    if fullest is None or fullest.survivors[-1] == fullest.runs:
-        return ""
-    first = fullest.times[(fullest.survivors < fullest.runs).argmax()]
-    last = f"{fullest.survivors[-1]:,} of {fullest.runs:,} at the end"
-    alone = "" if fullest.enough.all() else f", each drawn where {FEW} or fewer are left"
-    return f"from {first:g} s on some runs have ended, and quantiles are of those that go on: {last}{alone}"
 
 
 def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:

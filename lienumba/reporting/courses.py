@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +91,7 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
     pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
     traces: list[dict[str, Any]] = []
     for n, course in enumerate(found.lines):
-        traces += pen.each(course, n) if found.few else pen.spread(course, n)
+        traces += pen.each(course.each, course.label, n) if found.few else pen.spread(course, n, found.enough)
     drawn = [*EACH[: found.runs - 1]] if found.few else [*BANDS] if not panel.logarithmic else []
     for style, one in zip(DASHES, () if panel.angles else marked, strict=False):
         lines = list(_one(ds, panel, one, style, pen))
@@ -99,6 +99,7 @@ def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Char
         drawn += [one.name] if lines else []
     note = [f"angles of its axes from {reading.reference(ds, panel)}"] if panel.angles else []
     note += _peaks(ds, panel, found) if panel.logarithmic else []
+    note += [] if found.few else filter(None, [fans.ended_early([found])])
     note += _runs(ds, panel, found.runs)
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
@@ -149,34 +150,37 @@ class Pen:
     unit: str
     logarithmic: bool
 
-    def spread(self, course: Course, n: int) -> Iterator[dict[str, Any]]:
-        """Bands and median of one line; of what is logarithmic median and largest."""
+    def spread(self, course: Course, n: int, enough: np.ndarray) -> Iterator[dict[str, Any]]:
+        """Bands and median of one line while there are runs enough, then the runs that are left; of what is logarithmic
+        median and largest."""
         import numpy as np
 
-        group, shade = {"legendgroup": str(n)}, chart.color(n)
-        low, lower, median, upper, high = map(self.shown, course.quantiles)
+        group: dict[str, Any] = {"legendgroup": str(n)}
+        shade, many = chart.color(n), np.flatnonzero(enough[self.kept])
+        low, lower, median, upper, high = (self.shown(x)[many] for x in course.quantiles)
         if self.logarithmic:
             largest = {"dash": "dot", "width": 1.3, "showlegend": False, **group}
             yield self.line(course.largest, f"{course.label}, largest of all runs", shade, **largest)
-            yield self.line(course.quantiles[2], course.label or "median", shade, **group)
+            yield self.line(np.where(enough, course.quantiles[2], np.nan), course.label or "median", shade, **group)
             return
-        yield from chart.band(self.x, low, high, chart.color(n, "18%"), **group)
-        yield from chart.band(self.x, lower, upper, chart.color(n, "26%"), **group)
+        yield from chart.band(self.x[many], low, high, chart.color(n, "18%"), **group)
+        yield from chart.band(self.x[many], lower, upper, chart.color(n, "26%"), **group)
         ends = {"customdata": chart.packed(np.stack([low, high], axis=1)), "dash": chart.dash(n), **group}
         text = f"%{{y:.4~g}} (%{{customdata[0]:.4~g}} to %{{customdata[1]:.4~g}}) {chart.plain(self.unit)}"
-        yield chart.line(self.x, median, course.label or "median", shade, hovertemplate=text, **ends)
+        yield chart.line(self.x[many], median, course.label or "median", shade, hovertemplate=text, **ends)
+        yield from self.each(course.left, course.label, n, named=False)
 
-    def each(self, course: Course, n: int) -> Iterator[dict[str, Any]]:
-        """The courses of few runs."""
-        for k, (run, values) in enumerate(course.each.items()):
+    def each(self, runs: Mapping[int, np.ndarray], label: str, n: int, named: bool = True) -> Iterator[dict[str, Any]]:
+        """The courses of few runs, by label; named: whether the legend has them."""
+        for k, (run, values) in enumerate(runs.items()):
             own: dict[str, Any] = {
                 "legendgroup": str(n),
                 "dash": chart.dash(n),
-                "showlegend": k == 0,
-                "opacity": 1.0 if len(course.each) == 1 else 0.6,
+                "showlegend": named and k == 0,
+                "opacity": 1.0 if named and len(runs) == 1 else 0.6,
             }
-            who = course.label if len(course.each) == 1 else f"{course.label} run {run}".strip()
-            yield self.line(values, course.label, chart.color(n), who, **own)
+            who = label if named and len(runs) == 1 else f"{label} run {run}".strip()
+            yield self.line(values, label, chart.color(n), who, **own)
 
     def line(self, values: np.ndarray, name: str, shade: str, who: str = "", **own: Any) -> dict[str, Any]:
         """The course (times,) of one run; who: what it is called where it is pointed at, if not by its name."""

@@ -40,7 +40,7 @@ def test_the_page_has_all_sections_and_says_how_it_went():
     ]  # fmt: skip
     for title in SECTIONS:
         assert title in page.text
-    assert "All 41 runs reached t = 0.4 s" in page.text
+    assert "All 40 runs and the nominal run reached t = 0.4 s" in page.text
     assert "2 bodies · 2 joints · rk4, step 0.002 s · 2 varied numbers" in page.text
     assert "lienumba replay pendel.nc --run -1" in page.text
     assert swept().attrs["scenario_sha256"] in page.text
@@ -107,7 +107,7 @@ def test_sensitivity_is_that_of_the_analysis():
 
 def test_failures_are_told_with_a_remedy():
     page = Read(page_of(failing(swept(), {3: NON_FINITE, 7: NON_FINITE})))
-    assert "39 of 41 runs are good: 2 failed (2 non finite)" in page.text
+    assert "38 of 40 runs are good: 2 failed (2 non finite); the nominal run is good" in page.text
     assert "the state became infinite or undefined; try a smaller step 3 (at 0.1 s), 7 (at 0.1 s)" in page.text
     assert "lienumba replay pendel.nc --run 3" in page.text
 
@@ -115,7 +115,7 @@ def test_failures_are_told_with_a_remedy():
 def test_all_runs_failed():
     ds = failing(swept(), dict.fromkeys(swept()["run"].values.tolist(), NON_FINITE))
     page = Read(page_of(ds))
-    assert "0 of 41 runs are good: 41 failed (41 non finite)" in page.text
+    assert "0 of 40 runs are good: 40 failed (40 non finite); the nominal run failed (non finite)" in page.text
     assert page.data["motion"]["runs"][0]["label"] == "nominal run"
 
 
@@ -138,7 +138,7 @@ def test_a_mechanism_that_cannot_be_shown_says_why():
     ds = swept().drop_vars(["position", "rotation"])
     ds.attrs["scenario"] = ds.attrs["scenario"].replace("[model]", 'files = {"own.py" = "x = 1"}\n[model]', 1)
     page = Read(page_of(ds))
-    assert "Pendel.nc: brings Python code, which a replay runs: own.py; read it" in page.text
+    assert "pendel.nc: brings Python code, which a replay runs: own.py; read it" in page.text
     assert "motion" not in page.data
 
 
