@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
-    from lienumba.reporting.page import report as report
-    from lienumba.running.merge import merge as merge
-    from lienumba.running.replay import replay as replay
-    from lienumba.running.runner import run as run
+    from lienumba.engine.disk.merge import merge as merge
+    from lienumba.engine.replay import replay as replay
+    from lienumba.engine.runner import run as run
+    from lienumba.present.html.page import report as report
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
@@ -18,19 +18,19 @@ __all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "report"
 def __getattr__(name: str) -> Any:
     """Import the heavy half of the package when it is first asked for."""
     if name == "run":
-        from lienumba.running.runner import run
+        from lienumba.engine.runner import run
 
         return run
     if name == "merge":
-        from lienumba.running.merge import merge
+        from lienumba.engine.disk.merge import merge
 
         return merge
     if name == "replay":
-        from lienumba.running.replay import replay
+        from lienumba.engine.replay import replay
 
         return replay
     if name == "report":
-        from lienumba.reporting.page import report
+        from lienumba.present.html.page import report
 
         return report
     if name == "analysis":

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lienumba import console
+from lienumba.present.terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,8 +103,8 @@ def run(
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
-        from lienumba.running.part import Part
-        from lienumba.scenario.arguments import parse_assignments, parse_labels, parse_share
+        from lienumba.engine.part import Part
+        from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
         from lienumba.store.files import check_target
 
@@ -118,7 +118,7 @@ def run(
             console.print_warnings(resolved.warnings)
 
         from lienumba.batch.statuses import GOOD
-        from lienumba.running import runner
+        from lienumba.engine import runner
 
         with console.progress(quiet) as report:
             dataset = runner.run(
@@ -154,7 +154,7 @@ def merge(
 ) -> None:
     """Make one dataset of those of the parts of a sweep."""
     with console.exit_codes():
-        from lienumba.running.merge import gaps, merged
+        from lienumba.engine.disk.merge import gaps, merged
 
         with console.progress(quiet) as report:
             dataset = merged(files, output, allow_code, overwrite, report)
@@ -173,8 +173,8 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
         console.print_summary(summarise(dataset), target)
         return
-    from lienumba.console_study import print_study
-    from lienumba.running.study import doubts
+    from lienumba.engine.study import doubts
+    from lienumba.present.terminal.study import print_study
 
     console.print_warnings(doubts(dataset))
     print_study(dataset, target)
@@ -204,8 +204,8 @@ def replay(
 ) -> None:
     """Simulate one run of a dataset again, alone, with its whole course."""
     with console.exit_codes():
-        from lienumba.running.choice import chosen
-        from lienumba.running.replay import again, warnings_of
+        from lienumba.engine.replay import again, warnings_of
+        from lienumba.engine.select_run import chosen
         from lienumba.store.files import check_target, read, write
 
         with read(file) as dataset:
@@ -245,9 +245,9 @@ def sample(
 ) -> None:
     """Draw the samples of a sweep and write them as a table, without running anything."""
     with console.exit_codes():
-        from lienumba.scenario.arguments import parse_assignments, parse_labels
+        from lienumba.scenario.base.arguments import parse_assignments, parse_labels
         from lienumba.scenario.resolve import resolve
-        from lienumba.scenario.samples_file import check_target, sample
+        from lienumba.scenario.start.samples_file import check_target, sample
 
         target = output if output is not None else Path(scenario.stem + ".samples.csv")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
@@ -256,7 +256,7 @@ def sample(
         console.print_warnings(resolved.warnings)
         spreads = sample(resolved, labels, target)
 
-        from lienumba.console_samples import print_samples
+        from lienumba.present.terminal.samples import print_samples
 
         with console.unheard():
             print_samples(spreads, len(labels), target)
@@ -266,13 +266,13 @@ def sample(
 def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedOption = None) -> None:
     """Check a scenario and its initial state without running it."""
     with console.exit_codes():
-        from lienumba.scenario.arguments import parse_assignments
+        from lienumba.scenario.base.arguments import parse_assignments
         from lienumba.scenario.resolve import resolve
 
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         console.print_warnings(resolved.warnings)
 
-        from lienumba.scenario.study_start import check
+        from lienumba.scenario.start.study_start import check
 
         check(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")
@@ -287,7 +287,7 @@ def info(
 ) -> None:
     """Say what a dataset or a scenario holds."""
     with console.exit_codes():
-        from lienumba import info
+        from lienumba.present import info
 
         typer.echo(info.cite(file) if cite else info.describe(file))
 
@@ -391,7 +391,7 @@ def report(
 ) -> None:
     """Write a page about a dataset that opens anywhere, offline, with the mechanism moving."""
     with console.exit_codes():
-        from lienumba.reporting import report
+        from lienumba.present.html import report
 
         target = output if output is not None else Path(f"{file.stem}.html")
         with console.progress(quiet) as tell:
@@ -424,8 +424,9 @@ def analyse(
 ) -> None:
     """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
     with console.exit_codes():
-        from lienumba.analysis import sensitivity, sensitivity_file
-        from lienumba.console_sensitivity import print_sensitivity
+        from lienumba.analysis.sensitivities import sensitivity_file
+        from lienumba.analysis.sensitivities.sensitivity import sensitivity
+        from lienumba.present.terminal.sensitivity import print_sensitivity
         from lienumba.store.files import read
 
         if output is not None:
@@ -446,7 +447,7 @@ def schema() -> None:
     with console.exit_codes():
         import json
 
-        from lienumba.scenario.schema import json_schema
+        from lienumba.scenario.schema.scenario import json_schema
 
         typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
 
@@ -455,7 +456,7 @@ def schema() -> None:
 def doctor() -> None:
     """Show versions, CPU and cache, and run a short self-test."""
     with console.exit_codes():
-        from lienumba.doctor import environment, self_test
+        from lienumba.present.doctor import environment, self_test
 
         typer.echo(environment())
         passed, sentence = self_test()

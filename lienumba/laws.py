@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from math import pi
 from typing import Any
 
-from lienumba.expressions import CONSTANTS, FUNCTIONS
 from lienumba.groups import so3
-from lienumba.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
+from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS
+from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
 
 __all__ = [
     "Body", "Joint", "Load", "Vector", "absolute", "acos", "asin", "atan", "atan2", "clip", "cos", "deg", "exp", "log",

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from lienumba.compiler import emit, segments
-from lienumba.integrators import program, step_kernels
-from lienumba.integrators.exchange import UNIQUE
+from lienumba.integrators.tracing import program, step_kernels
+from lienumba.integrators.tracing.row_selection import UNIQUE
 
 KEPT = 8
 BUILD = program.build
@@ -60,7 +60,7 @@ def anew() -> None:
 
 @pytest.fixture(autouse=True)
 def made_once(request: pytest.FixtureRequest) -> Iterator[None]:
-    from lienumba.integrators import machine
+    from lienumba.integrators.tracing import machine
 
     if "anew" in request.fixturenames:
         yield

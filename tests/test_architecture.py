@@ -10,9 +10,9 @@ PACKAGE = Path(__file__).parents[1] / "lienumba"
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND_FLOOR = {"errors"}  # may be imported from anywhere
 FLOORS = [
-    {"operations", "vector_math"},
-    {"expressions"},
+    {"words", "numerics"},
     {"groups"},
+    {"keys"},
     {"laws"},
     {"compiler"},
     {"mechanics"},
@@ -21,30 +21,48 @@ FLOORS = [
     {"sweep"},
     {"store"},
     {"scenario"},
-    {"progress"},
-    {"running"},
+    {"engine"},
     {"analysis"},
     {"scene"},
     {"figures"},
-    {"reporting"},
-    {"citation"},
-    {"console", "console_samples", "console_study", "console_sensitivity", "info", "doctor"},
+    {"present"},
     {"cli"},
     {"__init__", "__main__"},
 ]
+INSIDE = {  # the floors of rooms, lowest first
+    "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"start"}],
+    "sweep": [
+        {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
+    ],
+    "store": [{"files", "layout", "provenance"}, {"finished", "study_layout", "windows"}, {"stream"}, {"shards"}],
+    "scenario": [
+        {"base", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
+        {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
+    ],
+    "engine": [
+        {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
+        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
+    ],
+    "analysis": [
+        {"components"}, {"studies"}, {"labels", "summary", "summary_shown"}, {"sensitivities", "statistics"},
+        {"panels"},
+    ],
+}  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
 LIGHT = [
     "__init__.py",
     "__main__.py",
     "errors.py",
     "cli.py",
-    "operations.py",
-    "expressions.py",
-    "progress.py",
+    "words.py",
+    "numerics",
+    "keys",
     "scenario",
-    "sweep/distributions.py",
+    "engine/progress.py",
+    "sweep/distributions/registry.py",
 ]
-LONGEST = 500
+LONGEST = 500  # lines of a file
+MOST = 17  # modules of a folder
 BY_NAME = ("import_module", "__import__")
 
 
@@ -100,7 +118,26 @@ def test_imports_point_downwards_only(path):
         if below == "__init__" and path.name != "__init__.py":
             assert module == "lienumba.__version__", f"{path}:{line} imports lienumba itself, from below"
             continue
-        assert floor(below) <= floor(here), f"{path}:{line} imports {module}, which stands above {here}"
+        assert floor(below) < floor(here), f"{path}:{line} imports {module}, which does not stand below {here}"
+
+
+@pytest.mark.parametrize("room", INSIDE)
+def test_imports_inside_a_room_point_downwards_only(room):
+    heights = {name: height for height, names in enumerate(INSIDE[room]) for name in names}
+    assert set(heights) == {p.stem for p in (PACKAGE / room).iterdir() if p.stem not in ("__init__", "__pycache__")}
+    for path in (PACKAGE / room).rglob("*.py"):
+        names = path.relative_to(PACKAGE / room).with_suffix("").parts
+        for line, module in imports(ast.parse(path.read_text()), path):
+            inside = module.split(".")[2:] if module.startswith(f"lienumba.{room}.") else []
+            if names[0] == "__init__" or not inside or inside[0] == names[0]:
+                continue
+            assert heights[inside[0]] <= heights[names[0]], f"{path}:{line} imports {module}, which stands above it"
+
+
+def test_no_room_is_crowded():
+    rooms = [room for room in [PACKAGE, *PACKAGE.rglob("*")] if room.is_dir() and room.name != "__pycache__"]
+    crowded = {room: len(list(room.glob("*.py"))) - 1 for room in rooms if len(list(room.glob("*.py"))) > MOST + 1}
+    assert crowded == {}
 
 
 def test_the_ground_floor_imports_nothing_of_ours():

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lienumba.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import ExpressionError, Formula
 
 REMEDY = (
     ", which is not allowed; use numbers, + - * / **, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, "

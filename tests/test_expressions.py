@@ -10,9 +10,9 @@ from compiler.evaluation import assert_same_bits, traced
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lienumba import operations
-from lienumba.compiler.jets import Jet, lift
-from lienumba.expressions import ExpressionError, Formula
+from lienumba.numerics import operations
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.jets import Jet, lift
 
 POINTS = np.random.default_rng(5).uniform(0.13, 0.93, 40)
 

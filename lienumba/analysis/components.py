@@ -10,8 +10,8 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.words import show, suggestion
 from lienumba.store.layout import FULL, RUN
+from lienumba.words import show, suggestion
 
 if TYPE_CHECKING:
     import xarray as xr

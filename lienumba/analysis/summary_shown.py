@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD, STATUSES
-from lienumba.scenario.words import plural
+from lienumba.words import plural
 
 if TYPE_CHECKING:
     from rich.table import Table

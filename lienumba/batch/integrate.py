@@ -8,10 +8,10 @@ import numpy as np
 
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.control import Tolerance
-from lienumba.integrators.machine import Machine, aligned, prepare
-from lienumba.mechanics.landing import Landing
-from lienumba.mechanics.tables import Numbers
+from lienumba.integrators.methods.step_control import Tolerance
+from lienumba.integrators.tracing.machine import Machine, aligned, prepare
+from lienumba.mechanics.mechanism.tables import Numbers
+from lienumba.mechanics.system.discontinuities import Landing
 
 SAME = 1e-9  # times nearer to each other than this fraction of a step are one
 SKIPPED = -1.0  # the code of lanes behind the last run
@@ -134,7 +134,7 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
 
 def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
     """By the driver of free lanes. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
-    from lienumba.integrators.free_lanes import Runs
+    from lienumba.integrators.drivers.lane_queue import Runs
 
     machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.program import Program
-from lienumba.mechanics import quantities
-from lienumba.mechanics.constraints import constraints_of
-from lienumba.mechanics.model import Model
-from lienumba.mechanics.quantities import Part, joined
+from lienumba.integrators.tracing.program import Program
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.quantities import Part, joined
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system.constraints import constraints_of
 
 STATE = {
     "position": (0, 3, (3,)),

@@ -1,7 +1,7 @@
-"""The cache on disk: one folder per state of the package, the libraries and the interpreter.
+"""The cache on disk: one folder per state of the kernels, the libraries and the interpreter.
 
 Numba's own cache does not notice an edit in another module, so the folder's name carries a hash of every source file
-of the package and of the versions below it. Inside, object code is found by the hash of the complete LLVM text and
+that Numba may see and of the versions below it. Inside, object code is found by the hash of the complete LLVM text and
 CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
 """
 
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[1]
+KERNELS = ("numerics", "groups", "compiler", "mechanics", "integrators")  # all that Numba compiles, and below it
 
 
 def root() -> Path:
@@ -38,7 +39,7 @@ def root() -> Path:
 def folder() -> Path:
     """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
     digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for path in sorted(path for room in KERNELS for path in (PACKAGE / room).rglob("*.py")):
         digest.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes() + b"\0")
     for name in ("numba", "llvmlite", "numpy"):
         digest.update(f"{name} {version(name)}\0".encode())

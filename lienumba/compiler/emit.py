@@ -15,7 +15,7 @@ from lienumba.compiler.rows import W, WorkRows
 from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
 from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
-from lienumba.vector_math import ROUND
+from lienumba.numerics.vector_math import ROUND
 
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"

@@ -6,7 +6,7 @@ Numba finds `register` through the package's entry point, so a user's own jitted
 import math
 from typing import Any
 
-from lienumba import operations, vector_math
+from lienumba.numerics import operations, vector_math
 
 
 def register() -> None:

@@ -1,7 +1,7 @@
 """Lanes: a Numba type whose values are LLVM vectors of W doubles, one lane per run; and masks of W bits.
 
 Under `@njit`, lanes know `+ - * /`, negation, comparisons, `where`, `sqrt`, `fma`, and through the kernels of
-`lienumba.vector_math` sin, cos, exp and atan2. Nothing is ever contracted or reassociated.
+`lienumba.numerics.vector_math` sin, cos, exp and atan2. Nothing is ever contracted or reassociated.
 """
 
 import operator
@@ -14,7 +14,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, models, register_model
 
 from lienumba.compiler.rows import ROW, W
-from lienumba.vector_math import ROUND
+from lienumba.numerics.vector_math import ROUND
 
 VECTOR = ir.VectorType(ir.DoubleType(), W)
 BITS = ir.VectorType(ir.IntType(1), W)

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
-from lienumba.operations import absolute, power
+from lienumba.numerics.operations import absolute, power
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b

@@ -12,7 +12,7 @@ from lienumba.figures import canvas
 from lienumba.figures.movies import GIF, MP4, ffmpeg, write_gif, write_mp4
 from lienumba.figures.picture import Picture
 from lienumba.figures.playing import FPS, film
-from lienumba.scenario.arguments import parse_ranges
+from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.store.files import discard, partial_of, settle
 
 if TYPE_CHECKING:

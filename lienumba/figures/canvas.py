@@ -8,7 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.words import listed
+from lienumba.words import listed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

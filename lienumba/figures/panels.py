@@ -6,11 +6,22 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.fans import LEVELS, Course, Courses, Spread, bins, courses, ended_early, label, spreads, statuses
-from lienumba.analysis.telling import STATUS, Panel
+from lienumba.analysis.panels.quantiles import (
+    LEVELS,
+    Course,
+    Courses,
+    Spread,
+    bins,
+    courses,
+    ended_early,
+    label,
+    spreads,
+    statuses,
+)
+from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES
-from lienumba.scenario.words import plural
+from lienumba.words import plural
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,18 +8,18 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.fans import Courses
 from lienumba.analysis.labels import fates
-from lienumba.analysis.reading import nominal_run
+from lienumba.analysis.panels.quantiles import Courses
+from lienumba.analysis.panels.run_windows import nominal_run
+from lienumba.analysis.panels.select_panels import STATUS, Choice, Panel, asked, good_runs, telling
 from lienumba.analysis.summary import of_sweep
-from lienumba.analysis.telling import STATUS, Choice, Panel, asked, good_runs, telling
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
-from lienumba.scenario.words import plural, show, suggestion
 from lienumba.store.files import read
 from lienumba.store.study_layout import is_study
+from lienumba.words import plural, show, suggestion
 
 if TYPE_CHECKING:
     import xarray as xr

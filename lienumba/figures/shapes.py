@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lienumba.mechanics.model import GROUND
+from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import Moving
 from lienumba.scene.mechanism import ARM, ROD
 from lienumba.scene.solids import Face, Solid

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lienumba.analysis.labels import axis_label
-from lienumba.analysis.orders import orders
-from lienumba.analysis.study import Curve, curves, labels_of
+from lienumba.analysis.studies.orders import orders
+from lienumba.analysis.studies.study import Curve, curves, labels_of
 from lienumba.errors import ScenarioError
 from lienumba.figures.canvas import COLORS, blank, entitle
-from lienumba.scenario.words import show
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
+from lienumba.words import show
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,7 +8,7 @@ holds with the bracket of se(3), and each coefficient f(u.u) brings its derivati
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.operations import kernel, where
+from lienumba.numerics.operations import kernel, where
 
 ELEMENT, ALGEBRA = 12, 6
 Motion = tuple[Any, ...]

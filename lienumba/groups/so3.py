@@ -7,7 +7,7 @@ exp(0) = I exactly. Closed forms: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-grou
 
 from typing import Any
 
-from lienumba.operations import atan2, cos, kernel, sin, sqrt, where
+from lienumba.numerics.operations import atan2, cos, kernel, sin, sqrt, where
 
 Number = Any
 Vec3 = tuple[Number, Number, Number]

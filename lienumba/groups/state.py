@@ -7,7 +7,7 @@ major), velocity v (global), angular velocity w (body frame). An element z of it
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.operations import kernel
+from lienumba.numerics.operations import kernel
 
 ELEMENT, ALGEBRA = 18, 12
 State = tuple[Any, ...]

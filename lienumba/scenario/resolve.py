@@ -12,21 +12,22 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import derived, paths, timegrid, toml
-from lienumba.scenario.checks import check
-from lienumba.scenario.code import PYTHON
-from lienumba.scenario.conversions import nominal_numbers
-from lienumba.scenario.integrator_checks import method_of
-from lienumba.scenario.loading import apply_overrides, load, name_unnamed, with_files
-from lienumba.scenario.messages import sentences
-from lienumba.scenario.numbers import take
-from lienumba.scenario.parameters import Parameters
-from lienumba.scenario.reference_formulas import used
-from lienumba.scenario.schema import BESIDE, LISTS, ScenarioData, Tolerance
-from lienumba.scenario.schema_output import VARIABLES
+from lienumba.scenario.base import paths, timegrid, toml
+from lienumba.scenario.base.code import PYTHON
+from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.checks.integrator import method_of
+from lienumba.scenario.checks.reference_formulas import used
+from lienumba.scenario.checks.scenario import check
+from lienumba.scenario.formulas import dependent_inputs
+from lienumba.scenario.formulas.numbers import take
+from lienumba.scenario.formulas.parameters import Parameters
+from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
+from lienumba.scenario.schema.messages import sentences
+from lienumba.scenario.schema.output import VARIABLES
+from lienumba.scenario.schema.scenario import BESIDE, LISTS, ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
-from lienumba.scenario.words import plural
 from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
 SEQUENCES = ("sobol", "halton", "saltelli")  # samplers to which it matters which path comes first
@@ -197,7 +198,7 @@ def _resolved(
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
-    elsewhere = elsewhere | derived.used(filled.sweep.vary, parameters)
+    elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
     warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
     return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 

@@ -6,7 +6,7 @@ from math import sqrt
 from sys import float_info
 from typing import TYPE_CHECKING
 
-from lienumba.operations import atan2
+from lienumba.numerics.operations import atan2
 
 if TYPE_CHECKING:
     import numpy as np

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
-from lienumba.scenario import paths
-from lienumba.scenario.loading import tokens_of
-from lienumba.scenario.toml import value_text
-from lienumba.scenario.units import SETTINGS, units
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.toml import value_text
+from lienumba.scenario.base.units import SETTINGS, units
+from lienumba.scenario.reading.loading import tokens_of
 from lienumba.store.study_layout import CASE, TAKEN, Coordinate
 
 Grid = dict[str, list[Any]]

@@ -8,13 +8,13 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import paths
-from lienumba.scenario.loading import put_setting, tokens_of
-from lienumba.scenario.study_checks import numerical
+from lienumba.scenario.base import paths
+from lienumba.scenario.checks.study import numerical
+from lienumba.scenario.reading.loading import put_setting, tokens_of
 from lienumba.scenario.study_errors import STATE
 from lienumba.scenario.study_names import coordinates
-from lienumba.scenario.words import listed, plural, show
 from lienumba.store.study_layout import Coordinate
+from lienumba.words import listed, plural, show
 
 if TYPE_CHECKING:
     from lienumba.scenario.resolve import Scenario

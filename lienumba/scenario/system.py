@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from lienumba.scenario import shown, toml
-from lienumba.scenario.loading import load
-from lienumba.scenario.schema import BESIDE
+from lienumba.scenario import html_repr
+from lienumba.scenario.base import toml
+from lienumba.scenario.reading.loading import load
+from lienumba.scenario.schema.scenario import BESIDE
 
 Numbers = Sequence[Any] | Any  # lists, tuples or arrays
 
@@ -33,11 +34,11 @@ class System:
         return system
 
     def __repr__(self) -> str:
-        return shown.as_text(str(self._data.get("title", "")), list(shown.rows(self._data, self)))
+        return html_repr.as_text(str(self._data.get("title", "")), list(html_repr.rows(self._data, self)))
 
     def _repr_html_(self) -> str:
         """As notebooks show it."""
-        return shown.as_html(str(self._data.get("title", "")), list(shown.rows(self._data, self)))
+        return html_repr.as_html(str(self._data.get("title", "")), list(html_repr.rows(self._data, self)))
 
     @property
     def gravity(self) -> Any:

@@ -6,12 +6,12 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 from lienumba.groups import so3
-from lienumba.mechanics import placing
-from lienumba.mechanics.mapping import map_numbers
-from lienumba.mechanics.model import GROUND, Joint, Vec3
-from lienumba.scenario.build import geometry
-from lienumba.scenario.code import PYTHON
+from lienumba.mechanics.mechanism.model import GROUND, Joint, Vec3
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.start import joint_frames
+from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.build import geometry
 from lienumba.scene.solids import Solid, equivalent
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def mechanism(
     model = map_numbers(model, lambda x, _: float(x))
     states = [(*r, *R.ravel(), *STILL) for r, R in zip(positions, rotations, strict=True)]
     joints = [
-        placing.place(joint, says, tuple(states), None, known=True)
+        joint_frames.place(joint, says, tuple(states), None, known=True)
         for joint, says in zip(model.joints, start.joints, strict=True)
     ]
     solids = tuple(equivalent(body.mass, body.inertia) for body in model.bodies)
@@ -117,7 +117,7 @@ def _lines(joint: Joint, size: float) -> Iterator[Segment]:
     if joint.frames is None or joint.type in WITHOUT_AXIS:
         return
     half = 0.5 * size * (RAIL_LENGTH if joint.type in RAILS else AXIS_LENGTH)
-    kind = placing.kind_of(joint)
+    kind = joint_frames.kind_of(joint)
     for body, point, frame in zip(joint.bodies, joint.points or (ORIGIN, ORIGIN), joint.frames, strict=True):
         z = frame[2]
         ends = (Place(body, _along(point, z, sign * half)) for sign in (-1.0, 1.0))

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD
-from lienumba.mechanics.model import Body
-from lienumba.running.choice import check_run, worst
-from lienumba.scenario.build import geometry
+from lienumba.engine.select_run import check_run, worst
+from lienumba.mechanics.mechanism.model import Body
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.build import geometry
 from lienumba.store.layout import FULL, RUN
 from lienumba.store.windows import windows
 from lienumba.sweep.design import NOMINAL_RUN

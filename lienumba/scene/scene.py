@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import GOOD
+from lienumba.engine.compare_runs import of_run
+from lienumba.engine.replay import again, scenario_of
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.model import GROUND
-from lienumba.running.replay import again, scenario_of
-from lienumba.running.same import of_run
+from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, Choice, choose, has_bodies
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-    from lienumba.running.simulate import Tell
+    from lienumba.engine.simulate import Tell
 
 TURN = 2.0  # rad between two stored times, beyond which nobody can tell how a body got from one to the other
 FAR = 5.0  # of its own size: a free mechanism that travels farther is followed

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
 from lienumba.sweep.copula import Rows, correlated
-from lienumba.sweep.given import Column
-from lienumba.sweep.kinds import NUMBER
-from lienumba.sweep.points import uniform_numbers
-from lienumba.sweep.samplers import BLOCK
+from lienumba.sweep.distributions.base import NUMBER
+from lienumba.sweep.distributions.external import Column
+from lienumba.sweep.samplers.samplers import uniform_numbers
+from lienumba.sweep.samplers.streams import BLOCK
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lienumba.sweep.kinds import Kind
+    from lienumba.sweep.distributions.base import Kind
     from lienumba.sweep.table import SampleTable
 
 NOMINAL_RUN = -1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lienumba.operations import exp
+from lienumba.numerics.operations import exp
 
 if TYPE_CHECKING:
     import numpy as np

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.kinds import Finite
+from lienumba.sweep.distributions.base import Finite
 
 if TYPE_CHECKING:
     import numpy as np

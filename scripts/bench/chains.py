@@ -55,7 +55,7 @@ def _compile(k: int) -> dict[str, float]:
 
     model, _ = engine.chain(k, 1)
     start = time.perf_counter()
-    import lienumba.integrators.driver  # noqa: F401
+    import lienumba.integrators.drivers.fixed_step  # noqa: F401
 
     ready = time.perf_counter()
     program = engine.build(model, engine.METHODS["both"])

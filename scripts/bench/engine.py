@@ -16,13 +16,14 @@ from lienumba.compiler.lanes import call
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.machine import aligned, compile_program
-from lienumba.integrators.program import Program, build
-from lienumba.integrators.tracer import Method, Slot, split
-from lienumba.mechanics import assembly, dynamics, kkt
-from lienumba.mechanics.mapping import map_numbers
-from lienumba.mechanics.model import Body, Joint, JointStart, Model, Pose, Start
-from lienumba.mechanics.motion import Instant
+from lienumba.integrators.tracing.machine import aligned, compile_program
+from lienumba.integrators.tracing.program import Program, build
+from lienumba.integrators.tracing.tracer import Method, Slot, split
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.start import assembly
+from lienumba.mechanics.system import dynamics, kkt
 
 # Terze, Mueller, Zlatar (2015), section 7.1; inertia about the mass centre, body frame
 MASS, INERTIA, GRAVITY = 15.0, (0.234375, 0.46875, 0.234375), (0.0, 0.0, -9.81)

@@ -7,7 +7,7 @@ from numba import njit
 
 from lienumba.compiler.lanes import fma, splat, store
 from lienumba.compiler.rows import W
-from lienumba.integrators.machine import aligned
+from lienumba.integrators.tracing.machine import aligned
 
 PER_TURN = 8  # multiply-adds of each chain in one turn of the loop
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import lienumba
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.scenario.integrator_checks import PAIRS as PAIRS
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.scenario.checks.integrator import PAIRS as PAIRS
 
 ROOT = Path(__file__).resolve().parents[2]
 METHODS = sorted(TABLEAUS, key=lambda name: TABLEAUS[name].order)

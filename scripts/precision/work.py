@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from document import markdown, text
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
 from precision.cases import METHODS, PAIRS, gallery, simulated, study
 
 EXACT = {"integrator.method": "dop853", "integrator.tolerance": 1e-13}

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import qmc
 
-from lienumba.scenario import toml
+from lienumba.scenario.base import toml
 from lienumba.store.layout import RUN, SERIES, VARIABLES, Variable, dataset
 
 TIMES = (0.0, 0.5, 1.0)

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 import lienumba
-from lienumba.analysis import covariance, ellipsoid, mean_rotation, rotation_covariance
+from lienumba.analysis import ellipsoid, mean_rotation, rotation_covariance
+from lienumba.analysis.statistics import covariance
 
 
 def vectors(values, axes=AXES, **labels):
@@ -47,7 +48,7 @@ def test_of_vectors_over_the_runs_that_are_there():
 
 @pytest.mark.parametrize("frame", ["body", "global"])
 def test_of_rotations_is_that_of_their_vectors(frame, monkeypatch):
-    monkeypatch.setattr("lienumba.analysis.rotations.AT_ONCE", 40)
+    monkeypatch.setattr("lienumba.analysis.statistics.rotations.AT_ONCE", 40)
     R = spread(np.random.default_rng(2), 30 * 3, 0.4).reshape(30, 3, 3, 3)
     R[4, 1:] = np.nan
     variable = attitudes(R, ("run", "time"))

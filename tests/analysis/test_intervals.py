@@ -7,8 +7,8 @@ from scipy import stats
 
 import lienumba
 from lienumba.analysis import mean_interval, quantile_interval
-from lienumba.running.stopping import interval
-from lienumba.scenario.schema_stop import Stop
+from lienumba.engine.stopping import interval
+from lienumba.scenario.schema.stop import Stop
 
 TRIALS = 4000
 
@@ -22,7 +22,7 @@ def series(values, **labels):
 
 # ---------------------------------------------------------------- values
 def test_means_are_those_of_scipy_over_the_runs_that_are_there(monkeypatch):
-    monkeypatch.setattr("lienumba.analysis.labelled.BLOCK_BYTES", 100)
+    monkeypatch.setattr("lienumba.analysis.statistics.blockwise.BLOCK_BYTES", 100)
     x = np.random.default_rng(1).normal(size=(12, 5))
     x[3, 2:] = np.nan
     found = mean_interval(series(x, run=np.arange(-1, 11)), confidence=0.9)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import lienumba
-from lienumba.analysis import karcher, mean_rotation, rotation_error
+from lienumba.analysis import mean_rotation, rotation_error
+from lienumba.analysis.statistics import karcher
 from lienumba.store import layout
 from lienumba.store.layout import dataset
 
@@ -36,7 +37,7 @@ def test_angles_are_exact_beside_0_and_pi(size):
 
 
 def test_references_have_some_labels_or_none(monkeypatch):
-    monkeypatch.setattr("lienumba.analysis.rotations.AT_ONCE", 5)
+    monkeypatch.setattr("lienumba.analysis.statistics.rotations.AT_ONCE", 5)
     R = Rotation.random(24, rng=3).as_matrix().reshape(6, 2, 2, 3, 3)
     variable = attitudes(R, ("run", "time", "body"), run=[-1, 0, 1, 2, 3, 4], body=["a", "b"])
     errors = rotation_error(variable, variable.sel(run=-1))
@@ -247,8 +248,8 @@ def test_the_mean_turns_with_the_runs(Q, P, seed, deviation):
 
 # ---------------------------------------------------------------- labels
 def test_labels_stay_and_runs_that_failed_are_left_out(monkeypatch):
-    monkeypatch.setattr("lienumba.analysis.labelled.BLOCK_BYTES", 2000)
-    monkeypatch.setattr("lienumba.analysis.rotations.AT_ONCE", 7)
+    monkeypatch.setattr("lienumba.analysis.statistics.blockwise.BLOCK_BYTES", 2000)
+    monkeypatch.setattr("lienumba.analysis.statistics.rotations.AT_ONCE", 7)
     rng = np.random.default_rng(12)
     R = spread(rng, 7 * 5 * 2, 0.4).reshape(7, 5, 2, 3, 3)
     R[3, 2:] = np.nan
@@ -293,8 +294,8 @@ def test_nothing_has_no_mean(shape):
 @pytest.mark.parametrize("kept", [0, 2**30])
 def test_of_a_sweep_in_a_file(tmp_path, monkeypatch, kept):
     """Read by windows of runs, all labels at once or one after the other."""
-    monkeypatch.setattr("lienumba.analysis.labelled.BLOCK_BYTES", 1500)
-    monkeypatch.setattr("lienumba.analysis.labelled.KEPT_BYTES", kept)
+    monkeypatch.setattr("lienumba.analysis.statistics.blockwise.BLOCK_BYTES", 1500)
+    monkeypatch.setattr("lienumba.analysis.statistics.blockwise.KEPT_BYTES", kept)
     monkeypatch.setattr("lienumba.store.windows.WINDOW_BYTES", 700)
     R = spread(np.random.default_rng(14), 40 * 3 * 2, 0.2).reshape(40, 3, 2, 3, 3)
     R[7, 1:] = np.nan

@@ -6,7 +6,7 @@ from scipy.stats import norm, spearmanr, ttest_ind
 from sweep_example import named, sweep
 
 from lienumba.analysis import sensitivity
-from lienumba.analysis.ranks import rank_interval, standard_ranks, tornado
+from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 
 TAIL = norm.pdf(norm.ppf(0.9)) / 0.1  # the mean of a standard normal number above its 90 % quantile
 

@@ -17,7 +17,7 @@ def hashes(dataset: Any) -> dict[str, str]:
 
 def rotations() -> str:
     """The hash of many rotations as a scenario may give them, in numbers that do not vary."""
-    from lienumba.scenario.build import rotation_of
+    from lienumba.scenario.start.build import rotation_of
 
     numbers = []
     for i in range(2000):

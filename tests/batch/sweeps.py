@@ -10,8 +10,8 @@ import pytest
 from integrators.mechanisms import BENNETT, LOOP, chain, scenario
 
 import lienumba
-from lienumba.scenario import design
-from lienumba.scenario.loading import load
+from lienumba.scenario.reading.loading import load
+from lienumba.scenario.start import design
 
 ROOT = Path(__file__).parents[2]
 COUNTS = {"position_iterations", "velocity_iterations"}  # the most since the last output: they belong to an interval

@@ -23,7 +23,7 @@ MEBIBYTE = 2**20
 
 def peak(overrides: dict[str, Any], *output: Path) -> tuple[float, float]:
     """Peak resident memory of a process and the size of its dataset, in MiB; output: where that is written."""
-    from lienumba.scenario.loading import apply_overrides, load
+    from lienumba.scenario.reading.loading import apply_overrides, load
 
     data = load(ROOT / "scenarios" / "heavy_top_monte_carlo.toml")
     assert not apply_overrides(data, overrides)

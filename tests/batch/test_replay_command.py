@@ -11,8 +11,8 @@ from typer.testing import CliRunner, Result
 import lienumba
 from lienumba import __version__
 from lienumba.cli import app
-from lienumba.running.choice import worst
-from lienumba.scenario import code
+from lienumba.engine.select_run import worst
+from lienumba.scenario.base import code
 from lienumba.store import windows
 from lienumba.store.layout import Variable, dataset
 

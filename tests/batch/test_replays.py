@@ -12,8 +12,8 @@ from integrators.test_events import LOW, pendulum
 import lienumba
 from lienumba import ScenarioError
 from lienumba.batch import statuses
-from lienumba.running.replay import Replay, again
-from lienumba.running.simulate import Progress
+from lienumba.engine.replay import Replay, again
+from lienumba.engine.simulate import Progress
 
 from .sweeps import COUNTS, assert_same, edit_samples, linkage, loop, run, top
 from .test_last_states import PACES, one_iteration, paced

@@ -7,7 +7,8 @@ import pytest
 
 from lienumba.batch import statuses
 from lienumba.errors import ScenarioError
-from lienumba.integrators import codes, step_kernels
+from lienumba.integrators import codes
+from lienumba.integrators.tracing import step_kernels
 
 from .sweeps import a_rod, edit_samples, loop, run, top, two_rods
 

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import lienumba
+from lienumba.engine.stopping import Stopping, interval
 from lienumba.errors import ScenarioError
-from lienumba.running.stopping import Stopping, interval
 from lienumba.scenario.resolve import resolve
 
 from .sweeps import ROOT, bits, top
@@ -149,7 +149,7 @@ def test_courses_of_nothing(tmp_path: Path) -> None:
 
 
 def test_runs_that_are_all_invalid_in_one_portion_do_not_end_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
-    from lienumba.running import simulate
+    from lienumba.engine import simulate
 
     monkeypatch.setattr(simulate.Runs, "portions", lambda self, bodies: (self.part(slice(n, n + 8)) for n in (0, 8)))
     data = top(runs=16)
@@ -273,7 +273,7 @@ def test_wrong_rules(rule: dict[str, Any], message: str) -> None:
 
 
 def test_a_study_knows_no_end() -> None:
-    from lienumba.scenario.loading import load
+    from lienumba.scenario.reading.loading import load
 
     data = load(ROOT / "scenarios" / "heavy_top_study.toml")
     data.setdefault("sweep", {})["stop"] = RULE

@@ -8,15 +8,15 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.citation.cite import cite_dataset, cite_scenario
-from lienumba.citation.paragraph import METHODS
-from lienumba.citation.references import REFERENCES, bibtex, software
-from lienumba.citation.sampling import FORMS, SAMPLERS, number
 from lienumba.cli import app
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.present.citation.cite import cite_dataset, cite_scenario
+from lienumba.present.citation.paragraph import METHODS
+from lienumba.present.citation.references import REFERENCES, bibtex, software
+from lienumba.present.citation.sampling import FORMS, SAMPLERS, number
 from lienumba.scenario.resolve import resolve
-from lienumba.sweep.distributions import FORMS as DISTRIBUTIONS
-from lienumba.sweep.points import SAMPLERS as KNOWN_SAMPLERS
+from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
+from lienumba.sweep.samplers.samplers import SAMPLERS as KNOWN_SAMPLERS
 
 from .bib import read
 

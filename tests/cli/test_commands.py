@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from lienumba import __version__
 from lienumba.cli import app
-from lienumba.running import runner
+from lienumba.engine import runner
 from lienumba.store.files import WriteError
 
 ROOT = Path(__file__).parents[2]

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from lienumba import console, progress
 from lienumba.analysis.summary import Outcome, Quantiles, Summary
+from lienumba.engine import progress
+from lienumba.present.terminal import console
 
 
 @dataclass

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from lienumba import progress
+from lienumba.engine import progress
 from lienumba.errors import ScenarioError
 
 

@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
+from lienumba.engine.cluster import connection, dask_worker
+from lienumba.engine.cluster.dask_cluster import DEATHS, Cluster, Sent
+from lienumba.engine.runner import Interrupted, runs_of
 from lienumba.errors import ClusterError
-from lienumba.running import connection, on_worker
-from lienumba.running.on_cluster import DEATHS, Cluster, Sent
-from lienumba.running.runner import Interrupted, runs_of
-from lienumba.scenario.loading import load
+from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
 
 from .processes import ROOT, Processes
@@ -111,8 +111,8 @@ def test_an_interrupt_keeps_what_is_done_and_the_rest_is_cancelled(
 
 
 def test_other_versions_on_a_worker_are_refused(cluster: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
-    here = on_worker.versions()
-    monkeypatch.setattr(on_worker, "versions", lambda: here | {"numba": "0.1"})
+    here = dask_worker.versions()
+    monkeypatch.setattr(dask_worker, "versions", lambda: here | {"numba": "0.1"})
     with pytest.raises(ScenarioError) as refused:
         lienumba.run(top(), dask=cluster.address)
     assert str(refused.value).startswith("dask: the worker tcp://127.0.0.1:")

@@ -3,7 +3,7 @@
 import pytest
 
 from lienumba.compiler.rows import W
-from lienumba.running.dealing import CHUNK_BYTES, CHUNKS_PER_CORE, PERIOD, SECONDS, Dealt
+from lienumba.engine.chunk_sizes import CHUNK_BYTES, CHUNKS_PER_CORE, PERIOD, SECONDS, Dealt
 
 
 def chunks(runs: int, run_bytes: int, cores: int, cost: float) -> list[int]:

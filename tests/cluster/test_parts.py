@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
-from lienumba.running import merge
-from lienumba.running.part import Part
+from lienumba.engine.disk import merge
+from lienumba.engine.part import Part
 
 from .processes import ROOT
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from lienumba import operations
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol, live
-from lienumba.vector_math import round_to_integer
+from lienumba.numerics import operations
+from lienumba.numerics.vector_math import round_to_integer
 
 
 def fma(a: float, b: float, c: float) -> float:

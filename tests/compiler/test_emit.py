@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba import operations
 from lienumba.compiler import emit, segments
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol
-from lienumba.operations import minimum
+from lienumba.numerics import operations
+from lienumba.numerics.operations import minimum
 
 from .evaluation import assert_same_bits, call
 from .interpreter import RandomGraph, fma, interpret, numbers

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lienumba import operations
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.jets import Jet, lift
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
+from lienumba.numerics import operations
+from lienumba.numerics.jets import Jet, lift
 
 from .evaluation import call
 

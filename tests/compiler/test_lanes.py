@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from lienumba import operations
 from lienumba.compiler import lanes
 from lienumba.compiler.rows import W
+from lienumba.numerics import operations
 
 from .evaluation import assert_same_bits, on_lanes
 from .interpreter import fma, numbers

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lienumba import operations
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol, live, operation_counts
+from lienumba.numerics import operations
 
 from .evaluation import assert_same_bits, call
 from .interpreter import RandomGraph, interpret, numbers

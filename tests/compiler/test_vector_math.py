@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from lienumba import operations, vector_math
+from lienumba.numerics import operations, vector_math
 
 from .evaluation import assert_same_bits, on_arrays, on_lanes, traced
 

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from lienumba.cli import app
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.study_start import check
+from lienumba.scenario.start.study_start import check
 
 from .pages import LANGUAGES, ROOT, Block
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics.joints import COUPLED, JOINT_TYPES
-from lienumba.running.runner import check_initial
+from lienumba.engine.runner import check_initial
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.scenario.loading import load
+from lienumba.scenario.reading.loading import load
 
 TOP = Path(__file__).parents[2] / "scenarios" / "heavy_top_monte_carlo.toml"
 FULL: dict[str, Any] = {"every": 0.01}

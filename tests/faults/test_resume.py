@@ -139,7 +139,7 @@ def test_another_sweep_is_refused(finished: bool, tmp_path: Path, monkeypatch: p
             lienumba.run(data, output=target, resume=True, overrides={path: value})
         assert message in str(refused.value)
         assert "\n" not in str(refused.value)
-    monkeypatch.setattr("lienumba.running.resume.__version__", "9.9")
+    monkeypatch.setattr("lienumba.engine.disk.resume.__version__", "9.9")
     with pytest.raises(ScenarioError, match=r"was begun by lienumba 0\.1\.0, but this is 9\.9, whose results"):
         lienumba.run(data, output=target, resume=True)
 
@@ -260,7 +260,7 @@ def test_runs_that_were_finished_keep_their_samples(tmp_path: Path, monkeypatch:
     data, target = sweep(), tmp_path / "out.nc"
     with lienumba.run(data, workers=1, output=target) as first:
         had = first["bodies.top.mass"].values
-    from lienumba.scenario import prepare
+    from lienumba.scenario.start import prepare
 
     draw = prepare.draw
     monkeypatch.setattr(prepare, "draw", lambda *given: {path: x * 1.001 for path, x in draw(*given).items()})

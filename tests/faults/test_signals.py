@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.scenario import toml
+from lienumba.scenario.base import toml
 
 from .sweeps import assert_same_data, sweep
 

@@ -8,10 +8,10 @@ import numpy as np
 from reference.lagrange_top import State, motion
 
 import lienumba
-from lienumba.mechanics.mapping import map_numbers
-from lienumba.mechanics.model import Model
-from lienumba.scenario.prepare import prepare
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import prepare
 
 Twin = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # r (k,3), R (k,3,3), v (k,3), w (k,3)
 

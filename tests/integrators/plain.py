@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.integrators import munthe_kaas
-from lienumba.integrators.charts import R3xSO3
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics import dynamics, embedded, kkt, projection
-from lienumba.mechanics.motion import Instant
+from lienumba.integrators.methods import munthe_kaas
+from lienumba.integrators.methods.charts import R3xSO3
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.system import dynamics, embedded, kkt, projection
 from lienumba.scenario.resolve import resolve
 
 from .mechanisms import start_of

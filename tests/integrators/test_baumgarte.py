@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators import munthe_kaas
-from lienumba.integrators.charts import R3xSO3
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics import constraints, dynamics, kkt
-from lienumba.mechanics.motion import Instant
+from lienumba.integrators.methods import munthe_kaas
+from lienumba.integrators.methods.charts import R3xSO3
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.system import constraints, dynamics, kkt
 
 from .in_charts import NONE, numbers, run_in
 from .mechanisms import LOOP, PENDULUM, scenario, start_of

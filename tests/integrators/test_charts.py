@@ -13,9 +13,9 @@ from laws.test_states import KNOWN, LOW_PASS, seen
 
 import lienumba
 from lienumba.groups import so3
-from lienumba.integrators import step_kernels
-from lienumba.integrators.charts import SE3, R3xSO3
-from lienumba.integrators.comparators import COORDINATES
+from lienumba.integrators.methods.charts import SE3, R3xSO3
+from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.tracing import step_kernels
 
 from .in_charts import BOTH, CHARTS, NONE, numbers, run_in
 from .mechanisms import BENNETT, LOOP, PENDULUM, scenario

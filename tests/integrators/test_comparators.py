@@ -8,7 +8,7 @@ import pytest
 
 import lienumba
 from lienumba.groups import so3
-from lienumba.integrators.comparators import COORDINATES, tait_bryan
+from lienumba.integrators.methods.comparators import COORDINATES, tait_bryan
 
 from .in_charts import COMPARATORS, NONE, orthogonality, run_in
 from .mechanisms import TOP, scenario

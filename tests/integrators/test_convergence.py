@@ -9,7 +9,7 @@ import pytest
 from reference import naive
 from scipy.integrate import solve_ivp
 
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
 
 from .mechanisms import LOOP, PENDULUM, TOP, exact_top, scenario, simulate, state_at, twin_of
 

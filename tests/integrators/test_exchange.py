@@ -14,13 +14,14 @@ from lienumba.batch.integrate import Batch
 from lienumba.batch.records import Layout, per_run
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
-from lienumba.integrators.exchange import UNIQUE, Choice, choose_rows, first_choice
-from lienumba.integrators.machine import compile_program
-from lienumba.integrators.program import Method, build
-from lienumba.mechanics import assembly, constraints, dynamics, kkt
-from lienumba.mechanics.model import Model
-from lienumba.mechanics.motion import Instant
-from lienumba.mechanics.rank import nominal, rank_of
+from lienumba.integrators.tracing.machine import compile_program
+from lienumba.integrators.tracing.program import Method, build
+from lienumba.integrators.tracing.row_selection import UNIQUE, Choice, choose_rows, first_choice
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.start import assembly
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.rank import nominal, rank_of
 
 from .mechanisms import BENNETT, scenario, simulate, start_of, state_at
 

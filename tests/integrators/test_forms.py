@@ -9,11 +9,11 @@ from reference import naive
 from reference.nearest import nearest
 
 import lienumba
-from lienumba.integrators.program import Method, build
-from lienumba.mechanics import kkt, projection
-from lienumba.mechanics.motion import Instant
-from lienumba.scenario.prepare import prepare
+from lienumba.integrators.tracing.program import Method, build
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.system import kkt, projection
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import prepare
 
 from . import plain
 from .mechanisms import BENNETT, LOOP, PENDULUM, TOP, chain, scenario, simulate, start_of, state_at

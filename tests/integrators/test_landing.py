@@ -16,9 +16,9 @@ from scipy.interpolate import CubicSpline
 
 import lienumba
 from lienumba.batch.integrate import _landings
-from lienumba.integrators import step_kernels
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.mechanics.landing import Landing
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.tracing import step_kernels
+from lienumba.mechanics.system.discontinuities import Landing
 
 from .mechanisms import chain
 

@@ -14,13 +14,14 @@ from lienumba.batch.integrate import Batch
 from lienumba.compiler import cache
 from lienumba.compiler.emit import Kernel
 from lienumba.groups import so3
-from lienumba.integrators.exchange import UNIQUE, first_choice
-from lienumba.integrators.machine import compile_program
-from lienumba.integrators.program import Method, build
-from lienumba.integrators.tracer import Tracer
-from lienumba.mechanics import assembly, dynamics
-from lienumba.mechanics.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
-from lienumba.mechanics.rank import nominal, rank_of
+from lienumba.integrators.tracing.machine import compile_program
+from lienumba.integrators.tracing.program import Method, build
+from lienumba.integrators.tracing.row_selection import UNIQUE, first_choice
+from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.start import assembly
+from lienumba.mechanics.system import dynamics
+from lienumba.mechanics.system.rank import nominal, rank_of
 
 RK4 = Method("rk4", "local", "mass")
 GRAVITY = (0.0, 0.0, -9.81)

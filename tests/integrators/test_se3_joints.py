@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lienumba.groups import se3, so3
-from lienumba.integrators.charts import SE3
+from lienumba.integrators.methods.charts import SE3
 
 from .in_charts import NONE, run_in
 from .mechanisms import TOP, exact_top

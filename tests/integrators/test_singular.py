@@ -10,8 +10,8 @@ import pytest
 
 import lienumba
 from lienumba.batch.statuses import SINGULAR
-from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import check_initial
 
 SLENDER = [1e-4, 1 / 12, 1 / 12]
 GRAVITY = 9.81

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators import program, step_kernels
-from lienumba.integrators.machine import compile_program
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.tracing import program, step_kernels
+from lienumba.integrators.tracing.machine import compile_program
 
 from .mechanisms import LOOP, TOP, chain, scenario, simulate, start_of, state_at
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from lienumba.integrators.tableaus import TABLEAUS, Tableau
+from lienumba.integrators.methods.tableaus import TABLEAUS, Tableau
 
 Tree = tuple["Tree", ...]  # a root's branches, sorted
 NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20, 48, 115, 286]  # of order 1, 2, ... (A000081)

@@ -11,8 +11,8 @@ import pytest
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.integrators import step_kernels
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.system import System
 
 from .mechanisms import TOP, chain

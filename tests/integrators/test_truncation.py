@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
 
 from .mechanisms import TOP, exact_top, scenario, state_at
 

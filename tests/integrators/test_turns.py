@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.integrators import step_kernels
+from lienumba.integrators.tracing import step_kernels
 
 from .mechanisms import scenario, simulate
 

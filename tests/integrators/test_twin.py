@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reference import naive
 
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
 
 from .mechanisms import LOOP, PENDULUM, chain, scenario, simulate, state_at, twin_of
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from lienumba.integrators import program, step_kernels
-from lienumba.integrators.tableaus import TABLEAUS
-from lienumba.scenario.prepare import prepare
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.tracing import program, step_kernels
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import prepare
 
 from .mechanisms import LINK, scenario, simulate
 

@@ -7,8 +7,8 @@ import pytest
 from batch.sweeps import assert_same, linkage
 from integrators.mechanisms import TOP, chain
 
-from lienumba.integrators import step_kernels
-from lienumba.running.runner import operation_counts
+from lienumba.engine.runner import operation_counts
+from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.resolve import resolve
 
 from .rigs import close, order, own, pair, run

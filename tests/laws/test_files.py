@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.scenario.base.toml import dumps
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.toml import dumps
 
 from .rigs import pendulum, run
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.running.runner import operation_counts
+from lienumba.engine.runner import operation_counts
 from lienumba.scenario.resolve import resolve
 
 from .rigs import close, order, own, pair, pendulum, run

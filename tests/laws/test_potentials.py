@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lienumba.compiler import native
-from lienumba.running.batches import program_of
-from lienumba.scenario.prepare import prepare
+from lienumba.engine.programs import program_of
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import prepare
 
 from .rigs import close, order, own, pair, pendulum, run
 

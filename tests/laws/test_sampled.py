@@ -10,8 +10,8 @@ from batch.sweeps import assert_same
 from integrators.mechanisms import chain
 from scipy.integrate import solve_ivp
 
-from lienumba.integrators import step_kernels
-from lienumba.running.runner import operation_counts
+from lienumba.engine.runner import operation_counts
+from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.resolve import resolve
 
 from .rigs import close, exact, missed, order, own, pair, pendulum, run

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.integrators.methods.tableaus import TABLEAUS
 
 from .rigs import angle, exact, order, own, pendulum, rate, run
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from lienumba.groups import so3
-from lienumba.mechanics.model import GROUND, Coordinate, Force, Joint, Model
-from lienumba.mechanics.motion import Instant
-from lienumba.operations import sin
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Force, Joint, Model
+from lienumba.numerics.operations import sin
 
 from .mechanisms import body, state
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lienumba.mechanics.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
 
 GRAVITY = (0.0, 0.0, -9.81)
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from lienumba.expressions import Formula
 from lienumba.groups import so3
-from lienumba.mechanics import joints
-from lienumba.mechanics.joints import COORDINATES
-from lienumba.mechanics.model import GROUND, Body, Coordinate, Driver, Force, Joint, Model
-from lienumba.mechanics.motion import Instant, still
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.model import GROUND, Body, Coordinate, Driver, Force, Joint, Model
+from lienumba.numerics.expressions import Formula
 
 from .mechanisms import vector
 

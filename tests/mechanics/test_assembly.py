@@ -8,8 +8,8 @@ from compiler.evaluation import assert_same_bits
 from reference import naive
 
 from lienumba.groups import so3
-from lienumba.mechanics import assembly
-from lienumba.mechanics.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.start import assembly
 
 from .mechanisms import GRAVITY, D, S, body
 

@@ -12,9 +12,9 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, dynamics, kkt
-from lienumba.mechanics.model import GROUND, Joint, Model
-from lienumba.mechanics.motion import Instant
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Joint, Model
+from lienumba.mechanics.system import constraints, dynamics, kkt
 
 from .mechanisms import TOPOLOGIES, D, S, arrays, dense, model, rows, state
 

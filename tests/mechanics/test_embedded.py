@@ -7,8 +7,8 @@ import pytest
 from reference.nearest import nearest
 
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, embedded, kkt, projection
-from lienumba.mechanics.motion import Instant
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.system import constraints, embedded, kkt, projection
 
 from .mechanisms import TOPOLOGIES, arrays, model, state
 from .random_mechanisms import TOPOLOGIES as RANDOM

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from reference import naive
 
-from lienumba.compiler.jets import Jet, lift
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, dynamics, kkt
-from lienumba.mechanics.model import Body, Model
-from lienumba.mechanics.motion import Instant
-from lienumba.mechanics.projection import velocity_correction
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Body, Model
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.projection import velocity_correction
+from lienumba.numerics.jets import Jet, lift
 
 from .mechanisms import GRAVITY, TOPOLOGIES, arrays, model, rows, state
 

@@ -8,15 +8,15 @@ import pytest
 from compiler.evaluation import call
 
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.jets import Jet
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics import forces
-from lienumba.mechanics.mapping import map_numbers
-from lienumba.mechanics.model import GROUND, Force, Joint
-from lienumba.mechanics.motion import Instant
-from lienumba.operations import cos
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Force, Joint
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.system import applied_forces
+from lienumba.numerics.jets import Jet
+from lienumba.numerics.operations import cos
 
 from .force_cases import (
     ANGLE,
@@ -41,7 +41,7 @@ def at_rest(*places):
 def test_a_spring_of_no_length_is_linear():
     force = between("spring_damper", points=CENTRES, rest=(0.0,), stiffness=40.0, damping=3.0)
     for d in (0.0, 1e-14, 1e-8, 1.0):
-        Q = forces.generalized(model(force), at_rest((0.0, 0.0, 0.0), (d, -2.0 * d, 0.0)))
+        Q = applied_forces.generalized(model(force), at_rest((0.0, 0.0, 0.0), (d, -2.0 * d, 0.0)))
         assert Q[6:9] == pytest.approx([-40.0 * d, 80.0 * d, 0.0], rel=1e-14)
 
 
@@ -55,20 +55,20 @@ def test_a_spring_of_no_length_is_linear():
 def test_coincident_points_are_no_trouble(force):
     now = Instant(tuple((0.0, 0.0, 0.0, *so3.IDENTITY, *v) for v in ((1.0,) * 6, (-1.0,) * 6)))
     m = model(force)
-    every = [*forces.generalized(m, now), forces.potential(m, now), forces.power(m, now)]
+    every = [*applied_forces.generalized(m, now), applied_forces.potential(m, now), applied_forces.power(m, now)]
     assert np.isfinite(every).all()
-    assert forces.power(m, now) <= 0.0
+    assert applied_forces.power(m, now) <= 0.0
 
 
 def test_a_bushing_at_its_start_damps_and_springs_back():
     """At no rotation the rotation vector turns as fast as the body."""
     m = model(between("bushing", (GROUND, 1), CENTRES, so3.IDENTITY, **STIFF, **DAMPED))
     spinning = (0.0,) * 3 + so3.IDENTITY + (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    Q = forces.generalized(m, Instant((spinning, spinning)))
+    Q = applied_forces.generalized(m, Instant((spinning, spinning)))
     assert Q[6:] == pytest.approx([-3.0, -4.0, -3.0, -1.2, -1.0, -0.6], rel=1e-15)
     for angle in (1e-300, 1e-160, 1e-12, 1e-5):
         turned = (0.0,) * 3 + so3.exp((angle, 0.0, 0.0)) + (0.0,) * 6
-        assert forces.generalized(m, Instant((turned, turned)))[9] == pytest.approx(-3.0 * angle, rel=1e-9)
+        assert applied_forces.generalized(m, Instant((turned, turned)))[9] == pytest.approx(-3.0 * angle, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-200, 1e-9, 1e-3, 1.0, 3.0])
@@ -82,7 +82,7 @@ def test_the_logarithm_has_its_slope_everywhere(angle):
 
 
 def test_drag_at_no_speed_is_nothing():
-    Q = forces.generalized(model(FORCES["drag"]), at_rest((0.0,) * 3, (0.0,) * 3))
+    Q = applied_forces.generalized(model(FORCES["drag"]), at_rest((0.0,) * 3, (0.0,) * 3))
     np.testing.assert_array_equal(Q, np.zeros(12))
 
 
@@ -98,7 +98,7 @@ UPRIGHT = Joint("j", "cylindrical", (GROUND, 0), CENTRES, (((1.0, 0.0, 0.0), (0.
 def effort(now, kind, coordinate=ANGLE, **numbers):
     """Torque about z or force along z."""
     force = Force("f", kind, (GROUND, 0), coordinate=coordinate, numbers=numbers)
-    Q = forces.generalized(model(force, joint=UPRIGHT, k=1), now)
+    Q = applied_forces.generalized(model(force, joint=UPRIGHT, k=1), now)
     return Q[5 if coordinate is ANGLE else 2]
 
 
@@ -143,7 +143,9 @@ def test_coulomb_friction_is_bounded():
 
 
 def test_only_forces_that_read_an_angle_need_its_turns():
-    assert forces.angle_joints(model(along("torsion_spring", stiffness=1.0), along("friction", viscous=1.0))) == {0}
+    assert applied_forces.angle_joints(
+        model(along("torsion_spring", stiffness=1.0), along("friction", viscous=1.0))
+    ) == {0}
     for force in (
         along("friction", viscous=1.0),
         along("actuator", value=1.0),
@@ -151,12 +153,12 @@ def test_only_forces_that_read_an_angle_need_its_turns():
         along("end_stop", DISPLACEMENT, stiffness=1.0, lower=0.0),
         FORCES["spring"],
     ):
-        assert forces.angle_joints(model(force)) == set()
+        assert applied_forces.angle_joints(model(force)) == set()
 
 
 # ---------------------------------------------------------------- every kind of number
 def every_result(m, now):
-    return [*forces.generalized(m, now), forces.potential(m, now), forces.power(m, now)]
+    return [*applied_forces.generalized(m, now), applied_forces.potential(m, now), applied_forces.power(m, now)]
 
 
 @pytest.mark.parametrize("name", FORCES)
@@ -190,7 +192,7 @@ def test_kernels_give_what_floats_give(name):
     np.testing.assert_allclose(result, alone, rtol=1e-11, atol=1e-10)
 
 
-def operations(*every, joint=None, of=forces.generalized):
+def operations(*every, joint=None, of=applied_forces.generalized):
     """The operations of a kernel of this function, per evaluation."""
     graph = Graph()
     rows = iter(range(1000))
@@ -210,9 +212,9 @@ def test_what_is_not_used_costs_nothing():
     assert operations(spring) < operations(damped)
     none = replace(spring, numbers={"stiffness": 40.0, "damping": 0.0})
     assert operations(none) == operations(spring)
-    assert operations(none, of=forces.power) == 0
-    assert operations(replace(spring, numbers={}), of=forces.generalized) == 0
+    assert operations(none, of=applied_forces.power) == 0
+    assert operations(replace(spring, numbers={}), of=applied_forces.generalized) == 0
     assert operations(along("actuator", value=0.0), joint=CYLINDRICAL) == 0
-    assert operations(along("end_stop", stiffness=9.0, lower=0.0), joint=CYLINDRICAL, of=forces.power) == 0
+    assert operations(along("end_stop", stiffness=9.0, lower=0.0), joint=CYLINDRICAL, of=applied_forces.power) == 0
     linear = between("bushing", rest=START, stiffness=(1.5, 2.5, 3.5), rotational_stiffness=(0.0, 0.0, 0.0))
     assert operations(linear) < operations(between("bushing", rest=START, **STIFF)) / 2

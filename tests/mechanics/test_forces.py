@@ -11,9 +11,10 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics import dynamics, forces, joints
-from lienumba.mechanics.model import GROUND
-from lienumba.mechanics.motion import Instant, still
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.mechanics.system import applied_forces, dynamics
 
 from .force_cases import FORCES, INTERNAL, SEEDS, START, instant, model, moved, velocities
 from .mechanisms import state
@@ -21,7 +22,7 @@ from .mechanisms import state
 
 def growth_of_energy(m, now, u, per_time=0.0, h=1e-4):
     """The derivative of the potential along u, by fourth-order differences."""
-    V = [forces.potential(m, moved(now, u, s * h, per_time * s * h)) for s in (-2, -1, 1, 2)]
+    V = [applied_forces.potential(m, moved(now, u, s * h, per_time * s * h)) for s in (-2, -1, 1, 2)]
     return (V[0] - 8.0 * V[1] + 8.0 * V[2] - V[3]) / (12.0 * h)
 
 
@@ -151,7 +152,7 @@ def effort_by_hand(force, c, rate, n, t):
 @pytest.mark.parametrize("name", FORCES)
 def test_a_force_is_what_textbooks_say(name, seed):
     m, now = model(FORCES[name]), instant(seed)
-    Q = np.array(forces.generalized(m, now))
+    Q = np.array(applied_forces.generalized(m, now))
     np.testing.assert_allclose(Q, by_hand(m, now), rtol=1e-9, atol=1e-9 * (1.0 + np.abs(Q).max()))
 
 
@@ -162,8 +163,8 @@ def test_forces_work_as_potential_and_power_say(name, seed):
     """Q u = power - dV/dt, in whatever direction the state moves and while the clock runs."""
     m, now = model(FORCES[name]), instant(seed)
     u = velocities(now)
-    work = np.dot(forces.generalized(m, now), u)
-    expected = forces.power(m, now) - growth_of_energy(m, now, u, per_time=1.0)
+    work = np.dot(applied_forces.generalized(m, now), u)
+    expected = applied_forces.power(m, now) - growth_of_energy(m, now, u, per_time=1.0)
     assert work == pytest.approx(expected, rel=1e-8, abs=1e-7)
 
 
@@ -171,19 +172,19 @@ def test_forces_work_as_potential_and_power_say(name, seed):
 def test_without_dampers_forces_are_slopes_of_the_potential(name):
     m, now = model(FORCES[name]), instant(3)
     slopes = [growth_of_energy(m, now, e) for e in np.eye(12)]
-    Q = np.array(forces.generalized(m, now))
+    Q = np.array(applied_forces.generalized(m, now))
     np.testing.assert_allclose(Q, -np.array(slopes), atol=1e-8 * (1.0 + np.abs(Q).max()))
 
 
 @pytest.mark.parametrize("name", ["spring", "torsion spring", "bushing", "attraction"])
 def test_conservative_forces_have_no_power(name):
-    assert forces.power(model(FORCES[name]), instant(1)) == 0.0
+    assert applied_forces.power(model(FORCES[name]), instant(1)) == 0.0
 
 
 @pytest.mark.parametrize("name", ["friction", "friction along", "drag"])
 def test_what_brakes_takes_energy(name):
     for seed in range(20):
-        assert forces.power(model(FORCES[name]), instant(seed)) < 0.0
+        assert applied_forces.power(model(FORCES[name]), instant(seed)) < 0.0
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -191,7 +192,7 @@ def test_what_brakes_takes_energy(name):
 def test_what_acts_between_bodies_cancels(name, seed):
     """No force and no moment about the origin is left."""
     m, now = model(FORCES[name]), instant(seed)
-    Q = np.array(forces.generalized(m, now)).reshape(2, 6)
+    Q = np.array(applied_forces.generalized(m, now)).reshape(2, 6)
     moment = sum(np.cross(parts(now, i)[0], Q[i, :3]) + parts(now, i)[1] @ Q[i, 3:] for i in range(2))
     scale = 1e-12 * (1.0 + np.abs(Q).max())
     np.testing.assert_allclose(Q[0, :3] + Q[1, :3], 0.0, atol=scale)
@@ -203,7 +204,7 @@ def test_energy_balance_along_a_motion():
     m = model(*(force for name, force in FORCES.items() if not name.startswith(("stop", "servo at"))))
     graph = Graph()
     now = Instant(tuple(graph.inputs("state", 18, 18 * i) for i in range(2)), graph.input("clock", 0))
-    run = machine_code(Kernel("motion", (*dynamics.loads(m, now), forces.power(m, now)), 0))
+    run = machine_code(Kernel("motion", (*dynamics.loads(m, now), applied_forces.power(m, now)), 0))
     inverse = [np.linalg.inv(tensor(b)) for b in m.bodies]
 
     def slope(t, y):

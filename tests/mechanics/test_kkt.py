@@ -12,10 +12,10 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, dynamics, kkt, order
-from lienumba.mechanics.joints import JOINT_TYPES
-from lienumba.mechanics.model import GROUND, Body, Joint, Model
-from lienumba.mechanics.motion import Instant
+from lienumba.mechanics.elements.joints import JOINT_TYPES
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
+from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt
 
 from .mechanisms import GRAVITY, TOPOLOGIES, D, S, chain, dense, model, random_network, ring, rows, star, state
 
@@ -36,7 +36,7 @@ def structure(m, block_order):
 
 def random_safe_order(k, joints, seed):
     """Any order that the rule admits, not only the cheap ones that the greedy search finds."""
-    walk, choice = order._Elimination(k, joints), random.Random(seed)
+    walk, choice = elimination_order._Elimination(k, joints), random.Random(seed)
     while walk.left:
         node, group = choice.choice([(n, g) for n in sorted(walk.left) if (g := walk.after(n)) is not None])
         walk.take(node, group)
@@ -68,7 +68,7 @@ def full_rank(m, x):
 def test_the_cheapest_order_solves_every_topology(name, seed):
     k, ends = TOPOLOGIES[name]
     m, x = model(k, ends, seed), state(k, seed)
-    check(m, x, order.elimination_order(k, blocks(m)), seed)
+    check(m, x, elimination_order.elimination_order(k, blocks(m)), seed)
 
 
 @pytest.mark.parametrize("name", TOPOLOGIES)
@@ -87,7 +87,7 @@ def test_random_networks_in_the_cheapest_and_in_random_safe_orders():
         if rows(m) > 6 * k or not full_rank(m, x):
             continue
         tried += 1
-        check(m, x, order.elimination_order(k, blocks(m)))
+        check(m, x, elimination_order.elimination_order(k, blocks(m)))
         for again in range(3):
             check(m, x, random_safe_order(k, blocks(m), 100 * seed + again))
     assert tried > 30
@@ -128,21 +128,21 @@ def test_an_order_holds_every_block_once():
     for seed in range(30):
         k, ends = random_network(seed)
         m = model(k, ends, seed)
-        assert sorted(order.elimination_order(k, blocks(m))) == list(range(k + len(ends)))
+        assert sorted(elimination_order.elimination_order(k, blocks(m))) == list(range(k + len(ends)))
 
 
 def test_the_order_after_one_of_its_bodies_is_unsafe_in_a_loop():
     """A ring of two: bodies 0, 1; once body 0 is gone, neither joint may go before body 1."""
-    walk = order._Elimination(2, [((0, 1), 3), ((1, 0), 1)])
+    walk = elimination_order._Elimination(2, [((0, 1), 3), ((1, 0), 1)])
     walk.take(0, walk.after(0))
     assert walk.after(2) is not None  # one joint alone hangs on a free body
     walk.take(2, walk.after(2))
     assert walk.after(3) is None
-    tied = order._Elimination(2, [((GROUND, 0), 3), ((0, 1), 3)])
+    tied = elimination_order._Elimination(2, [((GROUND, 0), 3), ((0, 1), 3)])
     tied.take(0, tied.after(0))
     tied.take(2, tied.after(2))
     assert tied.after(3) is None  # body 0 cannot give way any more
-    assert order._Elimination(1, [((0, GROUND), 3)]).after(1) is None
+    assert elimination_order._Elimination(1, [((0, GROUND), 3)]).after(1) is None
 
 
 def multiplications(k, ends):

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lienumba.compiler.jets import lift
-from lienumba.expressions import Formula
 from lienumba.groups import so3
-from lienumba.mechanics import motion, quantities
-from lienumba.mechanics.model import GROUND, Coordinate, Driver, Joint, Law, Model, Quantity
-from lienumba.mechanics.motion import Instant
-from lienumba.mechanics.quantities import OBSERVED, POSITION, VELOCITY, Observed
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.quantities import OBSERVED, POSITION, VELOCITY, Observed
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, Law, Model, Quantity
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.jets import lift
 
 from .force_cases import P, frame, moved
 from .mechanisms import body, state
@@ -54,7 +55,7 @@ def observed(seed):
 def numbers(now, *named, seen=None, which=0):
     """All numbers of one of these quantities."""
     m = model(*named)
-    return np.array(quantities.rows(m, named[which], motion.still(now, (0, 1, 2)), seen), float)
+    return np.array(quantities.rows(m, named[which], kinematics.still(now, (0, 1, 2)), seen), float)
 
 
 def place(now, i):
@@ -243,10 +244,10 @@ def test_jets_follow_the_motion(name, seed):
 
     def at(s):
         there = moved(now, u, s, s)
-        return quantities.component(m, name, motion.still(there, (0, 1, 2)))
+        return quantities.component(m, name, kinematics.still(there, (0, 1, 2)))
 
     y = [at(n * h) for n in (-2, -1, 0, 1, 2)]
-    x = lift(quantities.component(m, name, motion.moving(motion.still(now, (0, 1, 2)))))
+    x = lift(quantities.component(m, name, kinematics.moving(kinematics.still(now, (0, 1, 2)))))
     scale = max(1.0, abs(x.b), abs(x.c))
     assert x.a == pytest.approx(y[2], abs=1e-14)
     assert x.b == pytest.approx((y[0] - 8 * y[1] + 8 * y[3] - y[4]) / (12 * h), abs=1e-7 * scale)

@@ -5,12 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lienumba.expressions import Formula
 from lienumba.groups import so3
-from lienumba.mechanics import constraints, dynamics, joints, kkt
-from lienumba.mechanics.joints import COORDINATES
-from lienumba.mechanics.model import at_time
-from lienumba.mechanics.motion import Instant, still
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.model import at_time
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.numerics.expressions import Formula
 
 from .mechanisms import dense
 from .random_mechanisms import RATES, TOPOLOGIES, WAVES, mechanism

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics import assembly
-from lienumba.mechanics.model import GROUND, Coordinate, Driver, Joint, JointStart, Model, Pose, Start
-from lienumba.mechanics.rank import contradiction, nominal, rank_of
+from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.start import assembly
+from lienumba.mechanics.system.rank import contradiction, nominal, rank_of
 
 from .linkages import GRAVITY, bennett, closed_chain, door, planar_four_bar, unit_body
 

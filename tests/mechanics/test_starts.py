@@ -7,8 +7,9 @@ import pytest
 from compiler.evaluation import assert_same_bits
 
 from lienumba.groups import so3
-from lienumba.mechanics import assembly, constraints, placing
-from lienumba.mechanics.model import GROUND, Coordinate, Driver, Force, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Force, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.start import assembly, joint_frames
+from lienumba.mechanics.system import constraints
 
 from .linkages import GRAVITY, bennett, closed_chain, triple, unit_body
 from .test_assembly import picked
@@ -111,9 +112,9 @@ def test_a_given_angle_that_cannot_be_is_reported_for_its_joint():
 def test_where_nothing_says_from_where_an_angle_counts():
     m, says = arm(angle=0.5)
     turned = JointStart(axes=(Z, X), angle=0.5)
-    assert placing.without_zero(m, Start((Pose(),), says)) == []
-    assert placing.without_zero(m, Start((Pose(),), (turned,))) == [0]
-    assert placing.without_zero(m, Start((Pose(rotation=so3.IDENTITY),), (turned,))) == []
+    assert joint_frames.without_zero(m, Start((Pose(),), says)) == []
+    assert joint_frames.without_zero(m, Start((Pose(),), (turned,))) == [0]
+    assert joint_frames.without_zero(m, Start((Pose(rotation=so3.IDENTITY),), (turned,))) == []
 
 
 # ---------------------------------------------------------------- loops from partial data
@@ -229,13 +230,13 @@ def test_points_and_axes_at_the_start_become_those_of_the_bodies():
 def test_a_body_placed_by_nothing_cannot_carry_a_point_at_the_start():
     m, _ = closed_chain([(0, 0, 0), (1, 0, 0)], [Z, Z])
     says = (JointStart(at=ZERO, axis=(Z,)), JointStart(at=X, axis=(Z,)))
-    assert placing.unplaced(m, Start((Pose(rotation=TURN),), says)) == [(0, 0), (1, 0)]
-    assert placing.unplaced(m, Start((Pose(position=ZERO),), says)) == []
+    assert joint_frames.unplaced(m, Start((Pose(rotation=TURN),), says)) == [(0, 0), (1, 0)]
+    assert joint_frames.unplaced(m, Start((Pose(position=ZERO),), says)) == []
 
 
 @pytest.mark.parametrize("z", [X, Y, Z, (0.0, 0.0, -2.0), (-5.0, 0.0, 0.0)])
 def test_frames_along_coordinate_axes_are_exact(z):
-    x, y, axis = placing.any_frame(placing.unit(tuple(map(np.float64, z))))
+    x, y, axis = joint_frames.any_frame(joint_frames.unit(tuple(map(np.float64, z))))
     numbers = {float(c) for v in (x, y, axis) for c in v}
     assert numbers <= {0.0, 1.0, -1.0}
     np.testing.assert_array_equal(np.cross(axis, x), y)
@@ -244,7 +245,7 @@ def test_frames_along_coordinate_axes_are_exact(z):
 
 def test_frames_are_orthonormal():
     for z in np.random.default_rng(0).standard_normal((20, 3)):
-        F = np.array(placing.any_frame(placing.unit(tuple(z))))
+        F = np.array(joint_frames.any_frame(joint_frames.unit(tuple(z))))
         np.testing.assert_allclose(F @ F.T, np.eye(3), atol=1e-15)
         assert np.linalg.det(F) == pytest.approx(1.0)
 

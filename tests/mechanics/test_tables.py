@@ -7,12 +7,12 @@ from compiler.interpreter import interpret
 from scipy.interpolate import CubicSpline
 
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.jets import Jet, lift
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
-from lienumba.mechanics.mapping import map_numbers
-from lienumba.mechanics.model import Law, Model
-from lienumba.mechanics.tables import INTERPOLATIONS, Table
+from lienumba.mechanics.mechanism.model import Law, Model
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
+from lienumba.numerics.jets import Jet, lift
 
 SIZES = [2, 3, 4, 5, 8, 9, 33, 5000]
 

@@ -10,7 +10,7 @@ Each block: C (rows, 6 per body) and xi (rows,), with C vdot = xi.
 import numpy as np
 from reference.naive import hat
 
-from lienumba.mechanics.model import Model
+from lienumba.mechanics.mechanism.model import Model
 
 from .satellite import F_PJ, L_RJ, L_SJ, Arrays
 

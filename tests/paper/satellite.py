@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from reference import naive
 
-from lienumba.mechanics.model import GROUND, Body, Driver, Force, Frame, Joint, Model
-from lienumba.mechanics.motion import Instant
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Force, Frame, Joint, Model
 
 BODIES = (
     Body("satellite", 1800.0, (1800.0, 1800.0, 900.0, 0.0, 0.0, 0.0)),

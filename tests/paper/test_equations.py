@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from reference.naive import exp, hat
 
-from lienumba.expressions import Formula
-from lienumba.mechanics import constraints, dynamics, kkt
-from lienumba.mechanics.model import GROUND, Driver, Joint, Model
+from lienumba.mechanics.mechanism.model import GROUND, Driver, Joint, Model
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.numerics.expressions import Formula
 
 from . import formulas
 from .satellite import SPIN, anywhere, instant, moving, on_the_joints, satellite, skew_satellite

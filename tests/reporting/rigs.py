@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import lienumba
-from lienumba.reporting.page import page
+from lienumba.present.html.page import page
 
 TITLE = "Zwei Pendel </script><b>fett</b> \"quoted\" 'and' & <!-- %{x} ∑"
 PENDULUM: dict[str, Any] = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lienumba.reporting import motion
-from lienumba.reporting.motion import LARGEST_TURN, MOST_FRAMES, UNIT, frames, quaternions
+from lienumba.present.html import motion
+from lienumba.present.html.motion import LARGEST_TURN, MOST_FRAMES, UNIT, frames, quaternions
 from lienumba.scene import scene
 
 from .rigs import array, swept

@@ -11,7 +11,7 @@ import lienumba
 from lienumba import ScenarioError
 from lienumba.batch.statuses import NON_FINITE
 from lienumba.cli import app
-from lienumba.reporting.plotly_js import library
+from lienumba.present.html.plotly_js import library
 from lienumba.store.files import write
 
 from .rigs import TITLE, Read, array, digest, page_of, pendulum, swept, unpacked

@@ -3,7 +3,7 @@
 import pytest
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.arguments import check_labels, parse_assignments, parse_labels
+from lienumba.scenario.base.arguments import check_labels, parse_assignments, parse_labels
 
 
 @pytest.mark.parametrize(

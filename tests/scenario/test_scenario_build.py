@@ -10,9 +10,9 @@ from scenario_example import example
 from scipy.spatial.transform import Rotation
 
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.model import GROUND
-from lienumba.scenario.build import build, unphysical
+from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.build import build, unphysical
 
 SEQUENCES = ["".join(axes) for axes in product("XYZ", repeat=3) if axes[0] != axes[1] and axes[1] != axes[2]]
 

@@ -17,10 +17,10 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba.cli import app
-from lienumba.scenario.build import build
-from lienumba.scenario.design import draw
-from lienumba.scenario.loading import load
+from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.build import build
+from lienumba.scenario.start.design import draw
 from lienumba.scenario.system import System
 from lienumba.store.files import write
 

@@ -12,7 +12,7 @@ from pendulum_rig import L, angles, exact, pendulum
 from scipy.interpolate import CubicSpline
 
 import lienumba
-from lienumba.integrators import step_kernels
+from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.resolve import resolve
 
 STATES = ("position", "rotation", "velocity", "angular_velocity", "energy", "work", "joint_force", "driver_effort")

@@ -8,10 +8,10 @@ import xarray as xr
 
 import lienumba
 from lienumba import System
-from lienumba.scenario.build import build
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema import SECTIONS
-from lienumba.scenario.schema_output import VARIABLES
+from lienumba.scenario.schema.output import VARIABLES
+from lienumba.scenario.schema.scenario import SECTIONS
+from lienumba.scenario.start.build import build
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 EXPECTED = "triangle inequality"  # the inertia of the satellite's last body, as the paper prints it

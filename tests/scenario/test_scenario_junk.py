@@ -9,9 +9,9 @@ from every_law import EVERY_LAW, alone
 from scenario_example import EXAMPLE
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.build import build
-from lienumba.scenario.prepare import check_initial
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.build import build
+from lienumba.scenario.start.prepare import check_initial
 
 JUNK: list[Any] = [
     "", "text", "15", "ground", True, 0, -1, 3, 10**400, 2**63, 0.5, 1e-300, 1e300, float("nan"), float("inf"),

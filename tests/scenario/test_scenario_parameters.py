@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.running.batches import program_of
-from lienumba.scenario.prepare import prepare
+from lienumba.engine.programs import program_of
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import prepare
 
 SERVO: dict[str, Any] = {
     "parameters": {

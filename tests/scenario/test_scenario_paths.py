@@ -2,8 +2,8 @@
 
 import pytest
 
-from lienumba.scenario import paths
-from lienumba.scenario.paths import PathError
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.paths import PathError
 
 MODEL = {
     "gravity": [0.0, 0.0, -9.81],

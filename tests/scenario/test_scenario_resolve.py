@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scenario_example import EXAMPLE, example
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario import toml
+from lienumba.scenario.base import toml
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema_output import VARIABLES
+from lienumba.scenario.schema.output import VARIABLES
 from lienumba.store import layout
 
 

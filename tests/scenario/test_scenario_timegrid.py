@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lienumba.scenario import timegrid
+from lienumba.scenario.base import timegrid
 
 
 def test_times_are_the_decimals_one_would_type() -> None:

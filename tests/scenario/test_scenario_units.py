@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from scenario_example import example
 
-from lienumba.scenario.paths import numeric_paths
+from lienumba.scenario.base.paths import numeric_paths
+from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.units import units
 
 ENDS = {"bodies": ["ground", "top"], "points": [[0, 0, 0], [0, -1, 0]]}
 AXES = {"axes": [[0, 0, 1], [0, 0, 1]]}

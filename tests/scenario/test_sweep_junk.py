@@ -8,8 +8,8 @@ from scenario_example import EXAMPLE
 from test_scenario_junk import JUNK, changed, check_sentences, places
 
 from lienumba import ScenarioError
-from lienumba.scenario.design import draw
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.design import draw
 
 DRAWN: dict[str, Any] = {
     "runs": 12,

@@ -7,8 +7,8 @@ from scipy.optimize import curve_fit
 
 import lienumba
 from lienumba.analysis import orders, work_precision
-from lienumba.analysis.orders import fit
-from lienumba.integrators.tableaus import TABLEAUS
+from lienumba.analysis.studies.orders import fit
+from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.store.study_layout import Coordinate
 
 from .made import METHODS, STEPS, study

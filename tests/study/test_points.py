@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import lienumba
-from lienumba.scenario import toml
-from lienumba.scenario.extends import replaced_by
+from lienumba.scenario.base import toml
+from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_points import changed
 from lienumba.store.files import write

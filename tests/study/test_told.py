@@ -9,8 +9,8 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from lienumba.cli import app
-from lienumba.console_study import print_study
-from lienumba.scenario import toml
+from lienumba.present.terminal.study import print_study
+from lienumba.scenario.base import toml
 
 from .made import METHOD, study
 from .rigs import BALL, ball

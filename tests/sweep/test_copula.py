@@ -8,7 +8,7 @@ from scipy import stats
 
 from lienumba.sweep.copula import MatrixError, cholesky, correlated
 from lienumba.sweep.normal import inverse
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.samplers.streams import uniforms
 
 NAMES = ["a", "b", "c"]
 U = {name: uniforms(name, range(40000), 3) for name in NAMES}

@@ -8,7 +8,7 @@ import pytest
 
 from lienumba.errors import ScenarioError
 from lienumba.sweep.design import design_table
-from lienumba.sweep.plain import Normal, Uniform
+from lienumba.sweep.distributions.scalar import Normal, Uniform
 
 MASS, SPIN = "bodies.top.mass", "bodies.top.angular_velocity[1]"
 VARY = {
@@ -81,6 +81,6 @@ def test_every_relative_path_with_nominal_value_zero_is_named():
 
 
 def test_importing_the_distributions_imports_no_number_library():
-    code = "import sys, lienumba.sweep.distributions, lienumba.sweep.design; print('numpy' in sys.modules)"
+    code = "import sys, lienumba.sweep.distributions.registry, lienumba.sweep.design; print('numpy' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "False"

@@ -6,9 +6,9 @@ from pydantic import TypeAdapter, ValidationError
 from scipy import stats
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.distributions import Distribution
-from lienumba.sweep.plain import Normal, Uniform
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.scalar import Normal, Uniform
+from lienumba.sweep.samplers.streams import uniforms
 
 ADAPTER = TypeAdapter(Distribution)
 U = uniforms("bodies.top.mass", range(20000), 2015)

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.inertia import Inertia, _exponential
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.distributions.inertia import Inertia, _exponential
+from lienumba.sweep.samplers.streams import uniforms
 
 U = [uniforms(f"x[{i}]", range(20000), 1) for i in range(6)]
 

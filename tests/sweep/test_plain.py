@@ -8,8 +8,8 @@ from pydantic import TypeAdapter, ValidationError
 from scipy import stats
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.distributions import Distribution
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.samplers.streams import uniforms
 
 ADAPTER = TypeAdapter(Distribution)
 U = uniforms("bodies.top.mass", range(20000), 2015)

@@ -7,8 +7,8 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.distributions import Distribution
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.samplers.streams import uniforms
 
 ADAPTER = TypeAdapter(Distribution)
 START = Rotation.from_rotvec([0.3, -1.2, 0.7])

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from lienumba.sweep import samplers
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.samplers import streams
+from lienumba.sweep.samplers.streams import uniforms
 
 MASS = "bodies.top.mass"
 SPIN = "bodies.top.angular_velocity[1]"
@@ -62,7 +62,7 @@ def test_samples_are_uniform(seed):
 
 
 def test_zero_never_comes(monkeypatch):
-    monkeypatch.setattr(samplers, "_pcg64", lambda words: np.array([0, 2**64 - 1], dtype=np.uint64))
+    monkeypatch.setattr(streams, "_pcg64", lambda words: np.array([0, 2**64 - 1], dtype=np.uint64))
     low, high = uniforms(MASS, [0, 1], 0)
     assert 0.0 < low < 1e-16
     assert 1.0 - 2e-16 < high < 1.0

@@ -10,11 +10,11 @@ from pydantic import TypeAdapter
 from scipy import stats
 from scipy.stats import qmc
 
-from lienumba.sweep import sequences
 from lienumba.sweep.design import design_table
-from lienumba.sweep.distributions import Distribution
-from lienumba.sweep.points import uniform_numbers
-from lienumba.sweep.samplers import uniforms
+from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.samplers import sequences
+from lienumba.sweep.samplers.samplers import uniform_numbers
+from lienumba.sweep.samplers.streams import uniforms
 
 SEQUENCES = ("random", "latin_hypercube", "sobol", "halton")
 PATHS = ("bodies.a.mass", "bodies.b.mass", "gravity[1]")

@@ -1,0 +1,1 @@
+"""What is shown of a dataset: panels, and the numbers of their lines and bands."""

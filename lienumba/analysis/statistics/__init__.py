@@ -1,0 +1,1 @@
+"""Means, covariances and intervals over runs, for rotations on their group."""

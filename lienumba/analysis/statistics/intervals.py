@@ -1,0 +1,123 @@
+"""Means and quantiles over runs with confidence intervals: by Student's t, and by ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, Runs, check_probability
+from lienumba.errors import ScenarioError
+from lienumba.store.layout import RUN, texts
+from lienumba.sweep.confidence import half_width, ranks
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+CONFIDENCE = 0.95
+KEPT = ("units", "frame")  # attributes of the variable that its statistics have, too
+
+
+def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
+    """The `mean` of a variable over `dim` between `low` and `high`, and the standard `deviation` (n - 1), at each other
+    label, over the `count` of the `runs` that have a finite value there; the nominal run is none of
+    them if there are others.
+
+    The interval is Student's: exact where values are normal, nearly so where many are not. Of fewer than two runs it is
+    infinite.
+    """
+    check_probability("confidence", confidence)
+    runs = Runs(x, dim)
+
+    def work(block: Block) -> Found:
+        import numpy as np
+
+        known = np.isfinite(block.values)
+        count = known.sum(axis=1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = np.where(known, block.values, 0.0).sum(axis=1) / count
+            rest = np.where(known, block.values - mean[:, None], 0.0)
+            deviation = ((rest * rest).sum(axis=1) / np.where(count > 1, count - 1, np.nan)) ** 0.5
+            half = np.where(count > 1, half_width(deviation, count, confidence), np.inf)
+        low, high = (np.where(count > 0, mean, 0.0) + sign * half for sign in (-1.0, 1.0))
+        return {"mean": mean, "low": low, "high": high, "deviation": deviation, "count": count}
+
+    described = {
+        "mean": f"mean of {_what(x)}",
+        "low": f"lower end of the {_percent(confidence)} confidence interval of the mean",
+        "high": f"upper end of the {_percent(confidence)} confidence interval of the mean",
+        "deviation": f"standard deviation of {_what(x)}",
+    }
+    return runs.labelled(runs.gather(work), _described(x, described, ()))
+
+
+def quantile_interval(
+    x: xr.DataArray, q: float | Sequence[float], dim: str = RUN[0], confidence: float = CONFIDENCE
+) -> xr.Dataset:
+    """The quantiles q, between 0 and 1, of a variable over `dim`: `value` between `low` and `high` at each other label,
+    over the `count` of the `runs` that have a value there; the nominal run is none of them if there are others.
+
+    The interval is between two of the sorted values and assumes nothing of how these are distributed; its confidence
+    is at least that. An end is infinite where there are too few runs for it. Infinite values count, so that
+    `x.fillna(numpy.inf)` ranks failed runs behind all others. Dimension `quantile`, unless q is one number.
+    """
+    import numpy as np
+    import xarray as xr
+
+    check_probability("confidence", confidence)
+    single = isinstance(q, str) or (not isinstance(q, Sequence) and np.ndim(q) == 0)
+    wanted: list[Any] = [q] if single else list(q)  # type: ignore[arg-type]
+    for one in wanted:
+        check_probability("q", one)
+    if not wanted:
+        raise ScenarioError("q = []: asks for no quantile; give numbers between 0 and 1, such as [0.05, 0.5, 0.95]")
+    runs = Runs(x, dim, new=("quantile",))
+
+    def work(block: Block) -> Found:
+        ordered = np.sort(block.values, axis=1)
+        count = (~np.isnan(ordered)).sum(axis=1)
+        each = [_quantile(ordered, count, float(one), confidence) for one in wanted]
+        return {name: np.stack([found[name] for found in each], axis=1) for name in each[0]} | {"count": count}
+
+    described = {
+        "value": f"quantile of {_what(x)}",
+        "low": f"lower end of the {_percent(confidence)} confidence interval of the quantile",
+        "high": f"upper end of the {_percent(confidence)} confidence interval of the quantile",
+    }
+    labels = {"quantile": xr.Variable("quantile", [float(one) for one in wanted], texts("1", "probability"))}
+    found = runs.labelled(runs.gather(work), _described(x, described, ("quantile",)), labels)
+    return found.isel(quantile=0) if single else found
+
+
+def _quantile(ordered: np.ndarray, count: np.ndarray, q: float, confidence: float) -> Found:
+    """Of sorted values (labels, runs), of which the first `count` (labels,) are known."""
+    import numpy as np
+
+    def at(place: np.ndarray) -> np.ndarray:
+        inside = np.clip(place, 0, np.maximum(count - 1, 0))
+        return np.take_along_axis(ordered, inside[:, None], axis=1)[:, 0]
+
+    place = q * np.maximum(count - 1, 0)
+    below = np.floor(place).astype(np.int64)
+    left, right, part = at(below), at(below + 1), place - below
+    with np.errstate(invalid="ignore"):
+        between = np.where(part < 0.5, left + (right - left) * part, right - (right - left) * (1.0 - part))
+    value = np.where((left == right) | (part == 0.0), left, between)
+    different, where = np.unique(count, return_inverse=True)
+    first, last = (places[where] for places in ranks(different, q, confidence))
+    low = np.where(first >= 0, at(first), -np.inf)
+    return {"value": value, "low": low, "high": np.where(last < count, at(last), np.inf)}
+
+
+def _what(x: xr.DataArray) -> str:
+    return str(x.attrs.get("long_name", x.name or "the variable"))
+
+
+def _percent(confidence: float) -> str:
+    return f"{100.0 * confidence:g} %"
+
+
+def _described(x: xr.DataArray, names: dict[str, str], dims: tuple[str, ...]) -> dict[str, Any]:
+    """Statistics with the units and frame of the variable."""
+    own = {key: x.attrs[key] for key in KEPT if key in x.attrs}
+    return {name: (dims, own | {"long_name": text}) for name, text in names.items()} | {"count": ((), COUNT)}

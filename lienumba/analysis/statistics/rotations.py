@@ -1,0 +1,260 @@
+"""Statistics of attitudes that respect the group: distances, Karcher means, covariances of rotation vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from lienumba.analysis.statistics import karcher
+from lienumba.analysis.statistics.blockwise import COUNT, STORED, Block, Found, Runs, check
+from lienumba.analysis.statistics.covariance import AXIS, OTHER, described, moments, second_axis
+from lienumba.errors import ScenarioError
+from lienumba.groups import so3
+from lienumba.store.layout import RUN, texts
+from lienumba.words import show, suggestion
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+MATRIX = ("axis", "body_axis")
+FRAMES = ("body", "global")
+ORTHOGONAL = 1e-3  # the largest element of R^T R - I that a rotation may have
+LOOSE = 4.0  # times that, or the rounding of the elements: by so much (rad) angles may be wrong
+AT_ONCE = 2**16  # rotations
+STATUSES = {
+    karcher.UNIQUE: ("unique", "it is the only mean"),
+    karcher.BEST: ("best_found", "the runs spread so far that there may be a better one; this is the best of many"),
+    karcher.SEVERAL: ("several_means", "others are as good; this is one of them"),
+    karcher.NOT_CONVERGED: ("not_converged", "the iteration did not reach its tolerance"),
+    karcher.NONE: ("no_runs", "no run has a value"),
+}
+
+
+def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
+    """The angle (rad, from 0 to pi) between rotations and a reference: the length of log(reference^T R).
+
+    R: with the dimensions axis and body_axis; reference: the same, with the labels of R along the other dimensions that
+    it has, such as `R.sel(run=-1)`; what `mean_rotation` gave; or one 3x3 matrix. The angle is as exact beside 0 and pi
+    as elsewhere.
+    """
+    import xarray as xr
+
+    _check_matrices(R)
+    reference = _matching(R, _one_or_labelled("reference", reference))
+    _check(reference)
+    dims = [str(name) for name in R.dims if name not in MATRIX]
+    along = max(dims, key=lambda name: (name in STORED, R.sizes[name])) if dims else ""
+    parts = []
+    for here in _pieces(R.sizes[along], R.size // 9) if dims else [slice(0, 1)]:
+        A, B = (x.isel({along: here}).compute() if along in x.dims else x for x in (R, reference))
+        _check(A)
+        parts.append(_angle(A, B))
+    error = xr.concat(parts, along, coords="minimal", compat="override", join="override") if along else parts[0]
+    error.attrs = texts("rad", "angle to the reference rotation")
+    return error
+
+
+def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
+    import xarray as xr
+
+    A, B = (x.transpose(..., *MATRIX) for x in xr.broadcast(R, reference))
+    u = so3.log(so3.multiply(so3.transpose(_nine(B.values)), _nine(A.values)))
+    return A.isel(axis=0, body_axis=0, drop=True).copy(data=so3.dot(u, u) ** 0.5).rename("rotation_error")
+
+
+def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
+    """The Karcher mean of rotations over `dim` at each other label: the rotation from which the mean squared angle to
+    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them if there are
+    others.
+
+    `mean` (..., axis, body_axis), like R; `spread`, the root of the mean squared angle to it, and `radius`, the largest
+    one (rad); `status`: "unique" where it is proved to be the only mean, "best_found" where runs spread too far for
+    that, "several_means" where others are as good (of opposite rotations, say), "no_runs" where it is NaN.
+    """
+    import numpy as np
+
+    _check_matrices(R)
+    runs = Runs(R, dim, *MATRIX)
+
+    def work(block: Block) -> Found:
+        parts = [_mean(R, known, margin) for _, R, known, margin in _portions(runs, block)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    what = R.attrs.get("long_name", "rotation matrix")
+    named: dict[str, Any] = {
+        "mean": (MATRIX, dict(R.attrs) | texts("1", f"Karcher mean over {dim}: {what}")),
+        "spread": ((), texts("rad", "root of the mean squared angle to the mean")),
+        "radius": ((), texts("rad", "largest angle to the mean")),
+        "count": ((), COUNT),
+        "status": ((), texts("1", "what is known of the mean") | _flags()),
+    }
+    return runs.labelled(runs.gather(work), named)
+
+
+def _mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Found:
+    import numpy as np
+
+    found, count = karcher.mean(R, known, margin), known.sum(axis=1)
+    square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
+    return {
+        "mean": np.stack(found.rotation, axis=-1).reshape(-1, 3, 3),
+        "spread": np.where(count > 0, square**0.5, np.nan),
+        "radius": np.where(count > 0, found.angles.max(axis=1), np.nan),
+        "count": count,
+        "status": found.status.astype(np.int8),
+    }
+
+
+def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], frame: str = "body") -> xr.Dataset:
+    """The covariance (rad^2) of the rotation vectors from a mean to the runs, at each other label.
+
+    mean: what `mean_rotation` gave of R, which is the default, or rotations of your own to count deviations from.
+    frame: the axes of the vectors, "body": log(mean^T R), or "global": log(R mean^T). `covariance` (..., axis, axis_2)
+    is by n - 1, about the mean vector, over the `count` of the `runs` that have a value there, NaN of fewer than two;
+    `status` is that of the mean.
+    """
+    import numpy as np
+    import xarray as xr
+
+    if frame not in FRAMES:
+        raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
+    _check_matrices(R)
+    runs = Runs(R, dim, *MATRIX, new=(AXIS + OTHER,))
+    mean = mean_rotation(R, dim) if mean is None else mean
+    of_mean = mean if isinstance(mean, xr.Dataset) and {"mean", "status"} <= set(mean) else None
+    M = _at_labels(runs, _one_or_labelled("mean", mean))
+
+    def work(block: Block) -> Found:
+        parts = []
+        for first, A, known, _ in _portions(runs, block):
+            B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(known)])))
+            u = so3.log(so3.multiply(B, A) if frame == "body" else so3.multiply(A, B))
+            parts.append(moments(np.where(known[..., None], np.stack(u, axis=-1), np.nan)))
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    what = "log(mean^T R)" if frame == "body" else "log(R mean^T)"
+    named = described("rad2", f"covariance of the rotation vectors {what}", frame)
+    found = runs.labelled(runs.gather(work), named, second_axis(R))
+    return found if of_mean is None else found.assign(status=of_mean["status"])
+
+
+def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
+    """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
+    not known, which are, and how well angles between them are known (labels,), rad."""
+    import numpy as np
+
+    rounded = np.finfo(np.result_type(runs.x.dtype, np.float32)).eps
+    for here in _pieces(len(block.values), block.values.size // 9):
+        first = block.first + here.start
+
+        def place(index: Any, first: int = first) -> str:
+            label = runs.place(first + int(index[0]))
+            return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
+
+        R, known, deviation = _rotations(block.values[here], place)
+        yield first, R, known, LOOSE * np.maximum(deviation.max(axis=1), rounded)
+
+
+def _pieces(labels: int, rotations: int) -> Iterator[slice]:
+    """So many labels in pieces of about AT_ONCE rotations, one at least."""
+    step = max(1, AT_ONCE * labels // max(rotations, 1))
+    for first in range(0, max(labels, 1), step):
+        yield slice(first, first + step)
+
+
+def _nine(R: np.ndarray) -> so3.Matrix3:
+    """Matrices (..., 3, 3) as nine numbers (...)."""
+    import numpy as np
+
+    return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
+
+
+def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
+    """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
+    of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
+    import numpy as np
+
+    nine = _nine(R)
+    known = np.isfinite(sum(nine))
+    nine = tuple(np.where(known, x, one) for x, one in zip(nine, so3.IDENTITY, strict=True))
+    x, y, z = (nine[k::3] for k in range(3))  # columns
+    off = [abs(so3.dot(a, b)) for a, b in ((x, y), (y, z), (z, x))] + [abs(so3.dot(a, a) - 1.0) for a in (x, y, z)]
+    deviation = np.maximum.reduce(off)
+    mirrored = so3.dot(so3.cross(x, y), z) < 0.0
+    if (bad := (deviation > ORTHOGONAL) | mirrored).any():
+        index = np.unravel_index(np.flatnonzero(bad)[0], bad.shape)
+        what = f"R^T R is {deviation[index]:.2g} off the identity" if deviation[index] > ORTHOGONAL else "it mirrors"
+        where = f" at {text}" if (text := place(index)) else ""
+        raise ScenarioError(f"the matrix{where} is no rotation, since {what}; give rotation matrices, such as those of "
+                            'ds["rotation"]')  # fmt: skip
+    return nine, known, deviation
+
+
+def _check(R: xr.DataArray) -> None:
+    """Refuse what are no rotations."""
+    R = R.transpose(..., *MATRIX)
+    _rotations(R.values, lambda index: ", ".join(f"{x} {R[x].values[k]}" for x, k in zip(R.dims, index, strict=False)))
+
+
+def _one_or_labelled(name: str, given: Any) -> Any:
+    """A variable of rotations: that of a mean, one that was given, or of one 3x3 matrix."""
+    import numpy as np
+    import xarray as xr
+
+    if isinstance(given, xr.Dataset) and "mean" in given:
+        return given["mean"]
+    if isinstance(given, xr.DataArray | xr.Dataset):
+        return given
+    try:
+        matrix = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ScenarioError(f"{name} = {show(given)}: has no numbers; give a 3x3 matrix, or a variable") from None
+    if matrix.shape != (3, 3):
+        raise ScenarioError(f"{name}: has the shape {matrix.shape}; give a 3x3 matrix, or a variable")
+    return xr.DataArray(matrix, dims=MATRIX, name=name)
+
+
+def _at_labels(runs: Runs, mean: Any) -> np.ndarray:
+    """A mean at every label (labels, 3, 3)."""
+    import numpy as np
+    import xarray as xr
+
+    _check_matrices(mean)
+    if runs.dim in mean.dims:
+        raise ScenarioError(f"mean: has the dimension {runs.dim}; give one rotation for all runs")
+    coordinates = {name: runs.x[name] for name in runs.dims if name in runs.x.coords}
+    labels = xr.DataArray(np.zeros(runs.sizes), coordinates, runs.dims, runs.x.name)
+    mean = _matching(labels, mean)
+    _check(mean)
+    whole: np.ndarray = xr.broadcast(mean, labels)[0].transpose(*runs.dims, *MATRIX).values
+    return whole.reshape(-1, 3, 3) if whole.size else whole.reshape(0, 3, 3)
+
+
+def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
+    """The other, without coordinates that are no labels; its labels must be those of x."""
+    import numpy as np
+
+    _check_matrices(other)
+    for name in set(x.dims) & set(other.dims):
+        both = name in x.coords and name in other.coords
+        if x.sizes[name] != other.sizes[name] or (both and not np.array_equal(x[name], other[name])):
+            of = other.name or "the reference"
+            raise ScenarioError(f"{of}: has other labels of {name} than {x.name or 'R'}; select those that both have")
+    return other.drop_vars([name for name in other.coords if name not in other.dims])
+
+
+def _check_matrices(R: Any) -> None:
+    check(R, *MATRIX)
+    if any(R.sizes[name] != 3 for name in MATRIX):
+        raise ScenarioError(f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole matrices")
+
+
+def _flags() -> dict[str, Any]:
+    import numpy as np
+
+    return {
+        "flag_values": np.array(list(STATUSES), dtype=np.int8),
+        "flag_meanings": " ".join(name for name, _ in STATUSES.values()),
+        "comment": "\n".join(f"{name}: {sentence}" for name, sentence in STATUSES.values()),
+    }

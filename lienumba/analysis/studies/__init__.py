@@ -1,0 +1,1 @@
+"""Observed orders, and work against precision."""

@@ -1,0 +1,158 @@
+"""Observed orders of convergence, each with a 95 % confidence interval.
+
+The order is p in error = C h^p exp(b h), which has the first two terms of the expansion of an error in the mean step h:
+least squares of log error on log h and h; of three points, without b. Not every point belongs to that. Errors below a
+hundred times that of the reference, or of rounding, are left out, and so are points at which runs failed. Of the others
+the finest begin, since an order shows where steps are small; a coarser one joins as long as it lies within the 95 %
+prediction interval of those before it, so that the range ends where the steps are too coarse. The interval is that of p
+in this regression (Student's t): how far the points are from such a law. Where that is nothing but chance, choosing the
+range leaves about 90 % of the 95 %.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+from typing import TYPE_CHECKING
+
+from lienumba.analysis.studies.study import REFINING, check, curves, other_dims
+from lienumba.errors import ScenarioError
+from lienumba.store.study_layout import ERRORS, TRUSTED, typical
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+CONFIDENCE = 0.95
+FEWEST = 3  # points that say how sure an order is
+EXACT = 1e-9  # of an error, relative: points nearer than this to a law obey it
+
+
+@dataclass(frozen=True)
+class Fit:
+    """order: low to high with 95 % confidence; points: how many it is from, the steps (s) from finest to coarsest."""
+
+    order: float = nan
+    low: float = nan
+    high: float = nan
+    points: int = 0
+    finest: float = nan
+    coarsest: float = nan
+
+
+def orders(ds: xr.Dataset) -> xr.Dataset:
+    """The observed orders of a study: `order` between `low` and `high` from so many `points`, for steps (s) from
+    `finest` to `coarsest`.
+
+    Dimensions: `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or
+    tolerance; of several grids `curve`. Of a sweep, the median error of the runs counts.
+    """
+    import numpy as np
+    import xarray as xr
+
+    check(ds)
+    lines = curves(ds)
+    if not lines:
+        raise ScenarioError(f"the study has no grid over {' or '.join(REFINING)}, so there is no order to observe")
+    names = [name for name in ERRORS if f"{name}_error" in ds]
+    steps = (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
+    usable = _all_succeeded(ds)
+    fits = []
+    for name in names:
+        error, floor = (typical(ds, f"{kind}{name}_error").values.ravel() for kind in ("", "reference_"))
+        error = np.where(usable, error, np.nan)
+        fits.append([fit(steps[line.points], error[line.points], floor[line.points]) for line in lines])
+    dims = other_dims(ds)
+    coordinates = {str(name): x for name, x in ds.coords.items() if x.attrs.get("role") == "grid" and x.dims[0] in dims}
+    if dims == ("curve",):
+        coordinates = {name: ("curve", np.array([line.labels[name] for line in lines])) for name in lines[0].labels}
+        coordinates["along"] = ("curve", np.array([line.along for line in lines]))
+    shape = (len(names), *(ds.sizes[dim] if dim in ds.sizes else len(lines) for dim in dims))
+    found = {}
+    for key, (units, long_name) in TEXTS.items():
+        values = np.array([[getattr(one, key) for one in row] for row in fits]).reshape(shape)
+        found[key] = xr.Variable(("error", *dims), values, {"units": units, "long_name": long_name})
+    return xr.Dataset(found, {"error": names, **coordinates})
+
+
+TEXTS = {
+    "order": ("1", "observed order"),
+    "low": ("1", "lower end of the 95 % confidence interval"),
+    "high": ("1", "upper end of the 95 % confidence interval"),
+    "points": ("1", "number of points"),
+    "finest": ("s", "smallest mean step"),
+    "coarsest": ("s", "largest mean step"),
+}
+
+
+def _all_succeeded(ds: xr.Dataset) -> np.ndarray:
+    """Whether all runs succeeded at a point, but for those that do nowhere: then points have the same samples."""
+    good = ds["status"].values.reshape(ds.sizes["run"], -1) == 0
+    somewhere = good.any(axis=1)
+    all_of_them: np.ndarray = good[somewhere].all(axis=0) & somewhere.any()
+    return all_of_them
+
+
+def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
+    """The order of errors over steps (s, each once), as the head of this file says; floor: the errors of the
+    reference."""
+    import numpy as np
+
+    with np.errstate(invalid="ignore"):
+        usable = np.flatnonzero((errors > TRUSTED * floor) & (errors > 0.0) & (steps > 0.0) & np.isfinite(errors))
+    h, first = np.unique(steps[usable], return_index=True)
+    usable = usable[first]
+    y, own = np.log(errors[usable]), EXACT + floor[usable] / errors[usable]
+    if len(h) < 2:
+        return Fit(points=len(h))
+    if len(h) < FEWEST:
+        return Fit(float((y[1] - y[0]) / np.log(h[1] / h[0])), points=len(h), finest=float(h[0]), coarsest=float(h[-1]))
+    columns = np.stack([np.ones(len(h)), np.log(h), h / h[-1]][: len(h) - 1], axis=1)
+    points = columns.shape[1] + 1
+    law = Regression.of(columns[:points], y[:points])
+    for row, value, slack in zip(columns[points:], y[points:], own[points:], strict=True):
+        if abs(value - law.at(row)) > law.uncertainty(row) + slack:
+            break
+        points += 1
+        law = Regression.of(columns[:points], y[:points])
+    order, half = float(law.found[1]), law.quantile * law.deviation(np.eye(columns.shape[1])[1])
+    return Fit(order, order - half, order + half, points, float(h[0]), float(h[points - 1]))
+
+
+@dataclass(frozen=True)
+class Regression:
+    """Least squares. found: the coefficients; spread: the inverse of X^T X; scatter: the standard deviation of what is
+    left; freedom: how many values more than coefficients."""
+
+    found: np.ndarray
+    spread: np.ndarray
+    scatter: float
+    freedom: int
+
+    @staticmethod
+    def of(columns: np.ndarray, y: np.ndarray) -> Regression:
+        import numpy as np
+
+        Q, R = np.linalg.qr(columns)
+        inverse = np.linalg.inv(R)
+        found = inverse @ (Q.T @ y)
+        rest, freedom = y - columns @ found, len(y) - columns.shape[1]
+        return Regression(found, inverse @ inverse.T, float((rest @ rest / freedom) ** 0.5), freedom)
+
+    @property
+    def quantile(self) -> float:
+        """Of Student's t."""
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.5 + 0.5 * CONFIDENCE))
+
+    def at(self, row: np.ndarray) -> float:
+        return float(row @ self.found)
+
+    def deviation(self, row: np.ndarray) -> float:
+        """The standard deviation of the value of a row."""
+        return self.scatter * float(row @ self.spread @ row) ** 0.5
+
+    def uncertainty(self, row: np.ndarray) -> float:
+        """Half the prediction interval of a further point."""
+        return self.quantile * float(self.scatter**2 + self.deviation(row) ** 2) ** 0.5

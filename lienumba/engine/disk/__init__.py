@@ -1,0 +1,1 @@
+"""A sweep on the disk: shards, the dataset written meanwhile, resume, merge."""

@@ -1,0 +1,226 @@
+"""Datasets of parts of a sweep become the dataset of the whole, which never is in memory."""
+
+import glob
+import os
+import shutil
+import tomllib
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba import __version__
+from lienumba.engine.disk.resume import check_parts
+from lienumba.engine.progress import shown
+from lienumba.engine.results import Results
+from lienumba.engine.simulate import Progress, Tell
+from lienumba.errors import ScenarioError
+from lienumba.scenario.base.code import check_allowed
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.prepare import check_initial
+from lienumba.store.files import check_target, folder_of, read
+from lienumba.store.finished import Columns, Finished
+from lienumba.store.stream import Stream, pieces
+from lienumba.store.study_layout import is_study
+from lienumba.words import plural
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OPEN = 8  # files that are open at the same time
+SHOWN = 5  # ranges of labels in a sentence
+
+Paths = Sequence[str | os.PathLike[str]]
+
+
+def merge(
+    files: Paths,
+    output: str | os.PathLike[str],
+    *,
+    allow_code: bool = False,
+    overwrite: bool = False,
+    progress: Tell | bool | None = None,
+) -> "xr.Dataset":
+    """Write the runs of these datasets (paths or patterns), which are of one sweep, into one, and return it.
+
+    Runs that none of them has are a warning; `run(..., resume=True)` adds them. allow_code: run the Python code that
+    they bring, without which it is not known what their dataset looks like. Raises ScenarioError where datasets do not
+    belong together or have runs in common, before anything is written.
+    """
+    with shown(progress) as tell:
+        dataset = merged(files, Path(output), allow_code, overwrite, tell)
+    for sentence in gaps(dataset):
+        warnings.warn(sentence, stacklevel=2)
+    return dataset
+
+
+def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: Tell) -> "xr.Dataset":
+    """As `merge`, which tells what is missing, too."""
+    paths = _paths(files)
+    if any(path.resolve() == target.resolve() for path in paths):
+        raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
+    check_target(target, overwrite)
+    parts = [Part.of(path) for path in paths]
+    _check(parts)
+    check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)
+    if folder_of(target).exists():
+        shutil.rmtree(folder_of(target))
+    _write(parts, target, tell)
+    return read(target)
+
+
+def gaps(dataset: "xr.Dataset") -> list[str]:
+    """A sentence about runs of the sweep that a dataset does not have."""
+    sweep = _sweep(dataset.attrs)
+    total = sweep["runs"]
+    missing = np.setdiff1d(np.arange(-1 if sweep["nominal"] else 0, total), dataset["run"].values)
+    if not len(missing):
+        return []
+    return [
+        f"{plural(len(missing), 'run is', 'runs are')} missing of {total}: {_ranges(missing)}; add them by "
+        "lienumba run --resume, or merge the datasets that have them, too"
+    ]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A dataset: labels of its tables (runs,), samples (runs,) by path."""
+
+    path: Path
+    attributes: dict[str, Any]
+    labels: dict[str, np.ndarray]
+    inputs: dict[str, np.ndarray]
+
+    @classmethod
+    def of(cls, path: Path) -> "Part":
+        with read(path) as dataset:  # which refuses what is none
+            if is_study(dataset):
+                raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
+        file = Finished(path)
+        try:
+            return cls(path, file.attributes, {dim: x.labels for dim, x in file.tables.items()}, file.inputs)
+        finally:
+            file.close()
+
+
+class Opened:
+    """Files that are open, the one that was read last at the end."""
+
+    def __init__(self) -> None:
+        self.files: dict[Path, Finished] = {}
+
+    def __call__(self, path: Path) -> Finished:
+        if len(self.files) >= OPEN and path not in self.files:
+            self.files.pop(next(iter(self.files))).close()
+        file = self.files.pop(path, None) or Finished(path)
+        self.files[path] = file
+        return file
+
+    def close(self) -> None:
+        for file in self.files.values():
+            file.close()
+
+
+@dataclass
+class Table:
+    """A table of a dataset, which is opened when it is read."""
+
+    opened: Opened
+    path: Path
+    dim: str
+    labels: np.ndarray
+
+    def read(self, part: slice) -> Columns:
+        return self.opened(self.path).tables[self.dim].read(part)
+
+    def column(self, name: str) -> np.ndarray:
+        return self.opened(self.path).tables[self.dim].column(name)
+
+
+def _paths(files: Paths) -> list[Path]:
+    """The files that are named; a pattern that the shell has left as it is names all that match."""
+    found: list[Path] = []
+    for name in (os.fspath(file) for file in files):
+        matching = [name] if os.path.exists(name) or not glob.has_magic(name) else sorted(glob.glob(name))
+        if not matching:
+            raise ScenarioError(f"{name}: matches no file; check the pattern")
+        found += map(Path, matching)
+    for path in (path for n, path in enumerate(found) if path in found[:n]):
+        raise ScenarioError(f"{path}: is named twice; name each dataset once")
+    if not found:
+        raise ScenarioError("no dataset is named; give those that are to be merged, such as part*.nc")
+    return found
+
+
+def _check(parts: Sequence[Part]) -> None:
+    """They must be of one sweep and of this version, and no run may be in two of them."""
+    first = parts[0]
+    if first.attributes["lienumba_version"] != __version__:
+        raise ScenarioError(
+            f"{first.path}: was made by lienumba {first.attributes['lienumba_version']}, but this is {__version__}; "
+            "merge with that version"
+        )
+    if "stop" in _sweep(first.attributes):
+        raise ScenarioError(
+            f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
+            "lienumba run --resume"
+        )
+    for part in parts[1:]:
+        check_parts(part.attributes, first.attributes, str(part.path), str(first.path))
+    labels = np.concatenate([part.labels["run"] for part in parts])
+    owners = np.repeat(np.arange(len(parts)), [len(part.labels["run"]) for part in parts])
+    order = np.argsort(labels, kind="stable")
+    labels, owners = labels[order], owners[order]
+    twice = np.flatnonzero(labels[1:] == labels[:-1])
+    if len(twice):
+        a, b = owners[twice[0]], owners[twice[0] + 1]
+        both = labels[twice[(owners[twice] == a) & (owners[twice + 1] == b)]]
+        raise ScenarioError(f"{parts[a].path} and {parts[b].path} both have {_named(both)}; leave one of them out")
+
+
+def _write(parts: Sequence[Part], target: Path, tell: Tell) -> None:
+    """Write the dataset of all their runs."""
+    whole = max(parts, key=lambda part: int(_sweep(part.attributes)["runs"]))
+    resolved = resolve(tomllib.loads(whole.attributes["scenario"]))
+    labels = np.concatenate([part.labels["run"] for part in parts])
+    order = np.argsort(labels)
+    samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
+    results = Results(resolved, check_initial(resolved))
+    opened, stream = Opened(), Stream(results.frame(samples, len(labels)), target)
+    try:
+        columns = results.labels(labels[order])
+        for dim, own in columns.items():
+            sources = [Table(opened, part.path, dim, part.labels[dim]) for part in parts]
+            told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
+            stream.put(dim, 0, pieces(own, sources), told)
+        stream.finish(columns | samples, {})
+    finally:
+        stream.discard()
+        opened.close()
+
+
+def _tell(tell: Tell, total: int, done: int) -> None:
+    tell(Progress("write", done, total, 0))
+
+
+def _sweep(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """The section of the sweep that a dataset is of."""
+    sweep: dict[str, Any] = tomllib.loads(attributes["scenario"])["sweep"]
+    return sweep
+
+
+def _named(labels: np.ndarray) -> str:
+    return f"run {labels[0]}" if len(labels) == 1 else f"the runs {_ranges(labels)}"
+
+
+def _ranges(labels: np.ndarray) -> str:
+    """Labels (ascending) as --runs takes them, the first few ranges."""
+    bounds = [0, *(np.flatnonzero(np.diff(labels) > 1) + 1).tolist(), len(labels)]
+    found = [(int(labels[a]), int(labels[b - 1]) + 1) for a, b in pairwise(bounds)]
+    shown = [str(a) if b == a + 1 else f"{a}:{b}" for a, b in found[:SHOWN]]
+    return ",".join(shown) + (f" and {len(found) - SHOWN} more ranges" if len(found) > SHOWN else "")

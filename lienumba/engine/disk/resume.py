@@ -1,0 +1,100 @@
+"""Whether what is there already belongs to the sweep that is asked for: a sentence names the first difference."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from lienumba import __version__
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import Scenario
+from lienumba.words import show
+
+INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
+WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
+VARY, ORDER = "sweep.vary", "{} (order)"  # what comes first matters: to sequences of samples, and to records
+LONGEST = 40  # characters of a value in a sentence
+
+
+def manifest(resolved: Scenario) -> dict[str, Any]:
+    """What a sweep is, for those who want to go on with it."""
+    return {"lienumba_version": __version__, "scenario": resolved.to_toml()}
+
+
+def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None:
+    """A ScenarioError if `there`, a manifest or the attributes of a dataset, is another sweep."""
+    remedy = "go on with what is there, choose another output, or start again with --overwrite"
+    if there.get("lienumba_version") != __version__:
+        raise ScenarioError(
+            f"{where}: was begun by lienumba {there.get('lienumba_version')}, but this is {__version__}, whose results "
+            f"may differ; go on with that version, or start again with --overwrite"
+        )
+    old, new = values(there), values(manifest(resolved))
+    key = first_difference(old, new)
+    if key is not None:
+        raise ScenarioError(
+            f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
+            f"{remedy}"
+        )
+    check_samplers(old, new, where, 'start again with --overwrite, or use the sampler "sobol"')
+
+
+def check_parts(there: Mapping[str, Any], here: Mapping[str, Any], where: str, first: str) -> None:
+    """A ScenarioError if the attributes of a dataset are not those of another part of the sweep that `first` is of."""
+    if there["lienumba_version"] != here["lienumba_version"]:
+        raise ScenarioError(
+            f"{where}: was made by lienumba {there['lienumba_version']}, but {first} by {here['lienumba_version']}, "
+            "and their results may differ; merge datasets of one version"
+        )
+    own, others = values(there), values(here)
+    key = first_difference(own, others)
+    if key is not None:
+        raise ScenarioError(
+            f"{where}: is of another scenario than {first}, {key} = {_shown(own, key)} there and {_shown(others, key)} "
+            "here; merge datasets of one sweep"
+        )
+    check_samplers(own, others, where, f"{first} cannot be merged with it")
+
+
+def values(there: Mapping[str, Any]) -> dict[str, Any]:
+    """Every value of the scenario of a manifest, or of the attributes of a dataset, by its path."""
+    return _flat(tomllib.loads(str(there["scenario"])))
+
+
+def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str | None:
+    """The path of the first value that makes other runs, or another dataset of them."""
+    differing = (key for key in sorted(old.keys() | new.keys()) if old.get(key) != new.get(key))
+    return next((key for key in differing if not key.startswith(INDIFFERENT)), None)
+
+
+def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, remedy: str) -> None:
+    """The samples of some samplers depend on how many there are."""
+    sampler, before, runs = str(new["sweep.sampler"]), old["sweep.runs"], new["sweep.runs"]
+    if sampler in WHOLE and before != runs:
+        raise ScenarioError(
+            f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler)} "
+            f"{WHOLE[sampler]}, so that samples would not fit together; {remedy}"
+        )
+
+
+def _shown(values: Mapping[str, Any], key: str) -> str:
+    if key not in values:
+        return "nothing"
+    text = show(values[key])
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def _flat(value: Any, path: str = "") -> dict[str, Any]:
+    """Every value by its path; tables of a list by their names, so that a sentence says them."""
+    found: dict[str, Any] = {}
+    if isinstance(value, Mapping):
+        items = [(str(key), item) for key, item in value.items()]
+        if path == VARY:
+            found[ORDER.format(path)] = list(value)
+    elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+        items = [(str(item.get("name", n)), item) for n, item in enumerate(value)]
+        found[ORDER.format(path)] = [name for name, _ in items]
+    else:
+        return {path: value}
+    for key, item in items:
+        found |= _flat(item, f"{path}.{key}" if path else key)
+    return found

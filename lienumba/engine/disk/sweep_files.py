@@ -1,0 +1,124 @@
+"""A sweep on the disk: its shards, the dataset that was finished before, and the one that comes of both."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lienumba.batch.statuses import GOOD
+from lienumba.engine.disk.background_writer import Sources
+from lienumba.engine.disk.resume import check_same
+from lienumba.engine.results import in_full
+from lienumba.engine.simulate import Runs
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import Scenario
+from lienumba.store.files import read
+from lienumba.store.finished import Finished
+from lienumba.store.layout import FULL
+from lienumba.store.shards import Shards, labels_of
+from lienumba.store.stream import Source
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What there is of a sweep whose dataset will be `target`."""
+
+    resolved: Scenario
+    target: Path
+    shards: Shards
+    finished: Finished | None
+
+    def of(self, table: str) -> list[Source]:
+        """Where runs of a table are."""
+        older = self.finished.tables.get(table) if self.finished else None
+        return [*self.shards.sources(table), *([older] if older is not None else [])]
+
+    def sources(self, tables: Iterable[str]) -> Sources:
+        return {table: self.of(table) for table in tables}
+
+    @property
+    def labels(self) -> np.ndarray:
+        """The runs that are there, ascending; with their courses, if these are kept."""
+        runs = labels_of(self.of("run"))
+        return runs[~in_full(self.resolved, runs) | np.isin(runs, labels_of(self.of(FULL)))]
+
+    @property
+    def older(self) -> np.ndarray:
+        """The runs of the dataset that was finished before."""
+        return self.finished.tables["run"].labels if self.finished else np.empty(0, np.int64)
+
+    def column(self, name: str) -> np.ndarray:
+        """What these runs have of a variable."""
+        labels = self.labels
+        found = np.empty(len(labels))
+        for source in reversed(self.of("run")):
+            own = np.isin(source.labels, labels)
+            found[np.searchsorted(labels, source.labels[own])] = source.column(name)[own]
+        return found
+
+    def samples(self, runs: Runs) -> Runs:
+        """These runs with the samples that those had that were finished before, whoever drew them."""
+        if self.finished is None:
+            return runs
+        had, rows = self.finished.inputs, np.searchsorted(runs.labels, self.older)
+        samples = {path: x.copy() for path, x in runs.samples.items()}
+        for path in samples.keys() & had.keys():
+            samples[path][rows] = had[path]
+        return replace(runs, samples=samples)
+
+    def failed(self) -> int:
+        """How many of these failed."""
+        return int(np.count_nonzero(~np.isin(self.column("status"), GOOD)))
+
+
+class Arrived:
+    """Which of the runs (labels, ascending) have arrived, of which those that are known were there before."""
+
+    def __init__(self, labels: np.ndarray, known: np.ndarray) -> None:
+        self.labels, self.first = labels, 0
+        self.there = np.isin(labels, known)
+
+    def take(self, labels: np.ndarray) -> None:
+        self.there[np.searchsorted(self.labels, labels)] = True
+
+    def prefix(self, most: int) -> int:
+        """How many of the first so many runs are there up to one that is not."""
+        rest = self.there[self.first :]
+        self.first = len(self.there) if rest.all() else self.first + int(rest.argmin())
+        return min(self.first, most)
+
+
+@contextmanager
+def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
+    """What there is already, if it is to go on; a ScenarioError if that is of another sweep."""
+    shards, finished, replaced = Shards(target), None, False
+    try:
+        if resume and shards.exists:
+            manifest = shards.load()
+            check_same(manifest, resolved, str(shards.folder))
+            replaced = bool(manifest.get("overwrites"))
+        if resume and target.exists() and not replaced:
+            read(target).close()  # which refuses what is none
+            finished = Finished(target)
+            check_same(finished.attributes, resolved, str(target))
+        there = Stored(resolved, target, shards, finished)
+        _check_room(there, resolved)
+        yield there
+    finally:
+        shards.close()
+        if finished is not None:
+            finished.close()
+
+
+def _check_room(there: Stored, resolved: Scenario) -> None:
+    """No run that is there may be lost."""
+    data: Any = resolved.data
+    labels = there.labels
+    if len(labels) and labels[-1] >= data.sweep.runs:
+        raise ScenarioError(
+            f"{there.target}: has runs up to {labels[-1]} already, but sweep.runs = {data.sweep.runs}; give at least "
+            f"{labels[-1] + 1}, or start again with --overwrite"
+        )

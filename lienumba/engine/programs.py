@@ -1,0 +1,119 @@
+"""From prepared runs to the program that integrates them, and to its batch."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from lienumba.groups.state import ELEMENT
+from lienumba.mechanics.system.discontinuities import landings
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
+from lienumba.scenario.start.prepare import Prepared
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.batch.integrate import Batch, Pace
+    from lienumba.integrators.tracing.augmented_state import Held
+    from lienumba.integrators.tracing.program import Method, Program
+    from lienumba.integrators.tracing.row_selection import Choice
+
+# Where no first step is given: so much of the run, and no body turns further than this (rad); it is soon corrected.
+FIRST_PART, FIRST_TURN = 1e-3, 0.01
+
+
+def _choice(prepared: Prepared) -> "Choice":
+    from lienumba.integrators.tracing.row_selection import first_choice
+
+    nominal = prepared.nominal
+    choice = first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
+    return replace(choice, singular=nominal.singular)
+
+
+def method_of(resolved: Scenario) -> "Method":
+    """What beside the mechanism shapes the kernels of a scenario."""
+    from lienumba.integrators.tracing.program import Method
+
+    data: Any = resolved.data
+    integrator, projection, paced = data.integrator, data.projection, data.integrator.step is None
+    return Method(
+        tableau=integrator.method, position=projection.position, velocity=projection.velocity,
+        dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
+        baumgarte=projection.baumgarte, free=paced or bool(data.model.events), paced=paced,
+    )  # fmt: skip
+
+
+def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
+    """The program of these runs; fixed: see `program.build`."""
+    from lienumba.integrators.tracing.program import build
+
+    return build(prepared.model, method_of(resolved), _choice(prepared), fixed)
+
+
+def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
+    """The runs, ready to be executed."""
+    import numpy as np
+
+    from lienumba.batch.integrate import Batch
+
+    data: Any = resolved.data
+    carried = program.carried.start(prepared.model.forces, len(prepared.states))
+    return Batch(
+        machine=machine,
+        parameters=program.parameters,
+        states=np.concatenate([prepared.states, carried, _held(prepared, program.held)], axis=1),
+        codes=prepared.codes,
+        end=data.integrator.end_time,
+        h=data.integrator.step,
+        outputs=np.unique([0.0, *resolved.times]),  # the start too: energies count from it
+        tolerance=data.projection.tolerance,
+        iterations=data.projection.max_iterations,
+        landings=tuple(landings(prepared.model, data.integrator.end_time)),
+        pace=_pace(data.integrator, prepared),
+        stops=tuple(event.stop for event in prepared.model.events),
+    )
+
+
+def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
+    """How a tolerance chooses steps. If it is not given, the first one turns no body by more than a small angle."""
+    import numpy as np
+
+    from lienumba.batch.integrate import Pace
+    from lienumba.integrators.methods import step_control
+
+    tolerance = integrator.tolerance
+    if tolerance is None:
+        return None
+    relative = tolerance.relative if isinstance(tolerance, Tolerance) else tolerance
+    absolute = tolerance.absolute.model_dump(exclude_none=True) if isinstance(tolerance, Tolerance) else {}
+    kinds = Absolute.model_fields
+    longest = integrator.max_step or integrator.end_time
+    first = integrator.first_step
+    if first is None:
+        w = prepared.states.reshape(len(prepared.states), -1, ELEMENT)[:, :, 15:18]
+        fastest = np.sqrt(w[..., 0] * w[..., 0] + w[..., 1] * w[..., 1] + w[..., 2] * w[..., 2]).max(axis=1)
+        first = FIRST_PART * integrator.end_time
+        first = np.minimum(first, FIRST_TURN / np.maximum(fastest, FIRST_TURN / first))
+    return Pace(
+        step_control.Tolerance(relative, **{kind: absolute.get(kind, relative) for kind in kinds}),
+        np.minimum(first, longest), longest, integrator.min_step or 0.0,
+    )  # fmt: skip
+
+
+def _held(prepared: Prepared, held: "Held") -> "np.ndarray":
+    """What every run holds beside its state at the start (runs, rows)."""
+    import numpy as np
+
+    from lienumba.mechanics.mechanism.kinematics import Instant
+    from lienumba.mechanics.system.kkt import Structure
+    from lienumba.mechanics.system.singular import limiting_accelerations
+
+    choice, runs = _choice(prepared), len(prepared.states)
+    if not prepared.nominal.singular:
+        return held.start(prepared.angles, choice, runs)
+    structure = Structure.of(prepared.model, (), choice.dropped)
+    mask = [0.0 if row in choice.dropped else 1.0 for row in range(structure.rows)]
+    bodies = tuple(tuple(body.T) for body in prepared.states.reshape(runs, -1, 18).transpose(1, 0, 2))
+    now = Instant(bodies, 0.0, prepared.angles)
+    with np.errstate(all="ignore"):
+        last, rates = limiting_accelerations(prepared.model, structure, now, mask)
+    return held.start(prepared.angles, choice, runs, [np.nan_to_num(a) for a in (*last, *rates)])

@@ -1,0 +1,280 @@
+"""What a scenario keeps of every run: tables with one record for each run, of which the dataset is made.
+
+There are two: `run`, of every run, and in the mode "summary" `full_run`, the course of those runs that keep it.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.integrate import Chunk
+from lienumba.batch.records import STATE, SUMMARIES, Layout, per_run
+from lienumba.batch.statistics import MEANINGS, STATISTICS
+from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
+from lienumba.errors import ScenarioError
+from lienumba.integrators.tracing.program import Program
+from lienumba.mechanics.elements.quantities import XYZ, Part
+from lienumba.scenario.base.arguments import parse_ranges
+from lienumba.scenario.base.units import units
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.prepare import Nominal
+from lienumba.store import layout, provenance
+from lienumba.store.layout import FULL, RUN, SERIES, VARIABLES, Variable
+from lienumba.store.shards import LABEL
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KEPT = "kept "  # before the names of tables of another scenario
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some finished runs: their tables, by name, and for how long (s) cores were busy with them."""
+
+    tables: dict[str, np.ndarray]
+    seconds: float
+
+    @property
+    def codes(self) -> np.ndarray:
+        codes: np.ndarray = self.tables["run"]["status"]
+        return codes
+
+    def of(self, kept: np.ndarray) -> "Piece":
+        """The piece of those runs (a mask) alone."""
+        labels = self.tables["run"][LABEL][kept]
+        return Piece({name: x[np.isin(x[LABEL], labels)] for name, x in self.tables.items()}, self.seconds)
+
+
+def joined(pieces: Sequence[Piece], seconds: float) -> Piece:
+    """The piece of all these runs."""
+    tables = {name: np.concatenate([piece.tables[name] for piece in pieces]) for name in pieces[0].tables}
+    return Piece(tables, seconds)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A variable of the dataset: how it is described, and value(chunk, program) -> (runs, ...)."""
+
+    name: str
+    spec: Variable
+    shape: tuple[int, ...]
+    value: Callable[[Chunk, Program], np.ndarray]
+    dtype: str = "f8"
+
+
+class Results:
+    """tables: the fields of each table; labels are kept beside them."""
+
+    def __init__(self, resolved: Scenario, nominal: Nominal) -> None:
+        data: Any = resolved.data
+        self.resolved, self.model, self.nominal = resolved, nominal.model, nominal
+        self.layout = Layout.of(nominal.model)
+        self.times = np.array(resolved.times)
+        output = data.output
+        courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
+        courses = [field for field in courses if all(field.shape)]  # some mechanisms have no joints
+        once = [field for field in self._fates() if all(field.shape)] + self._summaries(taken=[x.name for x in courses])
+        if output.mode == "full":
+            self.tables = {"run": [*courses, *once]}
+        else:
+            courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
+            self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
+
+    def _stored(self, name: str, variables: list[str]) -> bool:
+        return (name.partition(".")[0] if name in self.layout.quantities else name) in variables
+
+    def _course(self, name: str) -> Field:
+        shape = (len(self.times), *self.layout.shape(name))
+        return Field(
+            name, self._spec(name), shape, lambda *found: per_run(self._lanes(name, *found), len(found[0].codes))
+        )
+
+    def _lanes(self, name: str, chunk: Chunk, program: Program) -> np.ndarray:
+        """A variable at the stored times (blocks, times, ..., W); records have the start, too."""
+        return self.layout.lanes(name, chunk.records, program)[:, -len(self.times) :]
+
+    def _fates(self) -> list[Field]:
+        """How runs ended, and what the whole dataset has one of for each run."""
+        events = (len(self.model.events),)
+        plain = [
+            ("status", (), lambda chunk, _: chunk.codes, "i1"),
+            ("end_time", (), lambda chunk, _: chunk.ends, "f8"),
+            ("steps", (), lambda chunk, _: chunk.steps, "i8"),
+            ("rejected_steps", (), lambda chunk, _: chunk.rejected, "i8"),
+            ("event_time", events, lambda chunk, _: chunk.event_times, "f8"),
+            ("event_count", events, lambda chunk, _: chunk.event_counts, "i8"),
+        ]
+        fates = [Field(name, VARIABLES[name], shape, value, dtype) for name, shape, value, dtype in plain]
+        return [*fates, *map(self._largest, SUMMARIES), *map(self._last, STATE)]
+
+    def _largest(self, name: str) -> Field:
+        return Field(
+            name,
+            VARIABLES[name],
+            (),
+            lambda chunk, program: self.layout.summary(name, chunk.records, program, len(chunk.codes)),
+        )
+
+    def _last(self, name: str) -> Field:
+        def value(chunk: Chunk, program: Program) -> np.ndarray:
+            states = self.layout.last(name, chunk.states)
+            began = ~np.isin(chunk.codes, (INVALID, NOT_ASSEMBLED))
+            return np.where(began.reshape(-1, *[1] * (states.ndim - 1)), states, np.nan)
+
+        return Field(f"last_{name}", VARIABLES[f"last_{name}"], self.layout.shape(name), value)
+
+    def _summaries(self, taken: Sequence[str]) -> list[Field]:
+        """Each once, if it is asked for in two ways; taken: names of variables."""
+        data: Any = self.resolved.data
+        every = [
+            self._summary(shown, name, part, statistic)
+            for asked, statistics in data.output.summary.items()
+            for shown, name, part in self._parts(asked)
+            for statistic in statistics
+        ]
+        found = {field.name: field for field in every if all(field.shape)}
+        for name in found:
+            if name in taken or name in VARIABLES:
+                raise ScenarioError(
+                    f"output.summary: gives {name}, but the dataset has a variable of this name already; give that "
+                    "quantity another name"
+                )
+        return list(found.values())
+
+    def _parts(self, asked: str) -> list[tuple[str, str, int | None]]:
+        """How a thing that is asked for is called, its variable, and which component of this it is."""
+        parts = [name for name in self.layout.quantities if name.partition(".")[0] == asked]
+        if parts or asked in self.layout.names:
+            return [(name, name, None) for name in parts or [asked]]
+        whole, _, last = asked.rpartition(".")
+        return [(asked, whole, XYZ.index(last))]
+
+    def _summary(self, shown: str, name: str, part: int | None, statistic: str) -> Field:
+        spec, shape = self._spec(name), self.layout.shape(name)
+        dims = spec.dims[2:]
+        if part is not None:
+            dims, shape = (), ()
+
+        def value(chunk: Chunk, program: Program) -> np.ndarray:
+            lanes = self._lanes(name, chunk, program)
+            lanes = lanes if part is None else lanes[:, :, part]
+            return per_run(STATISTICS[statistic](lanes, self.times), len(chunk.codes))
+
+        unit = "s" if statistic == "time_of_max" else spec.units
+        text = f"{MEANINGS[statistic]}: {spec.long_name}" + ("" if part is None else f", {XYZ[part]}")
+        return Field(f"{shown}_{statistic}", Variable((*RUN, *dims), unit, text, spec.frame), shape, value)
+
+    def _spec(self, name: str) -> Variable:
+        if name in self.layout.quantities:
+            return self._quantity(self.layout.quantities[name])
+        return VARIABLES[name]
+
+    def _quantity(self, part: Part) -> Variable:
+        if not part.vector:
+            return Variable(SERIES, part.units, part.long_name)
+        assert part.frame is not None
+        frame = "global" if part.frame < 0 else self.model.bodies[part.frame].name
+        return Variable((*SERIES, "axis"), part.units, part.long_name, frame)
+
+    def labels(self, runs: np.ndarray) -> dict[str, np.ndarray]:
+        """The labels of each table, of these runs."""
+        return {name: runs[self.in_full(runs)] if name == FULL else runs for name in self.tables}
+
+    @property
+    def numbers(self) -> list[str]:
+        """The numbers that there is one of for each run."""
+        return [field.name for field in self.tables["run"] if field.shape == () and field.dtype == "f8"]
+
+    def dtype(self, table: str) -> np.dtype[Any]:
+        """Of the records of a table."""
+        fields = [(x.name, x.dtype, x.shape) for x in self.tables[table]]
+        return np.dtype([(LABEL, "i8"), *fields])
+
+    def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
+        """What is kept of a chunk, which has these runs."""
+        found = {}
+        for table, fields in self.tables.items():
+            kept = self.in_full(labels) if table == FULL else np.ones(len(labels), bool)
+            records = np.empty(int(kept.sum()), self.dtype(table))
+            records[LABEL] = labels[kept]
+            for field in fields if kept.any() else ():
+                records[field.name] = field.value(chunk, program)[kept]
+            found[table] = records
+        return Piece(found, chunk.seconds)
+
+    def in_full(self, labels: np.ndarray) -> np.ndarray:
+        """Which runs keep their course in the mode "summary" (runs,)."""
+        return in_full(self.resolved, labels)
+
+    def frame(self, inputs: Iterable[str], total: int) -> "xr.Dataset":
+        """The dataset without any run yet."""
+        none = np.empty(0)
+        fields = [field for every in self.tables.values() for field in every]
+        empty = {field.name: np.empty((0, *field.shape), field.dtype) for field in fields}
+        return self.dataset(empty, none.astype(np.int64), dict.fromkeys(inputs, none), total)
+
+    def dataset(
+        self,
+        arrays: dict[str, np.ndarray],
+        labels: np.ndarray,
+        samples: dict[str, np.ndarray],
+        total: int,
+        **more: str,
+    ) -> "xr.Dataset":
+        """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
+        data: Any = self.resolved.data
+        model, named = self.model, data.model.model_dump()
+        return layout.dataset(
+            variables=arrays,
+            times=self.resolved.times,
+            runs=labels.tolist(),
+            full_runs=labels[self.in_full(labels)].tolist(),
+            total=total,
+            bodies=[body.name for body in model.bodies],
+            joints=[joint.name for joint in model.joints],
+            constraints=self.layout.constraints,
+            efforts=self.layout.efforts,
+            events=[event.name for event in model.events],
+            shared=self.nominal.rank.shared,
+            own={field.name: field.spec for fields in self.tables.values() for field in fields},
+            inputs=samples,
+            input_units={path: units(path, named) for path in samples},
+            attributes={
+                **provenance.attributes(
+                    data.title, self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
+                ),
+                **more,
+            },
+        )
+
+
+def in_full(resolved: Scenario, labels: np.ndarray) -> np.ndarray:
+    """Which runs keep their course in the mode "summary" (runs,)."""
+    data: Any = resolved.data
+    kept = np.zeros(len(labels), bool)
+    for part in parse_ranges(data.output.full_runs, "") if data.output.full_runs is not None else []:
+        kept |= (labels >= part.start) & (labels < part.stop)
+    return kept
+
+
+class Twice(Results):
+    """Keeps of the same runs what another scenario keeps, too, which stores fewer times of the same mechanism."""
+
+    def __init__(self, resolved: Scenario, nominal: Nominal, original: Scenario) -> None:
+        super().__init__(resolved, nominal)
+        self.original = Results(original, nominal)
+        records, needed = (np.unique([0.0, *times]) for times in (resolved.times, original.times))
+        self.places = np.searchsorted(records, needed)
+
+    def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
+        whole = super().piece(chunk, program, labels)
+        fewer = self.original.piece(replace(chunk, records=chunk.records[:, self.places]), program, labels)
+        return replace(whole, tables=whole.tables | {KEPT + name: table for name, table in fewer.tables.items()})
+
+    def kept(self, piece: Piece) -> Piece:
+        """What the other scenario keeps of a piece."""
+        tables = {name.removeprefix(KEPT): x for name, x in piece.tables.items() if name.startswith(KEPT)}
+        return replace(piece, tables=tables)

@@ -1,0 +1,246 @@
+"""From a scenario to its dataset: prepare, compile, run, label, write."""
+
+import os
+import shutil
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lienumba.engine.cluster import connection
+from lienumba.engine.part import share_of
+from lienumba.engine.progress import shown
+from lienumba.errors import ClusterError, ScenarioError
+from lienumba.scenario.base.arguments import check_labels
+from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.start.prepare import check_initial, design, prepare
+from lienumba.store.files import WriteError
+from lienumba.words import plural
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from lienumba.engine.simulate import Compute, Progress, Runs, Tell
+    from lienumba.store.shards import Shards
+
+NOT_KEPT = "interrupted: no run is kept; name an output, so that an interrupted sweep can go on with resume=True"
+__all__ = ["Interrupted", "check_initial", "operation_counts", "run"]
+
+
+class Interrupted(KeyboardInterrupt):
+    """An interrupt of a sweep of which something is kept; its text says what."""
+
+
+def run(
+    scenario: Any,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    seed: int | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    runs: Sequence[int] | None = None,
+    part: str | tuple[int, int] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    dask: Any = None,
+    progress: "Callable[[Progress], None] | bool | None" = None,
+) -> "xr.Dataset":
+    """Simulate a scenario (a path, a dict or a System) and return its dataset.
+
+    output: write it to this netCDF file, which is read when values are asked for, its runs in the order of their
+    labels; without it the dataset is in memory, its runs as they are given;
+    workers: threads, by default one per core; runs: labels of the runs to simulate, by default all (-1: the nominal
+    run); part: such as "3/20", the third of twenty parts of these; resume: go on with what an interrupted sweep has
+    left beside `output`, or add runs to a finished one; dask: "local" for `workers` processes, the address of a
+    scheduler, or a distributed.Client, on whose workers the runs are computed; progress: called with a Progress a few
+    times per second; by default a run that takes more than a second shows itself on a terminal and in a notebook, not
+    elsewhere; False: nowhere, True: everywhere.
+    An interrupt (Ctrl-C, or that of a notebook's kernel) ends it, and says what is kept.
+    Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
+    """
+    from lienumba.engine import study
+    from lienumba.store.files import check_target, folder_of, read, write
+
+    resolved = resolve(scenario, overrides=overrides, seed=seed)
+    told = not isinstance(scenario, Scenario)  # else the command line tells them
+    if told:
+        for sentence in resolved.warnings:
+            warnings.warn(sentence, stacklevel=2)
+    data: Any = resolved.data
+    labels = list(resolved.labels if runs is None else runs)
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
+    check_labels(labels, data.sweep.runs)
+    if part is not None:
+        labels = share_of(labels, part, resolved)
+    if resolved.plan is not None:
+        _check_study(resume, dask)
+    if dask is not None:
+        connection.check(dask, workers)
+    if output is not None:
+        check_target(output, overwrite, resume)
+    elif resume:
+        raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
+    workers = workers or usable_cores()
+    with shown(progress) as tell:
+        if resolved.plan is not None:
+            dataset = study.run(resolved, labels, workers, tell)
+            for sentence in study.doubts(dataset) if told else ():
+                warnings.warn(sentence, stacklevel=2)
+            if output is not None:
+                write(dataset, output)
+                shutil.rmtree(folder_of(Path(output)), ignore_errors=True)
+            return dataset
+        with _computing(resolved, workers, dask) as compute:
+            if output is None:
+                return in_memory(resolved, labels, compute, tell)
+            on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
+    return read(Path(output))
+
+
+def _check_study(resume: bool, dask: Any) -> None:
+    if resume:
+        raise ScenarioError("a study is not resumed, because its times belong together; start it again")
+    if dask is not None:
+        raise ScenarioError("a study is not run on a cluster, because its times are of one machine; leave dask out")
+
+
+@contextmanager
+def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute]":
+    """What computes runs: threads, or a cluster."""
+    from lienumba.engine.simulate import Threads
+
+    if dask is None:
+        yield Threads(resolved, workers)
+        return
+    from lienumba.engine.cluster.dask_cluster import Cluster
+
+    with Cluster(resolved, dask, workers) as cluster:
+        yield cluster
+
+
+def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
+    """The dataset of these runs."""
+    from lienumba.engine.memory import Memory
+    from lienumba.engine.results import Results
+    from lienumba.engine.simulate import simulate
+    from lienumba.engine.stopping import stopping_of
+
+    runs = runs_of(resolved, labels)
+    results, memory = Results(resolved, runs.nominal), Memory(labels)
+    enough = stopping_of(resolved, results.numbers)
+    try:
+        for piece in enough.until(simulate(runs, tell, compute)):
+            memory.take(piece)
+    except KeyboardInterrupt:
+        raise Interrupted(NOT_KEPT) from None
+    kept = enough.kept(runs.labels)
+    runs = runs.part(kept)
+    return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **enough.attributes())
+
+
+def on_disk(
+    resolved: Scenario,
+    labels: Sequence[int],
+    compute: "Compute",
+    tell: "Tell",
+    target: Path,
+    resume: bool,
+    overwrite: bool,
+) -> None:
+    """Write the dataset of these runs, and of those that are there already."""
+    import numpy as np
+
+    from lienumba.engine.disk.background_writer import writing
+    from lienumba.engine.disk.resume import manifest
+    from lienumba.engine.disk.sweep_files import Arrived, stored
+    from lienumba.engine.results import Results
+    from lienumba.engine.simulate import Progress, simulate
+    from lienumba.engine.stopping import stopping_of
+    from lienumba.store.shards import LABEL
+    from lienumba.store.stream import Stream
+
+    with stored(target, resolved, resume) as there:
+        shards, known = there.shards, there.labels
+        if shards.damaged:
+            files = plural(len(shards.damaged), "file was", "files were")
+            warnings.warn(f"{shards.folder}: {files} damaged; their runs are simulated again", stacklevel=3)
+        runs = there.samples(runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist()))
+        results = Results(resolved, runs.nominal)
+        enough = stopping_of(resolved, results.numbers)
+        enough.know(known, there.column)
+        missing = runs.part(~np.isin(runs.labels, known) & enough.kept(runs.labels))
+        shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)
+        begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
+        with writing(begin, results.labels(runs.labels)) as dataset, _kept(shards, len(runs.labels)):
+            if len(missing.labels):
+
+                def watched(event: Progress) -> None:
+                    tell(event)
+                    shards.look()
+
+                pieces = simulate(missing, watched, compute, before=(len(known), there.failed()))
+                arrived = Arrived(runs.labels, known)
+                for piece in enough.until(pieces):
+                    arrived.take(piece.tables["run"][LABEL])
+                    if shards.take(piece.tables):
+                        sure = arrived.prefix(enough.decided(runs.labels))
+                        dataset.follow(sure, there.sources(results.tables))
+            runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
+            total, failed = len(runs.labels), there.failed()
+            dataset.finish(  # what cannot be written now can be from the shards
+                results.labels(runs.labels),
+                there.sources(results.tables),
+                runs.samples,
+                enough.attributes(),
+                lambda done: tell(Progress("write", done, total, failed)),
+            )
+        shards.remove()
+
+
+@contextmanager
+def _kept(shards: "Shards", total: int) -> Iterator[None]:
+    """What was computed goes to the disk, whatever happens; what ends the sweep before its time says so."""
+    try:
+        yield
+    except (KeyboardInterrupt, ClusterError, MemoryError) as error:
+        shards.flush()
+        kept = len(shards.labels())
+        if not kept and isinstance(error, KeyboardInterrupt):
+            raise Interrupted("interrupted: no dataset was written") from None
+        if not kept:
+            raise
+        there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume (in Python: resume=True)"
+        if isinstance(error, KeyboardInterrupt):
+            raise Interrupted(f"interrupted: {there}") from None
+        kind = ClusterError if isinstance(error, ClusterError) else MemoryError
+        raise kind(f"{error}; {there}") from None
+    except BaseException:
+        with suppress(WriteError):
+            shards.flush()
+        raise
+
+
+def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
+    """These runs, with their samples, where the scenario starts."""
+    import numpy as np
+
+    from lienumba.engine.simulate import Runs
+
+    nominal = check_initial(resolved)
+    return Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
+
+
+def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
+    """Operations of each kernel per evaluation and run: what the hardware must do."""
+    from lienumba.engine.programs import program_of
+
+    prepared = prepare(scenario, [0])
+    return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}
+
+
+def usable_cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,155 @@
+"""Simulates the runs of a scenario: prepared portion by portion, compiled once, dealt out in chunks."""
+
+from collections.abc import Callable, Generator, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.execute import Cost, Task, execute, tasks
+from lienumba.batch.statuses import GOOD
+from lienumba.engine.programs import batch_of, program_of
+from lienumba.engine.results import Piece, Results
+from lienumba.integrators.codes import EXCHANGED
+from lienumba.integrators.tracing.tracer import split
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.prepare import Nominal, Prepared, prepare
+from lienumba.store.shards import LABEL
+
+if TYPE_CHECKING:
+    from lienumba.batch.integrate import Chunk
+    from lienumba.integrators.tracing.machine import Machine
+    from lienumba.integrators.tracing.program import Program
+
+PORTION = 2**15  # runs of one body that are prepared at a time
+
+Code = tuple["Program", "Machine"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total,
+    which grows where some go again."""
+
+    stage: str
+    done: int
+    total: int
+    failed: int
+
+
+Tell = Callable[[Progress], None]
+
+
+def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> Code:
+    """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.tracing.program.build`."""
+    from lienumba.integrators.tracing.machine import compile_program
+
+    program = program_of(resolved, prepared, fixed)
+    machine = compile_program(program)
+    return replace(program, kernels={}), machine  # graphs are large, and have done their work
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs to be simulated: labels (runs,), samples by path (runs,), and where the scenario starts."""
+
+    labels: np.ndarray
+    samples: dict[str, np.ndarray]
+    nominal: Nominal
+
+    def part(self, which: Any) -> "Runs":
+        return Runs(self.labels[which], {path: x[which] for path, x in self.samples.items()}, self.nominal)
+
+    def portions(self, bodies: int) -> "Iterator[Runs]":
+        size = max(PORTION // bodies, 64)
+        for first in range(0, len(self.labels), size):
+            yield self.part(slice(first, first + size))
+
+
+# compute(runs, fixed, report) yields what these runs give, each once, in any order; fixed: see
+# `lienumba.integrators.tracing.program.build`; report(runs done) is called a few times per second.
+Compute = Callable[[Runs, bool, Callable[[float], None]], Iterator[Piece]]
+
+
+def simulate(
+    runs: Runs, tell: Tell, compute: Compute, before: tuple[int, int] = (0, 0)
+) -> Generator[Piece, None, None]:
+    """Yield the runs as they finish; of each the status is final. before: runs done and failed already."""
+    (done, failed), remaining = before, runs
+    total = done + len(runs.labels)
+
+    def report(count: float) -> None:
+        tell(Progress("run", done + int(count), total, failed))
+
+    for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
+        again: list[np.ndarray] = []
+        pieces = compute(remaining, fixed, report)
+        tell(Progress("compile", done, total, failed))
+        for piece in pieces:
+            going = piece.codes == EXCHANGED
+            failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
+            if going.any():
+                again.append(piece.tables["run"][LABEL][going])
+                piece = piece.of(~going)
+            yield piece
+        if not again:
+            return
+        done = total
+        remaining = remaining.part(np.isin(remaining.labels, np.concatenate(again)))
+        total += len(remaining.labels)
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Computes on threads of this process.
+
+    prepared, code: where portions and machine code come from, if they are known; results: what is kept of runs, if that
+    is not what the scenario says.
+    """
+
+    resolved: Scenario
+    workers: int
+    prepared: Callable[[Runs], Iterable[Prepared]] | None = None
+    code: Callable[[bool, Prepared], Code] | None = None
+    results: Results | None = None
+
+    def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
+        prepared = iter((self.prepared or partial(portions, self.resolved))(runs))
+        first = next(prepared)  # a sweep of which no run can be prepared ends here, before anything is compiled
+        code = self.code or (lambda fixed, first: compiled(self.resolved, first, fixed))
+        every = chunks(self.resolved, chain([first], prepared), code, fixed, self.workers, report, self.results)
+        return execute(every, self.workers, report)
+
+
+def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
+    data: Any = resolved.data
+    for portion in runs.portions(len(data.model.bodies)):
+        yield prepare(resolved, portion.labels.tolist(), portion.samples, runs.nominal, len(runs.labels))
+
+
+def chunks(
+    resolved: Scenario,
+    portions: Iterable[Prepared],
+    code: Callable[[bool, Prepared], Code],
+    fixed: bool,
+    workers: int,
+    report: Callable[[float], None],
+    results: Results | None = None,
+) -> Iterator[Task[Piece]]:
+    """The chunks of all portions; the first of these is what is compiled."""
+    program, cost = None, Cost()
+    for prepared in portions:
+        if program is None:
+            program, machine = code(fixed, prepared)
+            results = results or Results(resolved, prepared.nominal)
+            report(0)
+        assert results is not None
+        own = replace(program, parameters=split(prepared.model)[1])
+        batch = batch_of(resolved, prepared, own, machine)
+        yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
+
+
+def _piece(results: Results, program: "Program", labels: np.ndarray, chunk: "Chunk") -> Piece:
+    return results.piece(chunk, program, labels[chunk.runs])

@@ -1,0 +1,128 @@
+"""Ends a sweep where it has runs enough: decided after every so many runs in the order of their labels, whatever order
+they finish in, so that the same sweep always ends at the same run."""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from lienumba.engine.results import Piece
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.stop import Stop
+from lienumba.store.shards import LABEL
+from lienumba.sweep.confidence import half_width, ranks
+from lienumba.words import show, suggestion
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A statistic with its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        return self.high - self.low
+
+
+class Stopping:
+    """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
+    as long as that is not known; interval: of these. Without a rule there are never enough."""
+
+    def __init__(self, rule: Stop | None, runs: int, nominal: bool) -> None:
+        self.rule = rule
+        self._waiting = nominal  # for the nominal run, which is not counted
+        self.end: int | None = None
+        self.interval: Interval | None = None
+        self._values = np.full(runs if rule else 0, np.nan)
+        self._known = np.zeros(len(self._values), bool)
+        self._checked = 0
+
+    def until(self, pieces: Generator[Piece, None, None]) -> Iterator[Piece]:
+        """The pieces as they come, until there are enough."""
+        for piece in pieces:
+            yield piece
+            if self.rule is not None:
+                records = piece.tables["run"]
+                self._take(records[LABEL], records[self.rule.variable])
+                if self.end is not None and not self._waiting:
+                    pieces.close()
+                    return
+
+    def know(self, labels: np.ndarray, column: Callable[[str], np.ndarray]) -> None:
+        """Take runs that are there already."""
+        if self.rule is not None and len(labels):
+            self._take(labels, column(self.rule.variable))
+
+    def kept(self, labels: np.ndarray) -> np.ndarray:
+        """Which of these runs are among those that are enough (runs,)."""
+        return labels < (self.end if self.end is not None else inf)
+
+    def decided(self, labels: np.ndarray) -> int:
+        """How many of these runs (labels, ascending) are kept for sure."""
+        return len(labels) if self.rule is None else int(np.searchsorted(labels, self._checked))
+
+    def attributes(self) -> dict[str, str]:
+        """What the dataset says of it."""
+        return {"stopped": self.sentence()} if self.end is not None else {}
+
+    def _take(self, labels: np.ndarray, values: np.ndarray) -> None:
+        assert self.rule is not None
+        self._waiting = self._waiting and not (labels < 0).any()
+        own = (labels >= 0) & (labels < len(self._values))
+        self._values[labels[own]] = values[own]
+        self._known[labels[own]] = True
+        while self.end is None and self._checked + self.rule.every <= len(self._values):
+            upto = self._checked + self.rule.every
+            if not self._known[self._checked : upto].all():
+                break
+            self._checked = upto
+            found = interval(self._values[:upto], self.rule)
+            if found.width <= self.rule.width:
+                self.end, self.interval = upto, found
+
+    def sentence(self) -> str:
+        """What made it end."""
+        assert self.rule is not None
+        assert self.interval is not None
+        rule, found = self.rule, self.interval
+        what = "mean" if rule.statistic == "mean" else f"{100 * (rule.probability or 0):g} % quantile"
+        return (
+            f"enough after {self.end:,} runs: the {what} of {rule.variable} is {found.value:.6g}, "
+            f"from {found.low:.6g} to {found.high:.6g} with a confidence of {100 * rule.confidence:g} %"
+        )
+
+
+def stopping_of(resolved: Scenario, numbers: list[str]) -> Stopping:
+    """The rule of a scenario; a ScenarioError if the dataset has no such number for each run."""
+    data: Any = resolved.data
+    rule = data.sweep.stop
+    if rule is not None and rule.variable not in numbers:
+        raise ScenarioError(
+            f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "
+            f"{suggestion(rule.variable, numbers)}, or ask for it in output.summary"
+        )
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal)
+
+
+def interval(values: np.ndarray, rule: Stop) -> Interval:
+    """The confidence interval over the runs that have a value: by Student's t of a mean, by the binomial distribution
+    of the ranks of a quantile, which assumes nothing of how values are distributed."""
+    x = np.sort(values[np.isfinite(values)])
+    if len(x) < 2:
+        return Interval(np.nan, -inf, inf)
+    if rule.statistic == "mean":
+        mean, half = float(x.mean()), float(half_width(x.std(ddof=1), len(x), rule.confidence))
+        return Interval(mean, mean - half, mean + half)
+    assert rule.probability is not None
+    low, high = map(int, ranks(len(x), rule.probability, rule.confidence))
+    return Interval(
+        float(np.quantile(x, rule.probability)),
+        float(x[low]) if low >= 0 else -inf,
+        float(x[high]) if high < len(x) else inf,
+    )

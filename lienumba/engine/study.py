@@ -1,0 +1,196 @@
+"""Runs a study: every point of its grid with the same samples, compared with its reference, and timed.
+
+All points are prepared and compiled first. Points that differ in integrator or projection alone have their initial
+states in common, and those of one method their kernels. The first round gives errors and costs, further rounds give
+times only, interleaved: a busy minute of the machine meets all points alike.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.statuses import GOOD
+from lienumba.engine.memory import Memory
+from lienumba.engine.programs import method_of
+from lienumba.engine.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.scenario.base.units import units
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.prepare import Prepared, prepare
+from lienumba.scenario.start.study_start import problems, stated, told
+from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
+from lienumba.store import provenance, study_layout
+from lienumba.store.study_layout import ERRORS, SAME, TRUSTED, grid_of, typical
+from lienumba.words import listed, plural, show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Arrays = dict[str, "np.ndarray"]
+ITERATIONS = ("position_iterations", "velocity_iterations")
+STORED = [*STATE, *ITERATIONS]  # of every point, until its errors are known
+
+
+def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> "xr.Dataset":
+    """The dataset of a study; labels: of the runs of each point."""
+    data, plan = scenario.data, scenario.plan
+    assert data.study is not None
+    assert plan is not None
+    bench = _Bench(scenario, labels, workers, tell)
+    known = {point.problem: stated(scenario, point, labels, bench.samples) for point in problems(plan)}
+    bench.compile()
+    found: dict[int, Arrays] = {}
+    seconds: list[list[float]] = [[] for _ in plan.points]
+    for problem, truth in known.items():
+        truth, floor = bench.reference(problem) if truth is None else (truth, rounding(truth))
+        for n, point in enumerate(plan.points):
+            if point.problem == problem:
+                memory = bench.simulate(point.scenario, problem, counted=True)
+                seconds[n].append(memory.seconds)
+                found[n] = _measured(point.scenario, memory.arrays, truth) | {
+                    f"reference_{x}_error": floor[x] for x in floor
+                }
+    for _ in range(data.study.repeats - 1):
+        for n, point in enumerate(plan.points):
+            seconds[n].append(bench.simulate(point.scenario, point.problem).seconds)
+    per_run = np.array(seconds) / len(labels)
+    times = {"time_per_run": np.median(per_run, axis=1), "time_per_run_spread": np.ptp(per_run, axis=1)}
+    arrays = {
+        name: np.stack([np.broadcast_to(found[n][name], len(labels)) for n in range(len(found))], axis=1)
+        for name in found[0]
+    }
+    model = data.model.model_dump()
+    return study_layout.dataset(
+        {name: x.reshape(*x.shape[:-1], *plan.shape) for name, x in (arrays | times).items()},
+        labels,
+        plan.coordinates,
+        bench.samples,
+        {path: units(path, model) for path in bench.samples},
+        provenance.attributes(data.title, scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
+    )
+
+
+class _Bench:
+    """The prepared runs and the kernels of all points, and how far the study has come."""
+
+    def __init__(self, scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> None:
+        assert scenario.plan is not None
+        assert scenario.data.study is not None
+        self.plan, self.workers, self.tell = scenario.plan, workers, tell
+        self.runs, self.done, self.failed = len(labels), 0, 0
+        times = len(self.plan.points) * scenario.data.study.repeats + 2 * len(self.plan.references)
+        self.total = times * self.runs
+        self.codes: dict[Any, Code] = {}
+        self.prepared: dict[str, Prepared] = {
+            point.problem: told(point, lambda scenario: prepare(scenario, labels)) for point in problems(self.plan)
+        }
+
+    @property
+    def samples(self) -> "Arrays":
+        """The samples of every run, which are the same at all points, by path."""
+        return next(iter(self.prepared.values())).samples
+
+    def compile(self) -> None:
+        """Compile what the points and references need."""
+        references = [(x, problem) for problem, both in self.plan.references.items() for x in both]
+        needed = [*((point.scenario, point.problem) for point in self.plan.points), *references]
+        for scenario, problem in needed:
+            self.tell(Progress("compile", 0, self.total, 0))
+            self.code(scenario, problem, True)
+
+    def code(self, scenario: Scenario, problem: str, fixed: bool) -> Code:
+        key = (problem, method_of(scenario), fixed)
+        if key not in self.codes:
+            self.codes[key] = compiled(scenario, self.prepared[problem], fixed)
+        return self.codes[key]
+
+    def simulate(self, scenario: Scenario, problem: str, counted: bool = False) -> Memory:
+        """The runs of a scenario that solves this problem; counted: whether those that fail are told."""
+
+        def report(event: Progress) -> None:
+            if event.stage == "run":
+                more = event.total - self.runs
+                failed = self.failed + counted * event.failed
+                self.tell(Progress("run", self.done + event.done, self.total + more, failed))
+
+        def portions(runs: Runs) -> Iterator[Prepared]:
+            known = self.prepared[problem]
+            yield known if len(runs.labels) == self.runs else prepare(scenario, runs.labels.tolist(), runs.samples)
+
+        known = self.prepared[problem]
+        runs = Runs(np.asarray(known.labels), known.samples, known.nominal)
+        memory = Memory(known.labels)
+        threads = Threads(_lean(scenario), self.workers, portions, lambda fixed, _: self.code(scenario, problem, fixed))
+        for piece in simulate(runs, report, threads):
+            memory.take(piece)
+        self.done += self.runs
+        self.failed += counted * int(np.count_nonzero(~np.isin(memory.arrays["status"], GOOD)))
+        return memory
+
+    def reference(self, problem: str) -> "tuple[Truth, Arrays]":
+        """The motion that settings give, and by how much (runs,) its judge says otherwise."""
+        first, judge = (self.simulate(scenario, problem) for scenario in self.plan.references[problem])
+        bodies = [body.name for body in self.prepared[problem].model.bodies]
+        truth = Truth({name: first.arrays[name] for name in STATE}, dict.fromkeys(STATE, bodies))
+        differences = errors(judge.arrays, truth, bodies)
+        floor = rounding(truth)
+        return truth, {name: np.maximum(differences[name].max(axis=1), floor[name]) for name in STATE}
+
+
+def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
+    """Errors and costs (runs,) of one point."""
+    found: Arrays = {}
+    data: Any = scenario.data
+    for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
+        found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
+    per_run = {name: arrays[name] for name in SAME}
+    stages = len(TABLEAUS[data.integrator.method].b)
+    most = {f"max_{name}": np.fmax.reduce(arrays[name], axis=1) for name in ITERATIONS}
+    return found | per_run | most | {"evaluations": stages * (per_run["steps"] + per_run["rejected_steps"])}
+
+
+def _lean(scenario: Scenario) -> Scenario:
+    """The scenario with what the errors need, and nothing else, to be stored."""
+    output = scenario.data.output.model_copy(update={"variables": STORED})
+    return replace(scenario, data=scenario.data.model_copy(update={"output": output}))
+
+
+def doubts(ds: "xr.Dataset") -> list[str]:
+    """Sentences about a reference that failed, or that is not a hundred times better than the best point."""
+    ratios: dict[str, np.ndarray] = {}
+    unknown = np.zeros(ds["status"].shape, bool)
+    for name in (name for name in ERRORS if f"{name}_error" in ds):
+        unknown |= ~np.isfinite(ds[f"reference_{name}_error"].values)
+        with np.errstate(all="ignore"):
+            ratio = typical(ds, f"{name}_error").values / typical(ds, f"reference_{name}_error").values
+        ratios[name] = np.where(np.isnan(ratio), np.inf, ratio)
+    found = []
+    if unknown.any():
+        runs = np.flatnonzero(unknown.reshape(len(unknown), -1).any(axis=1))
+        found.append(
+            f"study.reference: has no result in {plural(len(runs), 'run', 'runs')}, run {ds['run'].values[runs[0]]} "
+            "first, whose errors are not known; give it a smaller step or another method"
+        )
+    telling = [name for name in ratios if ratios[name].max() >= TRUSTED]  # others may be 0 for good
+    worst = min(telling or ratios, key=lambda name: ratios[name].min())
+    if ratios[worst].min() < TRUSTED:
+        at = np.unravel_index(ratios[worst].argmin(), ratios[worst].shape)
+        least, good = (float(typical(ds, f"{x}{worst}_error").values[at]) for x in ("", "reference_"))
+        unit = ds[f"{worst}_error"].attrs["units"]
+        found.append(
+            f"study.reference: the smallest {worst}_error of the grid, {least:.2g} {unit}{_where(ds, at)}, is less "
+            f"than {TRUSTED:g} times what the reference is good to, {good:.2g} {unit}; give a better reference, or "
+            "leave out such fine points"
+        )
+    return found
+
+
+def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
+    """At which settings a point lies."""
+    dims = ds["status"].dims[1:]
+    point = ds.isel(dict(zip(dims, map(int, at), strict=True)))
+    labels = {name: point[name].values.item() for name in grid_of(ds)}
+    own = [f"{name} = {show(x)}" for name, x in labels.items() if x != "" and x == x]  # others: not of its grid
+    return f" at {listed(own)}"

@@ -1,0 +1,120 @@
+"""Charts: how coordinates about an element of S move it, and how fast they change along its motion.
+
+A step begins at x with the coordinates u = 0, integrates u' by a method for vector spaces, and ends at the element
+that u then belongs to.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from lienumba.groups import se3, so3, state
+from lienumba.numerics.operations import at_most
+
+LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
+
+State = tuple[Any, ...]
+Coordinates = tuple[Any, ...]
+Field = tuple[Any, ...]  # F of eq. (15) for one element: v (global), w (body frame), v', w'
+
+
+class Chart(Protocol):
+    """`size`: the coordinates of an element; the last six are those of its velocities. `plain`: their slopes are v'
+    and w' as they are."""
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def plain(self) -> bool: ...
+
+    def moved(self, x: State, u: Coordinates) -> State:
+        """The element at u about x."""
+
+    def slope(self, x: State, u: Coordinates, at: State, f: Field) -> Coordinates:
+        """u' where x is moved to `at` by u, and F is f there."""
+
+    def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
+        """Those of the element that is moved by u, and from there by w."""
+
+    def rotation(self, u: Coordinates) -> Any:
+        """The squared rotation by u (rad^2), which the driver keeps below LARGEST_STAGE."""
+
+
+class Exponential(Chart, Protocol):
+    """A chart of a group, where the slope at 0 says all of F."""
+
+    def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
+        """u' at u about x, from the slope at 0 about the element that u leads to."""
+
+
+@dataclass(frozen=True)
+class R3xSO3:
+    """The paper's: x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F), its series cut behind ad^terms or in
+    closed form for None."""
+
+    terms: int | None
+    size: int = state.ALGEBRA
+    plain: bool = True
+
+    def moved(self, x: State, u: Coordinates) -> State:
+        return state.product(x, state.exp(u))
+
+    def slope(self, x: State, u: Coordinates, at: State, f: Field) -> Coordinates:
+        minus = tuple(-c for c in u)
+        return state.dexpinv(minus, f) if self.terms is None else state.dexpinv_truncated(minus, f, self.terms)
+
+    def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
+        return self.slope((), u, (), slope)
+
+    def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
+        return state.log(state.product(state.exp(u), state.exp(w)))
+
+    def rotation(self, u: Coordinates) -> Any:
+        return promised(u[3:6])
+
+
+@dataclass(frozen=True)
+class SE3:
+    """x exp(u) on SE(3) x R^6, where the velocities are the body's twist (R^T v, w): it stays in every subalgebra to
+    which joints confine it, as the motion stays in the subgroup (Mueller, Terze 2014)."""
+
+    terms: int | None
+    size: int = state.ALGEBRA
+    plain: bool = False
+
+    def moved(self, x: State, u: Coordinates) -> State:
+        g = se3.product(x[0:12], se3.exp(u[0:6]))
+        V = so3.add(_turned_back(x[3:12], x[12:15]), u[6:9])
+        return g + so3.rotate(g[3:12], V) + so3.add(x[15:18], u[9:12])
+
+    def slope(self, x: State, u: Coordinates, at: State, f: Field) -> Coordinates:
+        """V' = R^T v' - w x V."""
+        R, w = at[3:12], f[3:6]
+        V = _turned_back(R, f[0:3])
+        return self._pulled(u, V + w) + so3.subtract(_turned_back(R, f[6:9]), so3.cross(w, V)) + f[9:12]
+
+    def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
+        return self._pulled(u, slope[0:6]) + slope[6:12]
+
+    def _pulled(self, u: Coordinates, twist: Any) -> Any:
+        minus = tuple(-c for c in u[0:6])
+        return se3.dexpinv(minus, twist) if self.terms is None else se3.dexpinv_truncated(minus, twist, self.terms)
+
+    def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
+        moving = se3.log(se3.product(se3.exp(u[0:6]), se3.exp(w[0:6])))
+        return moving + so3.add(u[6:9], w[6:9]) + so3.add(u[9:12], w[9:12])
+
+    def rotation(self, u: Coordinates) -> Any:
+        return promised(u[3:6])
+
+
+def _turned_back(R: Any, a: Any) -> Any:
+    """The inverse of R times a, R orthogonal up to rounding: with R^T a alone, a velocity that is turned there and back
+    in every step would grow by what R R^T lacks of I."""
+    b = so3.rotate_back(R, a)
+    return so3.add(b, so3.rotate_back(R, so3.subtract(a, so3.rotate(R, b))))
+
+
+def promised(u: Any) -> Any:
+    """The square of a rotation vector (rad^2), which the driver keeps below LARGEST_STAGE."""
+    return at_most(so3.dot(u, u), LARGEST_STAGE)

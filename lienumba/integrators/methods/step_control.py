@@ -1,0 +1,77 @@
+"""How long a step may be: the error of an embedded pair, measured in the algebra, and the controller of step sizes.
+
+Hairer, Norsett and Wanner (1993), sections II.4 and II.10; Gustafsson, ACM Trans. Math. Softw. 17 (1991).
+"""
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from typing import Any
+
+from lienumba.groups.so3 import dot
+from lienumba.numerics.operations import absolute, exp, log, maximum, minimum, sqrt, where
+
+LOG_SAFETY = -0.10536051565782628  # of 0.9
+LEAST, MOST = 0.2, 6.0  # factors between two steps
+SMALLEST, LARGEST = 1e-10, 1e10  # errors beyond which a factor says no more
+P, I = 0.4, 0.7  # noqa: E741  # gains, over the order of the error of one step
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Of the error of one step: relative, and absolute by kind (m, rad, m/s, rad/s, and that of states of laws)."""
+
+    relative: float
+    position: float
+    rotation: float
+    velocity: float
+    angular_velocity: float
+    state: float
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return astuple(self)
+
+
+def error_square(estimates: Sequence[Any], x: Any, y: Any, tolerance: Sequence[Any]) -> Any:
+    """The squared error of one body in a step from x to y, as a fraction of what is allowed: that of its worst kind.
+
+    estimates: one or two (elements of the algebra, the same rows as in the body's slopes); tolerance: the numbers of a
+    `Tolerance`. Positions and velocities are measured by their length, rotations by their angle.
+    """
+    relative, *absolutes = tolerance
+    places = (slice(0, 3), slice(3, -6), slice(-6, -3), slice(-3, None))
+    worst: Any = 0.0
+    for place, part, allowed in zip(places, (slice(0, 3), None, slice(12, 15), slice(15, 18)), absolutes, strict=False):
+        if part is not None:
+            allowed = allowed + relative * sqrt(maximum(dot(x[part], x[part]), dot(y[part], y[part])))
+        squares = [sum((c * c for c in z[place]), start=0.0) / (allowed * allowed) for z in estimates]
+        worst = maximum(_joined(squares), worst)
+    return worst
+
+
+def state_error_square(estimates: Sequence[Any], x: Any, y: Any, tolerance: Sequence[Any]) -> Any:
+    """The same of one state of a law: numbers instead of rows."""
+    allowed = tolerance[-1] + tolerance[0] * maximum(absolute(x), absolute(y))
+    return _joined([z * z / (allowed * allowed) for z in estimates])
+
+
+def _joined(squares: Sequence[Any]) -> Any:
+    """One estimate from two of different order (Hairer, Norsett and Wanner, eq. II.10.17)."""
+    if len(squares) == 1:
+        return squares[0]
+    fifth, third = squares
+    below = fifth + 0.01 * third
+    return where(below > 0.0, fifth * fifth / where(below > 0.0, below, 1.0), below)
+
+
+def factors(square: Any, memory: Any, order: int) -> tuple[Any, Any, Any]:
+    """By how much the next step is longer if this one is accepted, or shorter if it is not, and what to remember.
+
+    square: of the error, NaN if there is none; memory: of the last accepted step, 0 at the start; order: of the error
+    of one step.
+    """
+    within = where(square < LARGEST * LARGEST, maximum(square, SMALLEST * SMALLEST), LARGEST * LARGEST)
+    size = 0.5 * log(within)
+    grown = exp(LOG_SAFETY - (I / order) * size + (P / order) * memory)
+    shrunk = exp(LOG_SAFETY - size / order)
+    return minimum(maximum(grown, LEAST), MOST), maximum(minimum(shrunk, 1.0), LEAST), size

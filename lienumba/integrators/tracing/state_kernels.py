@@ -1,0 +1,95 @@
+"""The kernels that look at one state, or correct it: velocity projection, exchange of rows, what is stored."""
+
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.integrators import codes
+from lienumba.integrators.tracing import law_states as carried_
+from lienumba.integrators.tracing.tracer import Tracer, finite, flat
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model, reads_state
+from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.numerics.operations import minimum, where
+
+
+def velocity(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    solution = projection.velocity_correction(model, tracer.structure, now, tracer.method.velocity, mask)
+    new = tuple(
+        body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
+        for i, body in enumerate(now.bodies)
+    )
+    counts = projection.counted(solution, mask, "velocity")
+    violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
+    code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
+    if tracer.structure.looped:
+        lost = projection.lost_rate(model, Instant(new, now.t, now.angles), counts)
+        code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
+    code = where(finite(solution.x), code, codes.NON_FINITE)
+    return tracer.kernel("velocity", (*tracer.with_carried(graph, new), violation, code))
+
+
+def exchange(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, _ = tracer.now(graph)
+    triangle, scales = kkt.exchange(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
+    return tracer.kernel("exchange", (*triangle, *scales))
+
+
+def sample(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, _ = tracer.now(graph)
+    carried = tracer.carried.placed(carried_.sampled(model, now))
+    return tracer.kernel("sample", flat((*now.bodies, *carried)))
+
+
+def events(tracer: Tracer) -> Kernel:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
+    needed = any(quantities.level(model, name) == quantities.OBSERVED for name in read)
+    observed = _observed(tracer, graph, model, now, mask)[0] if needed else None
+    return tracer.kernel("events", quantities.conditions(model, now, observed))
+
+
+def _observed(
+    tracer: Tracer, graph: Graph, model: Model, now: Instant, mask: list[Any]
+) -> tuple[quantities.Observed, list[Any]]:
+    """What accelerations and multipliers say of a state, and the multipliers."""
+    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", codes.LENGTH))
+    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
+    mu = solution.mu
+    if tracer.whole.masked:
+        short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
+        mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
+    force, torque = constraints.loads(model, now, mu)
+    efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
+    return quantities.Observed(solution.x, force, torque, efforts), mu
+
+
+def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
+    graph, model = tracer.graph()
+    now, mask = tracer.now(graph)
+    found, mu = _observed(tracer, graph, model, now, mask)
+    kinetic, potential = dynamics.energies(model, now)
+    named = {
+        "kinetic_energy": [kinetic],
+        "potential_energy": [potential],
+        "position_violation": [constraints.largest(constraints.residual(model, now))],
+        "velocity_violation": [constraints.largest(constraints.rate_and_bias(model, now)[0])],
+        "multiplier": mu,
+        "joint_force": found.forces,
+        "joint_torque": found.torques,
+        "driver_effort": [x for rows in found.efforts for x in rows],
+    }
+    named |= carried_.variables(model, now)
+    named |= quantities.observe(model, now, found)
+    observed: dict[str, tuple[int, int]] = {}
+    outputs: list[Any] = []
+    for name, rows in named.items():
+        observed[name] = (len(outputs), len(rows))
+        outputs += rows
+    return tracer.kernel("observe", outputs), observed

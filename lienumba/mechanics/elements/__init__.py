@@ -1,0 +1,1 @@
+"""What mechanisms are made of: joints, forces, quantities, laws of one's own."""

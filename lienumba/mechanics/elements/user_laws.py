@@ -1,0 +1,223 @@
+"""Laws that a user writes as Python functions: what they are given, and what is made of what they return.
+
+Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, the
+interval at which it is sampled, its parameters, quantities, and the states of other laws. A law with states returns
+what it does together with the rates of its states, or where it is sampled with their new values; in between, what it
+does is held as it was returned.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+from lienumba import laws
+from lienumba.groups import so3
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.quantities import COORDINATE_OF, bodies_of, component, components, evaluate, rows
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant, View
+from lienumba.mechanics.mechanism.model import GROUND, Code, Coordinate, Force, Model
+from lienumba.numerics.jets import lift
+
+LOADS, POTENTIAL = "loads", "potential"
+HELD = {"force": 6, "torque": 3, "effort": 1}  # numbers of a load: its value, and where a force acts
+
+
+class States:
+    """The states of a law by their names."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self.__dict__.update(values)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"the law has no state {name}; it has {', '.join(self.__dict__)}")
+
+
+class LawError(TypeError):
+    """A law that does not return what it should; the message says what it must return."""
+
+
+def ends_of(model: Model, code: Code, bodies: Sequence[int], numbers: dict[str, Any]) -> tuple[int, ...]:
+    """The bodies (indices) whose motion it sees."""
+    ends = [*bodies, *(i for j in code.joints for i in model.joints[j].bodies)]
+    for quantity in model.quantities:
+        if quantity.name in code.quantities:
+            ends += [*quantity.bodies, quantity.relative_to, quantity.frame, *bodies_of(model, quantity.value)]
+            ends += model.joints[quantity.joint].bodies if quantity.joint >= 0 else ()
+    ends += bodies_of(model, *numbers.values())
+    return tuple(dict.fromkeys(i for i in ends if i != GROUND))
+
+
+def call(
+    model: Model, code: Code, bodies: Sequence[int], numbers: dict[str, Any], view: View, states: Sequence[Any] = ()
+) -> Any:
+    """What the function returns."""
+    given = [_body(view, i) for i in bodies] + [_joint(model, view, j, code.returns == LOADS) for j in code.joints]
+    named = {name: evaluate(model, x, view) for name, x in numbers.items()}
+    for quantity in model.quantities:
+        if quantity.name in code.quantities:
+            names = components(model, quantity)
+            named[quantity.name] = _namespace(dict(zip(names, rows(model, quantity, view), strict=True)))
+    for force in model.forces:
+        if force.name in code.quantities:
+            named[force.name] = States({name: component(model, f"{force.name}.{name}", view) for name in force.initial})
+    if "t" in code.wants:
+        named["t"] = view.t
+    if "interval" in code.wants:
+        named["interval"] = code.every
+    if "states" in code.wants:
+        named["states"] = States(dict(zip(code.states, states, strict=True)))
+    if code.names:
+        return code.function(**dict(zip(code.names, given, strict=True)), **named)
+    return code.function(*given, **named)
+
+
+def _body(view: View, i: int) -> laws.Body:
+    m, v = view[i], laws.Vector.of
+    return laws.Body(i, v(m.r), tuple(m.R), v(m.v), v(m.w))
+
+
+def _joint(model: Model, view: View, j: int, rates: bool) -> laws.Joint:
+    found = {}
+    for name, kind in COORDINATE_OF.items():
+        if kind in joints.COORDINATES.get(model.joints[j].type, ()):
+            is_rate = name in ("rate", "speed")
+            if rates or not is_rate:
+                x = joints.coordinate(model, Coordinate(j, kind), kinematics.moving(view) if is_rate else view)
+                found[name] = lift(x).b if is_rate else x
+    return laws.Joint(j, **found)
+
+
+def _namespace(values: dict[str, Any]) -> Any:
+    """{"force.x": 1} as an object with .force.x; a single number without a name as it is."""
+    if "" in values:
+        return values[""]
+    tree: dict[str, Any] = {}
+    for name, x in values.items():
+        *above, last = name.split(".")
+        node = tree
+        for part in above:
+            node = node.setdefault(part, {})
+        node[last] = x
+    return SimpleNamespace(**{k: SimpleNamespace(**x) if isinstance(x, dict) else x for k, x in tree.items()})
+
+
+# ---------------------------------------------------------------- joints
+def residual(model: Model, index: int, view: View) -> tuple[Any, ...]:
+    """The rows of a joint of the user's own."""
+    joint = model.joints[index]
+    assert joint.code is not None
+    found = call(model, joint.code, joint.bodies, joint.numbers, view)
+    return tuple(found) if isinstance(found, tuple | list | laws.Vector) else (found,)
+
+
+# ---------------------------------------------------------------- forces
+def outcome(model: Model, force: Force, now: Instant) -> tuple[list[laws.Load], list[Any]]:
+    """The loads of a law and the rates of its states, or if it is sampled its new states."""
+    assert force.code is not None
+    ends = ends_of(model, force.code, force.bodies, force.numbers)
+    view = kinematics.still(now, ends)
+    states = states_of(force, now)[: len(force.code.states)]
+    found = call(model, force.code, force.bodies, force.numbers, view, states)
+    if not force.code.states:
+        return _loads(found), []
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise LawError(
+            "it has states, so it must return a pair: its loads, and the rates (or new values) of its states"
+        )
+    return _loads(found[0] or []), _rates(found[1], force.code.states)
+
+
+def _loads(found: Any) -> list[laws.Load]:
+    if found is None:
+        raise LawError("it returns nothing; return its loads, or [] where it does nothing")
+    listed = [found] if isinstance(found, laws.Load) else found
+    if not isinstance(listed, list | tuple) or not all(isinstance(x, laws.Load) for x in listed):
+        raise LawError(
+            "it must return loads, made with body.force(...), body.torque(...) or joint.effort(...): one, several, none"
+        )
+    for load in listed:
+        if len(load.value) != (1 if load.kind == "effort" else 3) or len(load.at) != 3:
+            raise LawError(f"the {load.kind} that it returns must have 3 numbers, and so must the point where it acts")
+    return list(listed)
+
+
+def _rates(found: Any, names: Sequence[str]) -> list[Any]:
+    if isinstance(found, dict):
+        if set(found) != set(names):
+            raise LawError(f"it must return one number for each of its states, {', '.join(names)}")
+        return [found[name] for name in names]
+    listed = list(found) if isinstance(found, tuple | list) else [found]
+    if len(listed) != len(names):
+        raise LawError(f"it must return one number for each of its states, {', '.join(names)}")
+    return listed
+
+
+def states_of(force: Force, now: Instant) -> tuple[Any, ...]:
+    """Its states, behind them what it holds of its loads if it is sampled; what is not known yet is as at the start."""
+    found: tuple[Any, ...] = now.states.get(force.name, tuple(force.initial.values()))
+    return found
+
+
+def acting(model: Model, force: Force, now: Instant) -> list[laws.Load]:
+    """The loads now: held ones where the law is sampled and has been."""
+    assert force.code is not None
+    found = outcome(model, force, now)[0]
+    held = list(states_of(force, now)[len(force.code.states) :])
+    if force.code.every is None or not held:
+        return found
+    kept = []
+    for load in found:
+        numbers = [held.pop(0) for _ in range(HELD[load.kind])]
+        size = len(load.value)
+        kept.append(replace(load, value=tuple(numbers[:size]), at=tuple(numbers[size:]) or load.at))
+    return kept
+
+
+def generalized(model: Model, force: Force, now: Instant) -> tuple[dict[int, list[Any]], Any]:
+    """Q by body (6 rows each), and the power that comes from no potential."""
+    assert force.code is not None
+    ends = ends_of(model, force.code, force.bodies, force.numbers)
+    Q: dict[int, list[Any]] = {}
+    if force.code.returns == POTENTIAL:
+        for i in ends:
+            column = kinematics.columns(lambda view: (energy(model, force, now, view),), now, ends, i)[0]
+            Q[i] = [-x for x in column]
+        return Q, lift(energy(model, force, now, kinematics.waiting(now, ends))).b
+    power: Any = 0.0
+    view = kinematics.still(now, tuple(range(len(now.bodies))))
+    for load in acting(model, force, now):
+        for i, row in _rows(model, load, now, view):
+            old = Q.get(i, [0.0] * 6)
+            Q[i] = [a + b for a, b in zip(old, row, strict=True)]
+            for u, x in zip(now.bodies[i][12:18], row, strict=True):
+                power = power + u * x
+    return Q, power
+
+
+def energy(model: Model, force: Force, now: Instant, view: View) -> Any:
+    """What a law that returns a potential energy returns (J)."""
+    assert force.code is not None
+    return call(model, force.code, force.bodies, force.numbers, view)
+
+
+def _rows(model: Model, load: laws.Load, now: Instant, view: View) -> list[tuple[int, list[Any]]]:
+    """The generalised forces of one load: by body, force in the global and torque in the body's frame."""
+    if load.kind == "effort":
+        which = Coordinate(load.target, load.coordinate)
+        ends = tuple(dict.fromkeys(model.joints[load.target].bodies))
+        blocks = [
+            (i, kinematics.columns(lambda v: (joints.coordinate(model, which, v),), now, ends, i)[0])
+            for i in ends
+            if i != GROUND
+        ]
+        return [(i, [x * load.value[0] for x in row]) for i, row in blocks]
+    if load.target == GROUND:
+        return []
+    R = view[load.target].R
+    globally = so3.rotate(R, load.value) if load.frame == "body" else load.value
+    locally = load.value if load.frame == "body" else so3.rotate_back(R, load.value)
+    if load.kind == "torque":
+        return [(load.target, [0.0, 0.0, 0.0, *locally])]
+    return [(load.target, [*globally, *so3.cross(load.at, locally)])]

@@ -1,0 +1,1 @@
+"""A mechanism as data, and what a law sees of it."""

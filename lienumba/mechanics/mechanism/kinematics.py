@@ -1,0 +1,148 @@
+"""What a law sees of a mechanism, and what follows from a law by jets.
+
+A law is a plain function of a View that returns rows of numbers: a joint's residual, a driver's, the coordinates of a
+force. Run along the motion  r' = v, R' = R hat(w)  it gives its rate and the bias of its second derivative; run on
+unit velocities, its columns of C. A velocity-level law reads v and w: its value is a rate, its columns d/dv.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.numerics.jets import Jet, lift
+
+Body = tuple[Any, ...]  # 18 numbers: an element of S
+AT_REST = (0.0, 0.0, 0.0)
+UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Of one body: r and v of the mass centre (global), R (body to global), w (body frame)."""
+
+    r: Any
+    R: Any
+    v: Any = AT_REST
+    w: Any = AT_REST
+
+    def point(self, p: Any) -> Any:
+        """The global position of a point given in the body's frame."""
+        return so3.add(self.r, so3.rotate(self.R, p))
+
+
+FIXED = Motion(AT_REST, so3.IDENTITY)
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted;
+    within: the time that tells on which side of a jump t lies, where that is not t itself; states: of the laws of the
+    user's own, by name."""
+
+    bodies: tuple[Body, ...]
+    t: Any = 0.0
+    angles: dict[int, Any] = field(default_factory=dict)
+    within: Any = None
+    states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+
+    def motion(self, i: int) -> Motion:
+        body = self.bodies[i]
+        return Motion(body[0:3], body[3:12], body[12:15], body[15:18])
+
+
+@dataclass(frozen=True)
+class View:
+    """view[i]: the motion of body i, of the ground for GROUND; the rest as in Instant. Jets where they move."""
+
+    motions: dict[int, Motion]
+    t: Any
+    angles: dict[int, Any]
+    within: Any = None
+    states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+
+    def __getitem__(self, i: int) -> Motion:
+        return self.motions.get(i, FIXED)
+
+
+Law = Callable[[View], Any]  # a sequence of rows
+
+
+def still(now: Instant, ends: tuple[int, ...]) -> View:
+    """The state as it is: numbers."""
+    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within, now.states)
+
+
+def moving(now: View, accelerations: Any = None) -> View:
+    """All bodies in motion, and time with them: second-order jets. accelerations: v' (global) and w' (body frame), 6
+    rows per body; without them the velocities are frozen."""
+    motions = {}
+    for i, m in now.motions.items():
+        first = _times_hat(m.R, m.w)
+        second = _times_hat(first, m.w)
+        rows = AT_REST + AT_REST if accelerations is None else tuple(accelerations[6 * i : 6 * i + 6])
+        if accelerations is not None:
+            second = tuple(a + b for a, b in zip(second, _times_hat(m.R, rows[3:6]), strict=True))
+        R = zip(m.R, first, second, strict=True)
+        r = zip(m.r, m.v, rows[0:3], strict=True)
+        v, w = (m.v, m.w) if accelerations is None else (_jets(m.v, rows[0:3]), _jets(m.w, rows[3:6]))
+        motions[i] = Motion(tuple(Jet(*x) for x in r), tuple(Jet(*x) for x in R), v, w)
+    return replace(now, motions=motions, t=Jet(now.t, 1.0))
+
+
+def waiting(now: Instant, ends: tuple[int, ...]) -> View:
+    """All bodies at rest, while time moves."""
+    view = still(now, ends)
+    at_rest = {i: Motion(m.r, m.R) for i, m in view.motions.items()}
+    return replace(view, motions=at_rest, t=Jet(now.t, 1.0))
+
+
+def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocity_level: bool) -> View:
+    """One body moving with a unit velocity (6), or with it as the derivative of its velocity; time stands."""
+    v, w = velocity[0:3], velocity[3:6]
+    view = still(now, ends)
+    m = view[body]
+    if velocity_level:
+        m = Motion(m.r, m.R, _jets(m.v, v), _jets(m.w, w))
+    else:
+        m = Motion(_jets(m.r, v), _jets(m.R, _times_hat(m.R, w)), m.v, m.w)
+    return replace(view, motions=view.motions | {body: m})
+
+
+def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Any]) -> View:
+    """The R of every body moving along a matrix of its own (9 numbers each), which may lead off SO(3); time stands."""
+    view = still(now, ends)
+    motions = {i: replace(m, R=_jets(m.R, drifts[i])) for i, m in view.motions.items()}
+    return replace(view, motions=motions)
+
+
+def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_level: bool = False) -> list[list[Any]]:
+    """The block of C of one body: rows x 6 (v global, w in the body frame)."""
+    units = [(*e, *AT_REST) for e in UNIT] + [(*AT_REST, *e) for e in UNIT]
+    block = [[lift(row).b for row in law(_unit(now, ends, body, u, velocity_level))] for u in units]
+    return [list(row) for row in zip(*block, strict=True)]
+
+
+def _jets(values: Any, rates: Any) -> Any:
+    return tuple(Jet(x, dx) for x, dx in zip(values, rates, strict=True))
+
+
+def _times_hat(R: Any, w: Any) -> Any:
+    """R hat(w): each row crossed with w."""
+    return so3.cross(R[0:3], w) + so3.cross(R[3:6], w) + so3.cross(R[6:9], w)
+
+
+def inertia_times(inertia: Any, w: Any) -> Any:
+    """J w, body frame, J by its elements xx yy zz xy xz yz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return (
+        xx * w[0] + xy * w[1] + xz * w[2],
+        xy * w[0] + yy * w[1] + yz * w[2],
+        xz * w[0] + yz * w[1] + zz * w[2],
+    )
+
+
+def is_zero(x: Any) -> bool:
+    """Whether a number is zero by its structure."""
+    return isinstance(x, float) and x == 0.0

@@ -1,0 +1,229 @@
+"""A mechanism as data: bodies, joints, drivers, forces, gravity, and what is known of the initial state.
+
+A *number* is a float, an array of shape (runs,) where a sweep varies it, or where the field says so a function of
+time (anything that is called with t), or of time and state (a `Law`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+GROUND = -1
+
+Number = Any  # float | numpy.ndarray of shape (runs,) | Symbol | Jet: whatever the kernels compute with
+Timed = Any  # a Number or a function of time
+Vec3 = tuple[Number, Number, Number]
+Matrix3 = tuple[Number, ...]  # nine numbers, row major
+Frame = tuple[Vec3, Vec3, Vec3]  # x (reference), y, z (axis): orthonormal, in a body's own frame
+
+
+def at_time(x: Timed, t: Any) -> Any:
+    """The number that a timed number is at time t."""
+    return x(t) if callable(x) else x
+
+
+@dataclass(frozen=True)
+class Law:
+    """A function of time that has numbers and tables of its own, and may read the state: function(t, **numbers,
+    **quantities).
+
+    quantities: the components that it reads, such as "pointing.x"; `lienumba.mechanics.elements.quantities` evaluates
+    them.
+    """
+
+    function: Callable[..., Any]
+    numbers: dict[str, Any]
+    quantities: tuple[str, ...] = ()
+
+    def __call__(self, t: Any, **quantities: Any) -> Any:
+        return self.function(t, **self.numbers, **quantities)
+
+
+def reads_state(x: Timed) -> bool:
+    """Whether a timed number depends on more than the time."""
+    return isinstance(x, Law) and bool(x.quantities)
+
+
+@dataclass(frozen=True)
+class Code:
+    """A law of the user's own (`lienumba.mechanics.elements.user_laws`).
+
+    returns: "loads" or "potential" of a force, one letter for each row of a joint (see `JointType`); level: of these,
+    "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and joints, none if
+    it takes any number of them; wants: of t, states and interval what the function asks for; quantities: those that
+    it asks for; states: their names; every: the interval (s) of a sampled law.
+    """
+
+    function: Callable[..., Any]
+    returns: str
+    level: str = "position"
+    joints: tuple[int, ...] = ()
+    names: tuple[str, ...] = ()
+    wants: frozenset[str] = frozenset()
+    quantities: frozenset[str] = frozenset()
+    states: tuple[str, ...] = ()
+    every: float | None = None
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body. `inertia` holds xx yy zz xy xz yz of the tensor, about the mass centre, body frame."""
+
+    name: str
+    mass: Number
+    inertia: tuple[Number, ...]
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate of a joint (index): "angle" (rad) or "displacement" (m)."""
+
+    joint: int
+    kind: str
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint between two bodies (indices, GROUND = -1); `points` and `frames` are given in each body's own frame.
+
+    frames: x counts the angle, z is the axis; None where the type has no axis, or as long as the start has not
+    decided it. A gear or coupler joins two coordinates instead: second = ratio * first + offset, and its `bodies` are
+    those of both joints, without repetition.
+    """
+
+    name: str
+    type: str
+    bodies: tuple[int, ...]
+    points: tuple[Vec3, Vec3] | None = None
+    frames: tuple[Frame, Frame] | None = None
+    length: Number | None = None
+    pitch: Number | None = None  # m per turn
+    coordinates: tuple[Coordinate, Coordinate] | None = None
+    ratio: Number | None = None
+    offset: Number | None = None
+    numbers: dict[str, Number] = field(default_factory=dict)  # of a law of the user's own
+    code: Code | None = None
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A prescribed motion of a joint's coordinate, or of a body.
+
+    motion: "value" or "rate" (of `coordinate`; one number), "point" (global position of `point`; 3), "orientation"
+    (rotation vector from body to global; 3), "angular_velocity" (in `frame`, "global" or "body"; 3).
+    """
+
+    name: str
+    motion: str
+    bodies: tuple[int, ...]
+    value: tuple[Timed, ...]
+    coordinate: Coordinate | None = None
+    point: Vec3 | None = None
+    frame: str = "global"
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force law on bodies; see `lienumba.mechanics.system.applied_forces` for the types and the numbers that each
+    has.
+
+    rest: what the start decides where it is omitted (a free length; the relative rotation of a bushing, 9 numbers).
+    """
+
+    name: str
+    type: str
+    bodies: tuple[int, ...]
+    points: tuple[Vec3, ...] = ()
+    coordinate: Coordinate | None = None
+    frame: str = "global"
+    numbers: dict[str, Timed] = field(default_factory=dict)  # a tuple for a vector
+    rest: tuple[Number, ...] | None = None
+    code: Code | None = None
+    initial: dict[str, Number] = field(default_factory=dict)  # of the states of a law of the user's own
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that can be seen of the mechanism; see `lienumba.mechanics.elements.quantities` for the types.
+
+    bodies: what it is about; point: in the first body's frame; derivative: of the position of a point, 0, 1 or 2;
+    relative_to: the body from which it is seen; frame: the body along whose axes it is given; target: rotation;
+    joint, driver: indices; about: the point (global) of a moment, None for the mass centre; value: of an expression.
+    """
+
+    name: str
+    type: str
+    bodies: tuple[int, ...] = ()
+    point: Vec3 = (0.0, 0.0, 0.0)
+    derivative: int = 0
+    relative_to: int = GROUND
+    frame: int = GROUND
+    target: Matrix3 | None = None
+    joint: int = -1
+    driver: int = -1
+    about: Vec3 | None = None
+    value: Timed = 0.0
+    units: str = "1"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens when a condition becomes true; stop: whether the run ends there."""
+
+    name: str
+    when: Timed
+    stop: bool
+
+
+@dataclass(frozen=True)
+class Model:
+    gravity: tuple[Timed, Timed, Timed]
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...] = ()
+    drivers: tuple[Driver, ...] = ()
+    forces: tuple[Force, ...] = ()
+    quantities: tuple[Quantity, ...] = ()
+    events: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The initial state of one body. None, or what `guess` marks, is solved for from the joints.
+
+    position, velocity: mass centre, global frame; rotation: body to global, row major; angular_velocity: body frame.
+    relative_to: the body (index) in whose frame all four are given instead (angular_velocity: in the own body frame).
+    guess: where the solution starts for what is omitted, in the same terms.
+    """
+
+    position: Vec3 | None = None
+    rotation: Matrix3 | None = None
+    velocity: Vec3 | None = None
+    angular_velocity: Vec3 | None = None
+    relative_to: int | None = None
+    guess: "Pose | None" = None
+
+
+@dataclass(frozen=True)
+class JointStart:
+    """How a joint is placed, and what is known of its coordinates at the start.
+
+    Either `axes` (a pair, in each body's own frame; a type that needs one axis takes the first) or `axis` (global, at
+    the start; a pair for universal and perpendicular axes); `at` (global, at the start) instead of the joint's points.
+    """
+
+    axes: tuple[Vec3, Vec3] | None = None
+    references: tuple[Vec3, Vec3] | None = None
+    at: Vec3 | None = None
+    axis: tuple[Vec3, ...] | None = None
+    angle: Number | None = None
+    rate: Number | None = None
+    displacement: Number | None = None
+    speed: Number | None = None
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a scenario says of the initial state: one entry per body, one per joint."""
+
+    poses: tuple[Pose, ...]
+    joints: tuple[JointStart, ...]

@@ -1,0 +1,96 @@
+"""The numbers of a model, one by one: to compile it, to look at one run of it, to find what varies."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from lienumba.mechanics.mechanism.model import Frame, Law, Model, Number
+from lienumba.mechanics.mechanism.tables import Table
+
+
+def map_numbers(
+    model: Model, number: Callable[[Number, bool], Number], data: Callable[[Any], Any] = lambda x: x
+) -> Model:
+    """The same model with number(value, structural) for each of its numbers, in a fixed order, and data(x) for what its
+    tables hold.
+
+    structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
+    inertia, a component of gravity), where a mass or a length is always a parameter. Of drivers and forces, only an
+    exact 0 does. Functions of time stay as they are, but for the numbers of a `Law`.
+    """
+
+    def vector(v: Any) -> Any:
+        return tuple(timed(x, True) for x in v)
+
+    def frame(axes: Frame) -> Frame:
+        return (vector(axes[0]), vector(axes[1]), vector(axes[2]))
+
+    def timed(x: Any, structural: bool) -> Any:
+        if isinstance(x, Law):
+            return replace(x, numbers={name: own(y) for name, y in x.numbers.items()})
+        return x if callable(x) else number(x, structural)
+
+    def own(x: Any) -> Any:
+        return replace(x, data=data(x.data)) if isinstance(x, Table) else number(x, False)
+
+    def law(x: Any) -> Any:
+        if isinstance(x, tuple):
+            return tuple(law(y) for y in x)
+        return timed(x, isinstance(x, float | int) and x == 0)
+
+    def optional(x: Any, structural: bool = False) -> Any:
+        return None if x is None else number(x, structural)
+
+    return Model(
+        gravity=vector(model.gravity),
+        bodies=tuple(
+            replace(
+                body,
+                mass=number(body.mass, False),
+                inertia=tuple(number(x, i >= 3) for i, x in enumerate(body.inertia)),
+            )
+            for body in model.bodies
+        ),
+        joints=tuple(
+            replace(
+                joint,
+                points=None if joint.points is None else (vector(joint.points[0]), vector(joint.points[1])),
+                frames=None if joint.frames is None else (frame(joint.frames[0]), frame(joint.frames[1])),
+                length=optional(joint.length),
+                pitch=optional(joint.pitch),
+                ratio=optional(joint.ratio),
+                offset=optional(joint.offset, True),
+                numbers={key: number(x, False) for key, x in joint.numbers.items()},
+            )
+            for joint in model.joints
+        ),
+        drivers=tuple(
+            replace(
+                driver,
+                value=law(driver.value),
+                point=None if driver.point is None else vector(driver.point),
+            )
+            for driver in model.drivers
+        ),
+        forces=tuple(
+            replace(
+                force,
+                points=tuple(vector(p) for p in force.points),
+                numbers={key: law(x) for key, x in force.numbers.items()},
+                rest=None if force.rest is None else law(force.rest),
+                initial={key: number(x, False) for key, x in force.initial.items()},
+            )
+            for force in model.forces
+        ),
+        quantities=tuple(
+            replace(
+                quantity,
+                point=vector(quantity.point),
+                target=None if quantity.target is None else vector(quantity.target),
+                about=None if quantity.about is None else vector(quantity.about),
+                value=law(quantity.value),
+            )
+            for quantity in model.quantities
+        ),
+        events=tuple(replace(event, when=law(event.when)) for event in model.events),
+    )

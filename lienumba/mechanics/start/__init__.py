@@ -1,0 +1,1 @@
+"""The initial state: where joints are, and what closes the mechanism."""

@@ -1,0 +1,166 @@
+"""Closing a mechanism at the start: positions by Gauss-Newton, velocities by one linear solution, for all runs at once.
+
+Elementwise: a run that has converged stays where it is, and no run sees another.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lienumba.groups import so3
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.start.least_norm import Entries, least
+from lienumba.mechanics.start.poses import Local, Poses, Rates
+from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system.projection import ROUNDING
+from lienumba.numerics.operations import absolute, cos, maximum, where
+
+ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size of its joint, or speed of its points
+ITERATIONS = 50
+FAR = 10  # iterations that look for the least correction; where it is large they converge slowly, the rest fast
+PATIENCE = 8  # iterations without a smaller violation than before
+LONGEST_TURN = 1.0  # rad, of any body in one iteration
+DAMPING = 0.1  # of a violation of 1
+SLOW = 0.5  # an accepted state whose violation shrinks no faster than this has met rounding
+KICKS = (
+    0.0,
+    0.2,
+    0.7,
+    1.5,
+    -0.7,
+    2.5,
+    -1.5,
+    3.1,
+)  # rad: where no way leads from the start, bodies start again turned and moved
+
+
+@dataclass(frozen=True)
+class Closing:
+    """rows: those of the model's constraints that hold on the position level and are known yet."""
+
+    model: Model
+    poses: Poses
+    angles: dict[int, Any]
+    rows: tuple[int, ...]
+    runs: int
+    upright: tuple[tuple[int, int], ...] = ()  # joint, axis: which shall point the same way; their sines do not say it
+
+    def positions(self) -> tuple[Local, ...]:
+        """Positions first, those without a guess before the others; rotations only where that does not do."""
+        poses = self.poses
+        local = self._closed(poses.local, poses.loose) if poses.loose else poses.local
+        if poses.shifts != poses.loose:
+            moved = self._closed(local, poses.shifts)
+            local = poses.chosen(self._violation(moved)[1], moved, local)
+        free = poses.shifts | poses.turns
+        best = self._closed(local, free) if poses.turns else local
+        for kick in KICKS:
+            worst, accepted = self._violation(best)
+            if np.all(accepted):
+                break
+            again = self._closed(poses.moved(local, self._kick(local, free, kick), ~accepted), free, DAMPING)
+            best = poses.chosen(~accepted & (self._violation(again)[0] < worst), again, best)
+        every = np.ones(self.runs, bool)
+        return poses.chosen(every, best, best)  # arrays, whether or not a run had to move
+
+    def _instant(self, local: tuple[Local, ...]) -> Instant:
+        return Instant(self.poses.bodies(local), 0.0, self.angles)
+
+    def _closed(self, local: tuple[Local, ...], free: frozenset[int], damping: float = 0.0) -> tuple[Local, ...]:
+        """Gauss-Newton on the free columns towards the least total correction, or damped, which finds its way more
+        often where constraints are redundant, and forgets where it came from."""
+        poses, size = self.poses, 6 * len(local)
+        inverse = {(c, c): 1.0 if c % 6 < 3 else 0.5 for c in sorted(free)}
+        start, x = local, [0.0] * size
+        before, best = np.full(self.runs, np.inf), np.full(self.runs, np.inf)
+        waited = np.zeros(self.runs)
+        going = np.ones(self.runs, bool)
+        for n in range(ITERATIONS):
+            worst, accepted = self._violation(local)
+            waited = np.where(worst < best, 0.0, waited + 1.0)
+            best = np.minimum(best, worst)
+            going = going & (worst != 0.0) & (waited < PATIENCE) & ~(accepted & (worst > SLOW * before))
+            if not np.any(going):
+                break
+            again = accepted | (n >= FAR or damping > 0.0)  # from here on the correction is a small one
+            start, x = poses.chosen(again, local, start), [where(again, 0.0, a) for a in x]
+            now = self._instant(local)
+            C = self._columns(now, local, free)
+            b = self._minus_residual(now)
+            for (row, c), value in C.items():
+                b[row] = b[row] + value * x[c]
+            x = _limited(x, least(C, inverse, b, size, damping * np.minimum(worst, 1.0)))
+            local = poses.chosen(going, poses.moved(start, x, going), local)
+            before = worst
+        return local
+
+    def _columns(self, now: Instant, local: tuple[Local, ...], free: frozenset[int]) -> Entries:
+        """C of the rows, numbered from 0, for the free columns."""
+        number = {row: n for n, row in enumerate(self.rows)}
+        C = {(number[i], c): x for (i, c), x in constraints.jacobian(self.model, now).items() if i in number}
+        return self.poses.columns(C, now.bodies, local, free)
+
+    def _minus_residual(self, now: Instant) -> list[Any]:
+        phi = constraints.residual(self.model, now)
+        return [-phi[row] for row in self.rows]
+
+    def _violation(self, local: tuple[Local, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """The largest violation that is more than rounding (runs,), and whether all are accepted."""
+        now = self._instant(local)
+        phi = constraints.residual(self.model, now)
+        reach, far, _ = constraints.sizes(self.model, now)
+        worst: Any = 0.0
+        accepted: Any = np.ones(self.runs, bool)
+        for row in self.rows:
+            size = absolute(phi[row])
+            rounding = ROUNDING * (reach[row] + far[row])
+            left = where(size <= rounding, 0.0, where(size > rounding, size, np.inf))  # NaN is the worst
+            worst = maximum(worst, left)
+            accepted = accepted & (left <= ACCEPTED * reach[row] + rounding)
+        for index, axis in self.upright:
+            joint, view = self.model.joints[index], still(now, self.model.joints[index].bodies)
+            first, second = (joints.direction(joint, side, view[i], axis) for side, i in enumerate(joint.bodies))
+            against = so3.dot(first, second) < 0.0
+            worst, accepted = where(against, maximum(worst, 1.0), worst), accepted & ~np.asarray(against)
+        return np.array(np.broadcast_to(np.asarray(worst, float), (self.runs,))), accepted
+
+    def _kick(self, local: tuple[Local, ...], free: frozenset[int], angle: float) -> list[Any]:
+        """Turns by an angle and shifts by as much of the joints' reach, in directions that no mechanism prefers."""
+        reach = constraints.largest(constraints.sizes(self.model, self._instant(local))[0])
+        x: list[Any] = [0.0] * (6 * len(local))
+        for c in free:  # directions spread by the golden angle
+            x[c] = (angle * cos(2.399963 * (c + 1))) * (reach if c % 6 < 3 else 1.0)
+        return x
+
+
+def _limited(x: list[Any], new: list[Any]) -> list[Any]:
+    """The new x, or as much of the way there as turns no body by more than LONGEST_TURN."""
+    turn = constraints.largest([b - a for c, (a, b) in enumerate(zip(x, new, strict=True)) if c % 6 >= 3])
+    long = turn > LONGEST_TURN
+    part = where(long, LONGEST_TURN / where(long, turn, 1.0), 1.0)
+    return [where(long, a + part * (b - a), b) for a, b in zip(x, new, strict=True)]
+
+
+def velocities(
+    model: Model, poses: Poses, local: tuple[Local, ...], inverse_mass: Entries, rows: tuple[int, ...]
+) -> tuple[Any, ...]:
+    """The state with velocities that fulfil these rows, changed as little as can be in kinetic energy."""
+    free, size = poses.free_rates, 6 * len(local)
+    inverse = {key: x for key, x in inverse_mass.items() if key[0] in free and key[1] in free}
+    rates: tuple[Rates, ...] = poses.rates
+    bodies = poses.bodies(local, rates)
+    number = {row: n for n, row in enumerate(rows)}
+    for _ in range(2 if free else 0):  # the second time takes back the rounding of the first
+        now = Instant(bodies)
+        growth, _ = constraints.rate_and_bias(model, now)
+        C = {(number[i], c): x for (i, c), x in constraints.jacobian(model, now).items() if i in number}
+        change = least(poses.columns(C, bodies, local, free), inverse, [-growth[row] for row in rows], size)
+        rates = tuple(
+            tuple(u + change[6 * i + c] if 6 * i + c in free else u for c, u in enumerate(own))
+            for i, own in enumerate(rates)
+        )
+        bodies = poses.bodies(local, rates)
+    return bodies

@@ -1,0 +1,229 @@
+"""From what a scenario says of a joint to its points and frames, and what else the start decides.
+
+Frames: z is the axis, x the direction from which the angle counts, y = z x x. An exact 0 or 1 stays exact: whatever is
+entered along coordinate axes remains structure.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant, Motion, still
+from lienumba.mechanics.mechanism.model import (
+    GROUND,
+    Force,
+    Frame,
+    Joint,
+    JointStart,
+    Model,
+    Start,
+    at_time,
+    reads_state,
+)
+from lienumba.mechanics.start.poses import Poses
+from lienumba.numerics.operations import absolute, cos, sin, sqrt, where
+
+X_AXIS, Y_AXIS, Z_AXIS = kinematics.UNIT
+LIMIT = 0.9  # a direction nearer to the x axis than this cosine takes its perpendicular from y
+
+
+# ---------------------------------------------------------------- what the scenario layer asks
+def carried_by_start(start: Start, model: Model) -> set[int]:
+    """The bodies on which a joint is placed in global coordinates: they keep the rotation that they start with."""
+    return {
+        i
+        for joint, says in zip(model.joints, start.joints, strict=True)
+        if says.at is not None or says.axis is not None
+        for i in joint.bodies
+        if i != GROUND
+    }
+
+
+def unplaced(model: Model, start: Start) -> list[tuple[int, int]]:
+    """Joint and body (indices) where `at` or `axis` needs a position or rotation that the start does not give."""
+    poses = Poses.of(start, carried_by_start(start, model))
+    missing = []
+    for j, (joint, says) in enumerate(zip(model.joints, start.joints, strict=True)):
+        for i in joint.bodies:
+            if i == GROUND:
+                continue
+            if (says.at is not None and not poses.placed[i]) or (says.axis is not None and poses.roots[i] != GROUND):
+                missing.append((j, i))
+    return missing
+
+
+def without_zero(model: Model, start: Start) -> list[int]:
+    """Joints (indices) whose angle is prescribed at the start while nothing says from where it counts."""
+    poses = Poses.of(start, carried_by_start(start, model))
+    return [
+        j
+        for j, angle in angles_given(model, start).items()
+        if start.joints[j].references is None
+        and not relative_known(model.joints[j], poses)
+        and not _same_axes(start.joints[j])
+    ]
+
+
+def angles_given(model: Model, start: Start) -> dict[int, Any]:
+    """The angle at the start (rad) of every joint for which it is given, or driven."""
+    angles = {j: says.angle for j, says in enumerate(start.joints) if says.angle is not None}
+    for driver in model.drivers:
+        c = driver.coordinate
+        if driver.motion == "value" and c is not None and c.kind == "angle" and not reads_state(driver.value[0]):
+            angles.setdefault(c.joint, at_time(driver.value[0], 0.0))
+    return angles
+
+
+# ---------------------------------------------------------------- directions
+def unit(v: Any) -> Any:
+    """The vector at length 1."""
+    length = sqrt(so3.dot(v, v))
+    return (v[0] / length, v[1] / length, v[2] / length)
+
+
+def frame(z: Any, x: Any) -> Frame:
+    """The frame with this axis (of length 1) and x as near as can be."""
+    x = unit(so3.axpy(-so3.dot(x, z), z, x))
+    return (x, so3.cross(z, x), z)
+
+
+def any_frame(z: Any) -> Frame:
+    """The same frame for the same axis, always."""
+    near_x = absolute(z[0]) > LIMIT
+    return frame(z, tuple(where(near_x, b, a) for a, b in zip(X_AXIS, Y_AXIS, strict=True)))
+
+
+def relative_known(joint: Joint, poses: Poses) -> bool:
+    """Whether the rotation of the joint's bodies relative to each other is given."""
+    return len({poses.roots[i] if i != GROUND else GROUND for i in joint.bodies}) == 1
+
+
+def _same_axes(says: JointStart) -> bool:
+    if says.axes is None:
+        return False
+    first, second = (unit(axis) for axis in says.axes)
+    return all(bool((a == b).all() if hasattr(a == b, "all") else a == b) for a, b in zip(first, second, strict=True))
+
+
+# ---------------------------------------------------------------- joints
+def kind_of(joint: Joint) -> joints.JointType:
+    """Its type; a screw is placed as the cylindrical joint that it restricts."""
+    return JOINT_TYPES["cylindrical" if joint.type == "screw" else joint.type]
+
+
+def has_frames(joint: Joint) -> bool:
+    """Whether it has an axis in each of its bodies."""
+    if joint.code is not None:
+        return False
+    return joint.type == "screw" or (joint.type not in COUPLED and kind_of(joint).axes > 0)
+
+
+def provisional(joint: Joint) -> Joint:
+    """Any number for what only the assembled start decides, so that the other rows can be computed."""
+    length = 1.0 if joint.type == "distance" and joint.length is None else joint.length
+    offset = 0.0 if joint.type in COUPLED and joint.offset is None else joint.offset
+    return replace(joint, length=length, offset=offset)
+
+
+def decided_by_start(model: Model, start: Start, index: int) -> int:
+    """How many of the last rows of a joint only the assembled start decides."""
+    joint, says = model.joints[index], start.joints[index]
+    if joint.coordinates is not None:
+        free = [c for c in joint.coordinates if c.kind == "angle" and start.joints[c.joint].references is None]
+        return 1 if joint.offset is None or free else 0
+    if joint.type in COUPLED or (joint.type == "distance" and joint.length is None):
+        return 1
+    if joint.type == "fixed" and says.references is None:
+        return 3 if says.axes is None and says.axis is None else 1
+    return 1 if joint.type == "prismatic" and says.references is None else 0
+
+
+def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | None, known: bool) -> Joint:
+    """The joint with points and frames, as these positions of its bodies have it.
+
+    angle: what the joint's angle is given to be; known: these bodies have their final relative rotation.
+    """
+    if joint.type in ("gear", "coupler") or joint.code is not None:
+        return joint
+    a, b = ends(joint, bodies)
+    if says.at is not None:
+        at = says.at
+        p, q = (so3.rotate_back(m.R, so3.subtract(at, m.r)) for m in (a, b))
+        joint = replace(joint, points=(p, q))
+    if not has_frames(joint):
+        return joint
+    first, second = _axes(joint, says, a, b)
+    x1 = any_frame(first) if says.references is None else frame(first, says.references[0])
+    if says.references is not None:
+        x2 = frame(second, says.references[1])
+    elif angle is None and known:
+        x2 = frame(second, so3.rotate_back(b.R, so3.rotate(a.R, x1[0])))
+    elif angle is not None and known:
+        c, s = cos(angle), sin(angle)
+        x2 = frame(second, so3.rotate_back(b.R, so3.rotate(a.R, so3.axpy(c, x1[0], so3.scale(s, x1[1])))))
+    else:
+        x2 = any_frame(second)
+    return replace(joint, frames=(x1, x2))
+
+
+def ends(joint: Joint, bodies: tuple[Any, ...]) -> tuple[Motion, Motion]:
+    """How its two bodies are placed."""
+    view = still(Instant(bodies), joint.bodies)
+    first, second = joint.bodies
+    return view[first], view[second]
+
+
+def _axes(joint: Joint, says: JointStart, a: Motion, b: Motion) -> tuple[Any, Any]:
+    """The axis on either side."""
+    if says.axis is not None:
+        pair = says.axis if len(says.axis) == 2 else (says.axis[0], says.axis[0])
+        return unit(so3.rotate_back(a.R, pair[0])), unit(so3.rotate_back(b.R, pair[1]))
+    if says.axes is None:
+        return Z_AXIS, so3.rotate_back(b.R, so3.rotate(a.R, Z_AXIS))
+    if kind_of(joint).axes == 1:
+        return unit(says.axes[0]), Z_AXIS
+    return unit(says.axes[0]), unit(says.axes[1])
+
+
+# ---------------------------------------------------------------- what the assembled start decides
+def with_lengths(model: Model, bodies: tuple[Any, ...], angles: dict[int, Any]) -> Model:
+    """Omitted lengths, offsets and rests as they are at the start; an omitted rest is None."""
+    placed = replace(model, joints=tuple(_with_length(joint, bodies) for joint in model.joints))
+    now = Instant(bodies, 0.0, angles)
+    return replace(
+        placed,
+        joints=tuple(_with_offset(placed, j, now) for j in range(len(placed.joints))),
+        forces=tuple(_with_rest(force, now) for force in placed.forces),
+    )
+
+
+def _with_length(joint: Joint, bodies: tuple[Any, ...]) -> Joint:
+    if joint.type != "distance" or joint.length is not None:
+        return joint
+    d = joints.separation(joint, *ends(joint, bodies))
+    return replace(joint, length=sqrt(so3.dot(d, d)))
+
+
+def _with_offset(model: Model, index: int, now: Instant) -> Joint:
+    """second = ratio * first + offset, as the start has it."""
+    joint = model.joints[index]
+    if joint.type not in COUPLED or joint.offset is not None:
+        return joint
+    from_zero = tuple(replace(joint, offset=0.0) if j == index else other for j, other in enumerate(model.joints))
+    tie = joints.residual(replace(model, joints=from_zero), index, still(now, joint.bodies))[-1]
+    return replace(joint, offset=tie)
+
+
+def _with_rest(force: Force, now: Instant) -> Force:
+    spring = force.type == "spring_damper" and force.numbers.get("free_length") is None
+    if force.rest is not None or not (spring or force.type == "bushing"):
+        return force
+    view = still(now, force.bodies)
+    a, b = (view[i] for i in force.bodies)
+    if not spring:
+        return replace(force, rest=so3.multiply(so3.transpose(a.R), b.R))
+    d = so3.subtract(b.point(force.points[1]), a.point(force.points[0]))
+    return replace(force, rest=(sqrt(so3.dot(d, d)),))

@@ -1,0 +1,1 @@
+"""The equations of the whole mechanism: constraints, forces, the KKT matrix, projection."""

@@ -1,0 +1,249 @@
+"""The flat system's constraints: Phi and psi, their rates, the Jacobian C and the bias, all derived from the laws.
+
+Rows come joint by joint, then driver by driver. A constraint holds on one of three levels: "position" (Phi = 0),
+"rate" (Phi exists only up to a constant: its rate is prescribed) or "velocity" (psi(q, v, t) = 0, affine in v).
+C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.elements import joints, user_laws
+from lienumba.mechanics.elements.quantities import bodies_of, evaluate
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant, Law, View, is_zero
+from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
+from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.operations import absolute, maximum, sqrt
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
+    whether its law is of the user's own."""
+
+    name: str
+    bodies: tuple[int, ...]
+    kinds: str
+    level: str
+    law: Law
+    own: bool = False
+
+    @property
+    def rows(self) -> int:
+        return len(self.kinds)
+
+
+def constraints_of(model: Model) -> list[Constraint]:
+    """All constraints in the order of their rows."""
+    found = []
+    for index, joint in enumerate(model.joints):
+        if joint.code is not None:
+            ends = tuple(
+                dict.fromkeys((*user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers), *joint.bodies))
+            )
+            law = partial(user_laws.residual, model, index)
+            found.append(Constraint(joint.name, ends, joint.code.returns, joint.code.level, law, own=True))
+            continue
+        kinds = joints.row_kinds(model, joint)
+        found.append(Constraint(joint.name, joint.bodies, kinds, "position", partial(joints.residual, model, index)))
+    for driver in model.drivers:
+        found.append(_driver(model, driver))
+    return found
+
+
+def _driver(model: Model, driver: Driver) -> Constraint:
+    """With what it prescribes as a function of other bodies, it is a constraint of these, too."""
+    read = bodies_of(model, *driver.value)
+    if driver.coordinate is not None:
+        kind = "r" if driver.coordinate.kind == "angle" else "m"
+        level, law = ("rate", _rate) if driver.motion == "rate" else ("position", _value)
+        ends = tuple(dict.fromkeys((*read, *model.joints[driver.coordinate.joint].bodies)))
+        return Constraint(driver.name, ends, kind, level, partial(law, model, driver))
+    level, kind, motion_law = BODY_MOTIONS[driver.motion]
+    body = driver.bodies[-1]
+    ends = tuple(dict.fromkeys((GROUND, *read, body)))
+    return Constraint(driver.name, ends, 3 * kind, level, partial(motion_law, model, driver, body))
+
+
+def _value(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
+    """The coordinate has the prescribed value."""
+    assert driver.coordinate is not None
+    return (joints.coordinate(model, driver.coordinate, view) - evaluate(model, driver.value[0], view),)
+
+
+def _rate(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
+    """The coordinate grows at the prescribed rate: coordinate - integral of the rate, whose own value nobody needs."""
+    assert driver.coordinate is not None
+    rate, t = lift(evaluate(model, driver.value[0], view)), lift(view.t)
+    return (joints.coordinate(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
+
+
+def _values(model: Model, driver: Driver, view: View) -> Any:
+    return tuple(evaluate(model, x, view) for x in driver.value)
+
+
+def _point(model: Model, driver: Driver, body: int, view: View) -> Any:
+    """A point is where the prescription has it."""
+    return so3.subtract(view[body].point(driver.point), _values(model, driver, view))
+
+
+def _orientation(model: Model, driver: Driver, body: int, view: View) -> Any:
+    """R = exp(value): the sine vector of the rotation between them, body frame."""
+    target = so3.exp(_values(model, driver, view))
+    return so3.vee(so3.multiply(so3.transpose(target), view[body].R))
+
+
+def _angular_velocity(model: Model, driver: Driver, body: int, view: View) -> Any:
+    """w (body frame) or R w (global) is as prescribed."""
+    m = view[body]
+    w = m.w if driver.frame == "body" else so3.rotate(m.R, m.w)
+    return so3.subtract(w, _values(model, driver, view))
+
+
+BODY_MOTIONS = {
+    "point": ("position", "m", _point),
+    "orientation": ("position", "r", _orientation),
+    "angular_velocity": ("velocity", "r", _angular_velocity),
+}
+
+
+def rows_of(model: Model) -> list[slice]:
+    """Which rows belong to each constraint."""
+    slices: list[slice] = []
+    first = 0
+    for constraint in constraints_of(model):
+        slices.append(slice(first, first + constraint.rows))
+        first = slices[-1].stop
+    return slices
+
+
+def residual(model: Model, now: Instant) -> list[Any]:
+    """Phi (m, or 1 for angles), every row; 0 where there is none."""
+    rows: list[Any] = []
+    for c in constraints_of(model):
+        rows += c.law(kinematics.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
+    return rows
+
+
+def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities."""
+    rates: list[Any] = []
+    biases: list[Any] = []
+    for c in constraints_of(model):
+        for row in map(lift, c.law(kinematics.moving(kinematics.still(now, c.bodies)))):
+            rates.append(row.a if c.level == "velocity" else row.b)
+            biases.append(row.b if c.level == "velocity" else row.c)
+    return rates, biases
+
+
+def required(model: Model, now: Instant, damping: float | None = None) -> list[Any]:
+    """xi of every row: what C v' has to be. With damping (1/s) violations decay at this rate, critically damped
+    (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi where there is no Phi."""
+    rates, biases = rate_and_bias(model, now)
+    if damping is None:
+        return [-x for x in biases]
+    xi: list[Any] = []
+    violations = residual(model, now)
+    for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
+        factor = 2.0 * damping if c.level == "position" else damping
+        for row in range(rows.start, rows.stop):
+            xi.append(-biases[row] - factor * rates[row] - damping * damping * violations[row])
+    return xi
+
+
+def time_rate(model: Model, now: Instant) -> list[Any]:
+    """Phi_t or psi(q, 0, t) of every row: what the prescription moves by itself."""
+    rates: list[Any] = []
+    for c in constraints_of(model):
+        for row in map(lift, c.law(kinematics.waiting(now, c.bodies))):
+            rates.append(row.a if c.level == "velocity" else row.b)
+    return rates
+
+
+def derivative(model: Model, now: Instant, drifts: Sequence[Any]) -> list[Any]:
+    """Of Phi, along a matrix for the R of every body; 0 where there is no position."""
+    rows: list[Any] = []
+    for c in constraints_of(model):
+        view = kinematics.drifting(now, c.bodies, drifts)
+        rows += [lift(row).b for row in c.law(view)] if c.level == "position" else [0.0] * c.rows
+    return rows
+
+
+def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:
+    return kinematics.columns(c.law, now, c.bodies, body, c.level == "velocity")
+
+
+def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
+    """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5."""
+    entries: dict[tuple[int, int], Any] = {}
+    first = 0
+    for c in constraints_of(model):
+        for i in c.bodies:
+            if i != GROUND:
+                for row, values in enumerate(_columns(c, now, i)):
+                    entries |= {(first + row, 6 * i + n): x for n, x in enumerate(values) if not is_zero(x)}
+        first += c.rows
+    return entries
+
+
+def loads(model: Model, now: Instant, multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
+
+    A joint without points acts at the mass centre.
+    """
+    forces: list[Any] = []
+    torques: list[Any] = []
+    for joint, c, rows in zip(model.joints, constraints_of(model), rows_of(model), strict=False):
+        body = joint.bodies[-1]
+        load: list[Any] = [0.0] * 6
+        for row, mu in zip(_columns(c, now, body), multipliers[rows], strict=True):
+            load = [total - x * mu for total, x in zip(load, row, strict=True)]
+        place = kinematics.still(now, joint.bodies)[body]
+        force = (load[0], load[1], load[2])
+        torque = so3.rotate(place.R, (load[3], load[4], load[5]))
+        if joint.points is not None:
+            torque = so3.subtract(torque, so3.cross(so3.rotate(place.R, joint.points[1]), force))
+        forces += force
+        torques += torque
+    return forces, torques
+
+
+def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
+    """For every row: the size of its joint (m), of its bodies' positions (m), and of its points' speeds (m/s); for
+    angles 1, 0, and the bodies' angular velocities. What a violation compares with, whatever else is in the model."""
+    reach: list[Any] = []
+    far: list[Any] = []
+    speed: list[Any] = []
+    points: list[Any] = [(j.points or (), j.length) for j in model.joints] + [((d.point,), None) for d in model.drivers]
+    for c, (arms, length) in zip(constraints_of(model), points, strict=True):
+        arm = largest([x for p in arms if p is not None for x in p])
+        if c.own:  # nobody says what it reaches
+            arm = largest([_size(model.bodies[i]) for i in c.bodies if i != GROUND])
+        motions = [now.motion(i) for i in c.bodies if i != GROUND]
+        position = largest([x for m in motions for x in m.r])
+        turning = largest([x for m in motions for x in m.w])
+        moving = largest([x for m in motions for x in m.v])
+        for kind in c.kinds:
+            angular = kind == "r"
+            reach.append(1.0 if angular else arm if length is None else maximum(length, arm))
+            far.append(0.0 if angular else position)
+            speed.append(turning if angular else maximum(moving, arm * turning))
+    return reach, far, speed
+
+
+def _size(body: Body) -> Any:
+    """As long as a slender bar of the same mass and inertia."""
+    xx, yy, zz, *_ = body.inertia
+    return sqrt(6.0 * (xx + yy + zz) / body.mass)
+
+
+def largest(rows: list[Any]) -> Any:
+    """The largest absolute value of finite rows; 0 of none."""
+    worst: Any = absolute(rows[0]) if rows else 0.0
+    for row in rows[1:]:
+        worst = maximum(worst, absolute(row))
+    return worst

@@ -1,0 +1,71 @@
+"""The times on which the steps of a run must land, so that a method keeps its order: where something jumps."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import floor
+from typing import TYPE_CHECKING, Any
+
+from lienumba.mechanics.mechanism.model import Law, Model
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.jets import Jet, lift
+
+if TYPE_CHECKING:
+    import numpy as np
+
+SAME = 1e-9  # of a time: rounding
+
+
+@dataclass(frozen=True)
+class Landing:
+    """The times at which a + b t reaches any of these knots; a and b are floats, or arrays (runs,)."""
+
+    knots: "np.ndarray"
+    a: Any = 0.0
+    b: Any = 1.0
+
+    def part(self, runs: Any) -> "Landing":
+        """That of some of the runs (indices or a slice)."""
+        return Landing(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
+
+    def times(self, runs: int) -> "np.ndarray":
+        """(runs, n), in s; not finite where it never gets there."""
+        import numpy as np
+
+        a, b = (np.broadcast_to(x, (runs,))[:, None] for x in (self.a, self.b))
+        with np.errstate(all="ignore"):
+            times: np.ndarray = (self.knots - a) / b
+        return times
+
+
+def landings(model: Model, end: float) -> list[Landing]:
+    """The points of tables whose argument is a straight line in t, the times at which such lines are compared, and the
+    samples of laws, of runs to this end."""
+    import numpy as np
+
+    found = []
+    for formula, numbers, state in _formulas(model):
+        lines = [(line, numbers[name].knots) for name, line in formula.table_calls()]
+        lines += [(line, (0.0,)) for line in formula.switches(state)]
+        for line, knots in lines:
+            if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
+                with np.errstate(all="ignore"):
+                    x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
+                found.append(Landing(np.array(knots), x.a, x.b))
+    intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
+    samples = [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
+    return found + [Landing(times) for times in samples]
+
+
+def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:
+    """Every formula that varies in time, its numbers and tables, and the names in it that are no numbers."""
+    timed: list[Any] = [*model.gravity, *(q.value for q in model.quantities)]
+    for driver in model.drivers:
+        timed += driver.value
+    for force in model.forces:
+        for x in force.numbers.values():
+            timed += x if isinstance(x, tuple) else (x,)
+    for x in timed:
+        if isinstance(x, Formula):
+            yield x, {}, frozenset()
+        elif isinstance(x, Law) and isinstance(x.function, Formula):
+            yield x.function, x.numbers, frozenset(x.quantities)

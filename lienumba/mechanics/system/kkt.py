@@ -1,0 +1,357 @@
+"""[A C^T; C 0] [x; mu] = [f; g] by a sparse L D L^T, executed on whatever the numbers are.
+
+On symbols the elimination unrolls to exactly the operations that its pattern needs. The order of the blocks makes
+pivoting unnecessary (`lienumba.mechanics.system.elimination_order`). A row whose mask is 0 is left out: its multiplier
+is 0.
+
+Closed loops may pass positions where C loses rank. There a pivot vanishes, and its equation, divided by it, is noise:
+Runge-Kutta stages lie beside the constraints, by more than the pivot. So the solution is sought as an expected one plus
+a correction, and what the weak equation says of the correction is faded out. (A pivot moved by a small number, the
+usual remedy, forgets the constraint force instead, which costs energy.)
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from lienumba.mechanics.mechanism.kinematics import is_zero
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system.constraints import constraints_of, rows_of
+from lienumba.mechanics.system.elimination_order import elimination_order
+from lienumba.numerics.operations import maximum, minimum, where
+
+SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
+WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
+FADED = 1e-6  # is faded, to one half here
+LEAST = 1e-13  # and the pivot is at least this fraction
+NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
+SHIFT, FINE_SHIFT = 1e-6, 1e-12  # of least_multipliers; the second is relative
+
+Entries = dict[tuple[int, int], Any]
+Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated.
+
+    looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
+    rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
+    vanishes like there, the solution is the expected one, since C does not say where the lost constraint acts.
+    """
+
+    bodies: int
+    rows: int
+    order: tuple[int, ...]
+    looped: bool = False
+    masked: tuple[int, ...] = ()
+    from_singular: bool = False
+    alike: tuple[tuple[int, ...], ...] = ()  # for each row those of its constraint and kind, which share one scale
+
+    @staticmethod
+    def of(
+        model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = (), from_singular: bool = False
+    ) -> "Structure":
+        k, blocks = len(model.bodies), _blocks(model, set(dropped))
+        order: list[int] = []
+        for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks]):
+            if block < k:
+                order += range(6 * block, 6 * block + 6)
+            else:
+                order += [6 * k + row for row in blocks[block - k].rows]
+        order += [6 * k + row for row in dropped]
+        return Structure(
+            k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model)
+        )
+
+
+def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
+    return tuple(
+        tuple(rows.start + other for other, k in enumerate(c.kinds) if k == kind)
+        for c, rows in zip(constraints_of(model), rows_of(model), strict=True)
+        for kind in c.kinds
+    )
+
+
+@dataclass
+class _Block:
+    """The rows that tie the same bodies together, eliminated together; `ties`: how many constraints could do without
+    the others, which a driver of a joint's own coordinate or of a body's orientation could not."""
+
+    bodies: tuple[int, ...]
+    rows: list[int] = field(default_factory=list)
+    ties: int = 0
+
+
+def _blocks(model: Model, dropped: set[int]) -> list[_Block]:
+    blocks: dict[frozenset[int], _Block] = {}
+    for i, (constraint, every) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+        rows = [row for row in range(every.start, every.stop) if row not in dropped]
+        if not rows:
+            continue
+        block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies))
+        block.rows += rows
+        block.ties += i < len(model.joints) or model.drivers[i - len(model.joints)].motion == "point"
+    return list(blocks.values())
+
+
+def _has_loop(blocks: list[_Block]) -> bool:
+    """Whether a constraint ties bodies that others have tied already."""
+    group: dict[int, int] = {}
+
+    def root(body: int) -> int:
+        while body in group:
+            body = group[body]
+        return body
+
+    for block in blocks:
+        first, *others = block.bodies
+        if block.ties > 1:
+            return True
+        for other in others:
+            a, b = root(first), root(other)
+            if a == b:
+                return True
+            group[a] = b
+    return False
+
+
+@dataclass(frozen=True)
+class Solution:
+    """x (6 k), mu (m); `by`: the elimination, to be used again."""
+
+    x: list[Any]
+    mu: list[Any]
+    by: "Eliminated"
+
+    @property
+    def sound(self) -> Any:
+        """1, or 0 where a constraint depends on the others."""
+        return self.by.sound
+
+    @property
+    def firm(self) -> list[Any]:
+        """In closed loops, for each row 1, or less where it is faded."""
+        return self.by.firm
+
+    @property
+    def margin(self) -> Any:
+        """In closed loops, the smallest pivot of a constraint relative to its scale."""
+        return self.by.margin
+
+
+@dataclass
+class _Factors:
+    """The elimination while it goes on: positions are those of the order."""
+
+    order: tuple[int, ...]
+    n: int  # velocities
+    by_bodies: list[Any] = field(default_factory=list)  # the diagonal, kept in two sums for the constraint rows: what
+    by_joints: list[Any] = field(default_factory=list)  # the bodies give, the scale, and what constraints take away
+    column: list[dict[int, Any]] = field(default_factory=list)
+    inverse: list[Any] = field(default_factory=list)
+    parts: list[dict[tuple[int, bool], Any]] = field(default_factory=list)  # of by_bodies: (body, whether it turns)
+
+    @staticmethod
+    def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Any]) -> "_Factors":
+        size = len(order)
+        place = {variable: position for position, variable in enumerate(order)}
+        factors = _Factors(
+            order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order]
+        )
+        for row, x in diagonal.items():
+            factors.by_bodies[place[n + row]] = x
+        for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
+            low, high = sorted((place[i], place[j]))
+            if low == high:
+                factors.by_bodies[low] = value
+            else:
+                factors.column[low][high] = value
+        return factors
+
+    def eliminate(self, j: int, pivot: Any) -> None:
+        self.inverse[j] = 1.0 / pivot
+        entries = sorted(self.column[j].items())
+        scaled = [(i, value * self.inverse[j]) for i, value in entries]
+        diagonal = self.by_joints if self.order[j] >= self.n else self.by_bodies
+        for a, (i, value) in enumerate(entries):
+            for i2, factor in scaled[a:]:
+                if i2 == i:
+                    diagonal[i] = diagonal[i] - factor * value
+                    if diagonal is self.by_bodies:
+                        part = (self.order[j] // 6, self.order[j] % 6 >= 3)
+                        self.parts[i][part] = self.parts[i].get(part, 0.0) + factor * value
+                else:
+                    self.column[i][i2] = self.column[i].get(i2, 0.0) - factor * value
+        self.column[j] = dict(scaled)
+
+    def smallest(self, rows: list[int]) -> Any:
+        """Of the parts of the scale of these rows: what shifting or turning one of the bodies gives to any of them. By
+        this neither a small mechanism nor a light body between heavy ones looks singular."""
+        parts: dict[tuple[int, bool], Any] = {}
+        for j in rows:
+            for part, value in self.parts[j].items():
+                parts[part] = maximum(value, parts[part]) if part in parts else value
+        found: list[Any] = []
+        for body in dict.fromkeys(body for body, _ in parts):
+            shift, turn = (parts.get((body, turns), 0.0) for turns in (False, True))
+            less, more = minimum(shift, turn), maximum(shift, turn)
+            found.append(where(less > NO_ARM * more, less, more))
+        least: Any = found[0] if found else 0.0
+        for part in found[1:]:
+            least = minimum(part, least)
+        return least
+
+    def forward(self, f: list[Any], g: list[Any], firm: list[Any]) -> list[Any]:
+        y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
+        for j, variable in enumerate(self.order):
+            if variable >= self.n:
+                y[j] = firm[variable - self.n] * y[j]
+            for i, factor in self.column[j].items():
+                y[i] = y[i] - factor * y[j]
+        return y
+
+    def backward(self, y: list[Any]) -> Vectors:
+        for j in reversed(range(len(y))):
+            y[j] = y[j] * self.inverse[j]
+            for i, factor in self.column[j].items():
+                y[j] = y[j] - factor * y[i]
+        solved: list[Any] = [None] * len(y)
+        for position, variable in enumerate(self.order):
+            solved[variable] = y[position]
+        return solved[: self.n], solved[self.n :]
+
+
+@dataclass(frozen=True)
+class Eliminated:
+    """[A C^T; C 0] as L D L^T, for any number of right-hand sides. sound, firm, margin: as in Solution."""
+
+    structure: Structure
+    factors: _Factors
+    sound: Any
+    firm: list[Any]
+    margin: Any
+
+    @staticmethod
+    def of(structure: Structure, A: Entries, C: Entries, mask: list[Any]) -> "Eliminated":
+        """C: its masked rows are 0."""
+        n = 6 * structure.bodies
+        diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
+        factors = _Factors.of(structure.order, n, A, C, diagonal)
+        place = {variable: position for position, variable in enumerate(structure.order)}
+        firm: list[Any] = [1.0] * structure.rows
+        sound: Any = 1.0
+        margin: Any = 1.0
+        for j, variable in enumerate(structure.order):
+            scale = factors.by_bodies[j]
+            pivot = scale + factors.by_joints[j]
+            if variable >= n and structure.looped:
+                alike = [place[n + row] for row in structure.alike[variable - n]]
+                scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
+                part = pivot / scale
+                margin = minimum(part, margin)
+                firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
+                pivot = where(part > LEAST, pivot, LEAST * scale)
+            elif variable >= n:
+                sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
+            factors.eliminate(j, pivot)
+        return Eliminated(structure, factors, sound, firm, margin)
+
+    def solve(self, f: list[Any], g: list[Any]) -> Solution:
+        """g: of a masked row 0."""
+        factors, every = self.factors, [1.0] * self.structure.rows
+        if not self.structure.looped:
+            x, mu = factors.backward(factors.forward(f, g, every))
+            return Solution(x, mu, self)
+        by_forces = factors.forward(f, [0.0] * len(g), every)
+        by_constraints = factors.forward([0.0] * len(f), g, self.firm)
+        x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
+        if self.structure.from_singular:
+            x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
+        return Solution(x, mu, self)
+
+    def numbers(self) -> list[Any]:
+        """All that `solve` reads beside the right-hand sides."""
+        columns = [x for column in self.factors.column for x in column.values()]
+        return [*columns, *self.factors.inverse, *self.firm, self.sound, self.margin]
+
+    def with_numbers(self, numbers: list[Any]) -> "Eliminated":
+        """The same with other numbers, in the order of `numbers`."""
+        given = iter(numbers)
+        column = [{i: next(given) for i in column} for column in self.factors.column]
+        inverse = [next(given) for _ in self.factors.inverse]
+        factors = _Factors(self.factors.order, self.factors.n, column=column, inverse=inverse)
+        firm = [next(given) for _ in self.firm]
+        return Eliminated(self.structure, factors, next(given), firm, next(given))
+
+
+def solve(
+    structure: Structure,
+    A: Entries,
+    C: Entries,
+    f: list[Any],
+    g: list[Any],
+    mask: list[Any] | None = None,
+    expected: list[Any] | None = None,
+) -> Solution:
+    """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column).
+
+    mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops.
+    """
+    mask = mask or [1.0] * structure.rows
+    C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
+    g = [m * x for m, x in zip(mask, g, strict=True)]
+    eliminated = Eliminated.of(structure, A, C, mask)
+    if not structure.looped or expected is None:
+        return eliminated.solve(f, g)
+    solution = eliminated.solve(*_rest(A, C, f, g, expected, [0.0] * structure.rows))
+    return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
+
+
+def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> Vectors:
+    """What a solution leaves of the right-hand sides."""
+    rest_f, rest_g = list(f), list(g)
+    for (i, j), value in A.items():
+        rest_f[i] = rest_f[i] - value * x[j]
+        if i != j:
+            rest_f[j] = rest_f[j] - value * x[i]
+    for (row, c), value in C.items():
+        rest_f[c] = rest_f[c] - value * mu[row]
+        rest_g[row] = rest_g[row] - value * x[c]
+    return rest_f, rest_g
+
+
+def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: list[Any]) -> list[Any]:
+    """The multipliers of minimum norm with the same C^T mu, over all rows: iterated Tikhonov regularisation of
+    C A^-1 C^T. `A`, positive definite, does not change them; with lengths near those of the mechanism few directions
+    are weak. What is weak all the same, near singular positions, is left over by the first shift for the second."""
+    n, rows = 6 * structure.bodies, structure.rows
+    f, g = _rest(A, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
+    x: list[Any] = [0.0] * n
+    least: list[Any] = [0.0] * rows
+    for shift, relative, iterations in ((SHIFT, 0.0, 4), (0.0, FINE_SHIFT, 2)):
+        factors = _Factors.of(structure.order, n, A, C, {})
+        for j, variable in enumerate(structure.order):
+            moved = shift - relative * factors.by_bodies[j] if variable >= n else 0.0
+            factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j] - moved)
+        for _ in range(iterations):
+            dx, dmu = factors.backward(factors.forward(*_rest(A, C, f, g, x, least), [1.0] * rows))
+            x = [a + b for a, b in zip(x, dx, strict=True)]
+            least = [a + b for a, b in zip(least, dmu, strict=True)]
+    return least
+
+
+def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
+    """What the rows of C that may be masked say beyond those that may not: the Schur complement of [A C^T; C 0] once
+    all else is eliminated (lower triangle, row by row), and the scale of each row: its diagonal of C A^-1 C^T."""
+    n, masked = 6 * structure.bodies, set(structure.masked)
+    needed = [v for v in structure.order if v >= n and v - n not in masked]
+    order = (*range(n), *needed, *(n + row for row in structure.masked))
+    factors = _Factors.of(order, n, A, C, {})
+    for j in range(n + len(needed)):
+        factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j])
+    last = range(n + len(needed), len(order))
+    triangle = []
+    for i in last:
+        triangle += [-factors.column[j].get(i, 0.0) for j in last if j < i]
+        triangle.append(-(factors.by_bodies[i] + factors.by_joints[i]))
+    return triangle, [-factors.by_bodies[i] for i in last]

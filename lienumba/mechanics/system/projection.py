@@ -1,0 +1,150 @@
+"""Projection onto the constraints: the nearest state that fulfils them (Terze et al. 2015, eqs. 21, 22).
+
+Positions, in local coordinates about the unprojected q^:  r = r^ + x_r,  R = R^ exp(x_R). There
+|R - R^|_F^2 = 2 |x_R|^2 + O(x^4), so with W = diag(I, 2 I) this is the paper's problem with orthogonality built in.
+x is the total correction: adding up plain Gauss-Newton steps would miss the minimiser by O(x^2).
+"""
+
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import constraints, kkt
+from lienumba.mechanics.system.dynamics import mass_matrix
+from lienumba.numerics.operations import absolute, maximum, minimum, where
+
+EPSILON = 2.220446049250313e-16
+LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
+LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
+ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
+
+
+def position_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
+    """The largest violation (m, or 1) that is more than the rounding of its joint; 0 if there is none.
+
+    counts: for each row whether it counts, above one half.
+    """
+    reach, far, _ = constraints.sizes(model, now)
+    rounding = [ROUNDING * (p + r) for p, r in zip(reach, far, strict=True)]
+    return _worst(constraints.residual(model, now), rounding, counts)
+
+
+def velocity_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
+    """The largest rate of a violation (m/s or rad/s) beyond the rounding of its joint; 0 if there is none."""
+    _, _, speed = constraints.sizes(model, now)
+    return _worst(constraints.rate_and_bias(model, now)[0], [ROUNDING * v for v in speed], counts)
+
+
+def _worst(rows: list[Any], rounding: list[Any], counts: list[Any] | None) -> Any:
+    worst: Any = 0.0
+    for row, limit, count in zip(rows, rounding, counts or [1.0] * len(rows), strict=True):
+        violation = where(absolute(row) <= limit, 0.0, absolute(row))
+        worst = maximum(worst, where(count > 0.5, violation, 0.0))
+    return worst
+
+
+def placed(bodies: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:
+    """The state with its positions moved by the correction x (6 k: global shift, body-frame rotation)."""
+    return tuple(
+        so3.add(body[0:3], tuple(x[6 * i : 6 * i + 3]))
+        + so3.multiply(body[3:12], so3.exp(tuple(x[6 * i + 3 : 6 * i + 6])))
+        + body[12:18]
+        for i, body in enumerate(bodies)
+    )
+
+
+def position_correction(
+    model: Model, structure: kkt.Structure, now: Instant, x: list[Any], mask: list[Any]
+) -> kkt.Solution:
+    """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `now` is q^ moved by x."""
+    C = constraints.jacobian(model, now)
+    W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
+    g = [-phi for phi in constraints.residual(model, now)]
+    for (row, column), entry in C.items():
+        g[row] = g[row] + entry * x[column]
+    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, position_mask(model, mask))
+
+
+def chord_correction(
+    model: Model, by: kkt.Eliminated, now: Instant, x: list[Any], mu: list[Any], mask: list[Any]
+) -> kkt.Solution:
+    """The next total correction and multipliers by an earlier elimination, which need not be that of `now`: it turns
+    what x and mu leave of  W x + C^T mu = 0,  Phi = 0  into their changes. So the limit is the same."""
+    pull = [-weight * xi for weight, xi in zip(_weights(by.structure.bodies), x, strict=True)]
+    g = masked([-phi for phi in constraints.residual(model, now)], position_mask(model, mask))
+    step = by.solve(without_reactions(model, now, pull, mu), g)
+    return kkt.Solution(_sum(x, step.x), _sum(mu, step.mu), by)
+
+
+def without_reactions(model: Model, now: Instant, f: list[Any], mu: list[Any]) -> list[Any]:
+    """f - C^T mu."""
+    rest = list(f)
+    for (row, column), entry in constraints.jacobian(model, now).items():
+        rest[column] = rest[column] - entry * mu[row]
+    return rest
+
+
+def position_mask(model: Model, mask: list[Any]) -> list[Any]:
+    """The mask without the rows that have no position."""
+    levels = [c.level for c in constraints.constraints_of(model) for _ in c.kinds]
+    return [m if level == "position" else 0.0 for m, level in zip(mask, levels, strict=True)]
+
+
+def masked(rows: list[Any], mask: list[Any]) -> list[Any]:
+    """0 in the rows that are left out."""
+    return [m * row for m, row in zip(mask, rows, strict=True)]
+
+
+def _weights(bodies: int) -> list[float]:
+    """The diagonal of W: |R - R^|_F^2 is twice the squared angle."""
+    return [1.0, 1.0, 1.0, 2.0, 2.0, 2.0] * bodies
+
+
+def _sum(x: list[Any], y: list[Any]) -> list[Any]:
+    return [a + b for a, b in zip(x, y, strict=True)]
+
+
+def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:
+    """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
+    "position" level, and while none is faded: their rates follow from the others no better than positions do."""
+    counts = [where(firm == 1.0, 1.0, 0.0) for firm in solution.firm]
+    every: Any = 1.0
+    for count in counts:
+        every = minimum(count, every)
+    every = every if level == "position" else 0.0
+    return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
+
+
+def lost(model: Model, now: Instant, counts: list[Any]) -> Any:
+    """The largest violation of the rows that do not count, relative to the largest joint; 1 for angles."""
+    reach = constraints.sizes(model, now)[0]
+    lengths = [x for c in constraints.constraints_of(model) for x in c.kinds]
+    size = constraints.largest([r for r, kind in zip(reach, lengths, strict=True) if kind == "m"])
+    worst: Any = 0.0
+    for phi, kind, count in zip(constraints.residual(model, now), lengths, counts, strict=True):
+        violation = absolute(phi) if kind == "r" else absolute(phi) / size
+        worst = maximum(where(count > 0.5, 0.0, violation), worst)
+    return worst
+
+
+def lost_rate(model: Model, now: Instant, counts: list[Any]) -> Any:
+    """The largest violation (m/s or rad/s) of the rows that have no position and do not count."""
+    worst: Any = 0.0
+    rates, _ = constraints.rate_and_bias(model, now)
+    for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
+        if c.level != "position":
+            for row in range(rows.start, rows.stop):
+                worst = maximum(where(counts[row] > 0.5, 0.0, absolute(rates[row])), worst)
+    return worst
+
+
+def velocity_correction(
+    model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: list[Any]
+) -> kkt.Solution:
+    """The change x of all velocities with  W x + C^T mu = 0,  C (v + x) = -Phi_t;  W = M ("mass") or I."""
+    C = constraints.jacobian(model, now)
+    identity = {(i, i): 1.0 for i in range(6 * structure.bodies)}
+    W = mass_matrix(model) if weight == "mass" else identity
+    rates, _ = constraints.rate_and_bias(model, now)
+    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), [-rate for rate in rates], mask)

@@ -1,0 +1,54 @@
+"""Accelerations in a singular position, where the constraints do not say them all: the limit from both sides.
+
+All runs at once, elementwise.
+"""
+
+from typing import Any
+
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.numerics.operations import where
+
+Both = tuple[list[Any], list[Any]]
+TURN, LONGEST = 0.01, 0.01  # rad and s: how far to either side, at most
+CORRECTIONS = 6
+PASSES = 3
+
+
+def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any]) -> Both:
+    """The 6 k accelerations at `now`, and their 6 k time derivatives, to fourth order from those at -2, -1, 1 and 2
+    steps of its motion."""
+    fastest = constraints.largest([x for body in now.bodies for x in body[15:18]])
+    h = TURN / where(fastest > TURN / LONGEST, fastest, TURN / LONGEST)
+    last: list[Any] = [0.0] * (6 * len(now.bodies))
+    rates = last
+    for _ in range(PASSES):  # the motion bends as the accelerations found before have it
+        at = (_accelerations(model, structure, now, mask, last, n * h) for n in (-2.0, -1.0, 1.0, 2.0))
+        near = list(zip(*at, strict=True))
+        rates = [(8.0 * (c - b) - (d - a)) / (12.0 * h) for a, b, c, d in near]
+        last = [(4.0 * (b + c) - (a + d)) / 6.0 for a, b, c, d in near]
+    return last, rates
+
+
+def _accelerations(
+    model: Model, structure: kkt.Structure, now: Instant, mask: list[Any], a: list[Any], dt: Any
+) -> list[Any]:
+    """Where the motion is after dt, to second order and back on the constraints."""
+    t = now.t + dt
+    v = [u for body in now.bodies for u in body[12:18]]
+    moved = projection.placed(now.bodies, [dt * (u + 0.5 * dt * b) for u, b in zip(v, a, strict=True)])
+    x: list[Any] = [0.0] * (6 * len(moved))
+    for _ in range(CORRECTIONS):
+        at = Instant(projection.placed(moved, x), t, now.angles)
+        x = projection.position_correction(model, structure, at, x, mask).x
+    moved = projection.placed(moved, x)
+    at = Instant(_with(moved, [u + dt * b for u, b in zip(v, a, strict=True)]), t, now.angles)
+    dv = projection.velocity_correction(model, structure, at, "mass", mask).x
+    v = [u + dt * b + c for u, b, c in zip(v, a, dv, strict=True)]
+    return dynamics.accelerations(model, structure, Instant(_with(moved, v), t, now.angles), mask).x
+
+
+def _with(bodies: tuple[Any, ...], v: list[Any]) -> tuple[Any, ...]:
+    """The state with these velocities."""
+    return tuple((*body[0:12], *v[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))

@@ -1,0 +1,372 @@
+"""Numbers written as formulas: "0.3*sin(2*t) + 0.1*t**2".
+
+A formula is parsed by Python's own grammar, checked node by node against the short list below, and evaluated with the
+named operations, so that it runs on floats, arrays, jets and symbols. Nothing is ever passed to `eval`.
+"""
+
+import ast
+import copy
+import difflib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from itertools import pairwise
+from typing import Any
+
+from lienumba.numerics import operations
+from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
+
+CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
+LONGEST = 2000  # characters
+DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
+SHOWN = 80  # characters of a part in a message
+WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
+# this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
+LARGEST_POWER = 64  # of an exponent that is a whole number
+
+
+def _clip(x: Any, low: Any, high: Any) -> Any:
+    return where(x > high, high, where(x < low, low, x))
+
+
+def _sign(x: Any) -> Any:
+    return where(x > 0.0, 1.0, where(x < 0.0, -1.0, 0.0 * x))
+
+
+# name -> (fewest arguments, most arguments, function)
+FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
+    "sin": (1, 1, sin),
+    "cos": (1, 1, cos),
+    "tan": (1, 1, lambda x: sin(x) / cos(x)),
+    "asin": (1, 1, lambda x: atan2(x, sqrt((1.0 - x) * (1.0 + x)))),
+    "acos": (1, 1, lambda x: atan2(sqrt((1.0 - x) * (1.0 + x)), x)),
+    "atan": (1, 1, lambda x: atan2(x, 1.0)),
+    "atan2": (2, 2, atan2),
+    "exp": (1, 1, exp),
+    "log": (1, 1, log),
+    "sqrt": (1, 1, sqrt),
+    "tanh": (1, 1, tanh),
+    "abs": (1, 1, absolute),
+    "sign": (1, 1, _sign),
+    "min": (2, 9, lambda *x: reduce(minimum, x)),
+    "max": (2, 9, lambda *x: reduce(maximum, x)),
+    "clip": (3, 3, _clip),
+    "where": (3, 3, where),
+}
+OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: lambda x, y: x + y,
+    ast.Sub: lambda x, y: x - y,
+    ast.Mult: lambda x, y: x * y,
+    ast.Div: operations.divide,
+    ast.Pow: power,
+}
+COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Lt: lambda x, y: x < y,
+    ast.LtE: lambda x, y: x <= y,
+    ast.Gt: lambda x, y: x > y,
+    ast.GtE: lambda x, y: x >= y,
+}
+
+
+class ExpressionError(ValueError):
+    """What is wrong with a formula, and the remedy: the end of a sentence that begins with its text."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A number as a function of time, and of whatever other names are allowed: formula(t), formula(t, kp=40.0).
+
+    allowed: may have dots and indices (pointing.x, points[1]); tables: names of functions of one number that are
+    handed over as well;
+    condition: whether it is one: 1 where it holds, else 0.
+    constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
+    """
+
+    text: str
+    allowed: frozenset[str] = frozenset({"t"})
+    tables: frozenset[str] = frozenset()
+    condition: bool = False
+    constant: float | None = field(init=False, compare=False, default=None)
+    used: frozenset[str] = field(init=False, compare=False, default=frozenset())
+    _tree: ast.expr = field(init=False, compare=False, repr=False, default=ast.Constant(0.0))
+
+    def __post_init__(self) -> None:
+        if len(self.text) > LONGEST:
+            raise ExpressionError(f"is {len(self.text)} characters long, at most {LONGEST} are allowed; shorten it")
+        try:
+            tree = ast.parse(self.text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            raise ExpressionError('is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
+        used: set[str] = set()
+        _check(tree, _Names(self.allowed, self.tables, used), 0)
+        if _is_condition(tree) and not self.condition:
+            raise ExpressionError("is a condition, not a number; write where(condition, number, other number)")
+        if self.condition and not _is_condition(tree):
+            raise ExpressionError('is a number, not a condition; compare it, such as in "t > 0.5"')
+        if self.condition and not used:
+            raise ExpressionError("never changes; name a quantity in it, or the time t")
+        object.__setattr__(self, "_tree", tree)
+        object.__setattr__(self, "used", frozenset(used))
+        if not used:
+            value = _value(tree, {})
+            if not math.isfinite(value):
+                raise ExpressionError(f"has the value {value}; it must be a finite number")
+            object.__setattr__(self, "constant", float(value))
+
+    def __call__(self, t: Any, **names: Any) -> Any:
+        return (_truth if self.condition else _value)(self._tree, {"t": t, **names})
+
+    def bound(self, values: Mapping[str, float]) -> str:
+        """The text of the same formula with numbers for these names."""
+        return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
+
+    def is_line(self, state: frozenset[str]) -> bool:
+        """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
+        return _degree(self._tree, state) == 1
+
+    def switches(self, state: frozenset[str]) -> list["Formula"]:
+        """The differences of the straight lines in t that it compares; state: the names that vary in time, too."""
+        found = []
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Compare):
+                sides = [node.left, *node.comparators]
+                for x, y in pairwise(sides):
+                    difference = ast.BinOp(x, ast.Sub(), y)
+                    if _degree(difference, state) == 1:
+                        found.append(Formula(ast.unparse(difference), self.allowed, self.tables))
+        return found
+
+    def table_calls(self) -> list[tuple[str, "Formula"]]:
+        """The tables that it reads, each with the formula of its argument."""
+        calls = [n for n in ast.walk(self._tree) if isinstance(n, ast.Call)]
+        return [
+            (n.func.id, Formula(ast.unparse(n.args[0]), self.allowed, self.tables))
+            for n in calls
+            if isinstance(n.func, ast.Name) and n.func.id in self.tables
+        ]
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What a formula may name, and what it has named."""
+
+    allowed: frozenset[str]
+    tables: frozenset[str]
+    used: set[str]
+
+    @property
+    def indexed(self) -> bool:
+        """Whether names may have indices."""
+        return any(name.endswith("]") for name in self.allowed)
+
+    def may_be(self, name: str) -> bool:
+        """Whether a name with dots may be meant as that of a quantity."""
+        first = name.partition(".")[0]
+        return first != "" and not ({first} & (self.allowed | self.tables | CONSTANTS.keys() | FUNCTIONS.keys()))
+
+    def check(self, name: str) -> None:
+        """Raise an ExpressionError unless the name, which may have dots, is one of a number."""
+        if name in self.allowed:
+            self.used.add(name)
+            return
+        if name in CONSTANTS:
+            return
+        if name in FUNCTIONS or name in self.tables:
+            what = "table" if name in self.tables else "function"
+            raise ExpressionError(f'uses the {what} "{name}" without arguments; write {name}(...)')
+        below = sorted(x for x in self.allowed if x.startswith(f"{name}."))
+        if below:
+            raise ExpressionError(f'uses "{name}", which has several numbers; write {" or ".join(below)}')
+        raise ExpressionError(f'has the unknown name "{name}"; {_known(name, [*self.allowed, *CONSTANTS])}')
+
+
+class _Binding(ast.NodeTransformer):
+    """Puts numbers in the place of names."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        self.values = values
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Constant(self.values[node.id]) if node.id in self.values else node
+
+
+def _dotted(node: ast.AST) -> str:
+    """The name with dots and indices that a node is; empty if it is anything else."""
+    match node:
+        case ast.Name(id=name):
+            return name
+        case ast.Attribute(value=inner, attr=name) if first := _dotted(inner):
+            return f"{first}.{name}"
+        case ast.Subscript(value=inner, slice=ast.Constant(value=int() as index)) if first := _dotted(inner):
+            return f"{first}[{index}]"
+    return ""
+
+
+def _check(node: ast.AST, names: _Names, depth: int) -> None:
+    """Raise an ExpressionError unless the node and all below it are in the list."""
+    if depth > DEEPEST:
+        raise ExpressionError(f"nests more than {DEEPEST} operations; split it")
+    below: list[ast.AST] = []
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            if not abs(value) < 1e300:
+                raise ExpressionError(f"has the number {_text(node)}, which is too large")
+        case ast.Name(id=name):
+            names.check(name)
+        case ast.Attribute() if names.may_be(name := _dotted(node)):
+            names.check(name)
+        case ast.Subscript() if names.indexed and (name := _dotted(node)):
+            names.check(name)
+        case ast.Attribute() if (first := _dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
+            written = f"{first}(t)" if first in names.tables else first
+            raise ExpressionError(f'reads "{_dotted(node)}", but {first} has no components; write {written}')
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            below = [x]
+        case ast.UnaryOp(op=ast.Not(), operand=x):
+            _need_conditions([x])
+            below = [x]
+        case ast.BoolOp(values=values):
+            _need_conditions(values)
+            below = list(values)
+        case ast.BinOp(left=x, op=op, right=y) if type(op) in OPERATORS:
+            if isinstance(op, ast.Pow) and _whole(y) > LARGEST_POWER:
+                raise ExpressionError(f"has the exponent {_text(y)}, at most {LARGEST_POWER} is allowed")
+            below = [x, y]
+        case ast.Compare(left=x, ops=ops, comparators=others) if all(type(op) in COMPARISONS for op in ops):
+            below = [x, *others]
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in FUNCTIONS:
+            _check_arguments(name, args)
+            below = list(args[1:] if name == "where" else args)
+            if name == "where":
+                _need_conditions(args[:1])
+                _check(args[0], names, depth + 1)
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in names.tables:
+            if len(args) != 1:
+                raise ExpressionError(f"gives the table {name} {len(args)} arguments, it takes 1; write {name}(t)")
+            names.used.add(name)
+            below = list(args)
+        case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
+            functions = [*FUNCTIONS, *names.tables]
+            raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, functions)}')
+        case _:
+            raise ExpressionError(
+                f'contains "{_text(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
+                f"{', '.join(sorted(names.allowed))}, {', '.join(CONSTANTS)} and the functions "
+                f"{', '.join([*FUNCTIONS, *sorted(names.tables)])}"
+            )
+    if not isinstance(node, ast.BoolOp) and not _is_negation(node):
+        for part in below:
+            if _is_condition(part):
+                condition = _text(part)
+                raise ExpressionError(
+                    f'computes with the condition "{condition}"; write where({condition}, number, other number)'
+                )
+    for part in below:
+        _check(part, names, depth + 1)
+
+
+def _degree(node: ast.AST, state: frozenset[str]) -> int:
+    """0 for what does not vary in time, 1 for a straight line in t, 2 for the rest."""
+    match node:
+        case ast.Name() | ast.Attribute():
+            name = _dotted(node)
+            return 1 if name == "t" else 2 if name in state else 0
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            return _degree(x, state)
+        case ast.BinOp(left=x, op=ast.Add() | ast.Sub(), right=y):
+            return max(_degree(x, state), _degree(y, state))
+        case ast.BinOp(left=x, op=ast.Mult(), right=y):
+            return min(_degree(x, state) + _degree(y, state), 2)
+        case ast.BinOp(left=x, op=ast.Div(), right=y) if _degree(y, state) == 0:
+            return _degree(x, state)
+    below = [x for x in ast.iter_child_nodes(node) if isinstance(x, ast.expr)]
+    return 2 if any(_degree(x, state) for x in below) else 0
+
+
+def _check_arguments(name: str, args: list[ast.expr]) -> None:
+    fewest, most, _ = FUNCTIONS[name]
+    if not fewest <= len(args) <= most:
+        count = str(fewest) if fewest == most else f"{fewest} to {most}"
+        raise ExpressionError(f"gives {name} {len(args)} argument{'s' * (len(args) != 1)}, it takes {count}")
+
+
+def _is_condition(node: ast.AST) -> bool:
+    return isinstance(node, ast.Compare | ast.BoolOp) or _is_negation(node)
+
+
+def _is_negation(node: ast.AST) -> bool:
+    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+
+
+def _need_conditions(nodes: list[ast.expr]) -> None:
+    for node in nodes:
+        if not _is_condition(node):
+            raise ExpressionError(f'needs a condition instead of "{_text(node)}"; write one such as t > 1')
+
+
+def _known(name: str, names: list[str]) -> str:
+    close = [x for x in names if x.lower() == name.lower()] or difflib.get_close_matches(name, names, 1)
+    return f'did you mean "{close[0]}"?' if close else f"known are {', '.join(sorted(names))}"
+
+
+def _whole(node: ast.AST) -> float:
+    """The size of a whole number, with or without a sign; 0 for anything else."""
+    match node:
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
+            return _whole(x)
+        case ast.Constant(value=int() | float() as value) if isinstance(value, int) or value.is_integer():
+            return abs(value)
+    return 0.0
+
+
+def _text(node: ast.AST) -> str:
+    """A part of a formula, cut to what can be read."""
+    try:
+        text = ast.unparse(node)
+    except RecursionError:
+        return "..."
+    return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
+
+
+def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """The value of a checked node."""
+    match node:
+        case ast.Constant(value=value):
+            return float(value)  # type: ignore[arg-type]
+        case ast.Name() | ast.Attribute() | ast.Subscript():
+            name = _dotted(node)
+            return names[name] if name in names else CONSTANTS[name]
+        case ast.UnaryOp(op=ast.UAdd(), operand=x):
+            return _value(x, names)
+        case ast.UnaryOp(op=ast.USub(), operand=x):
+            return -_value(x, names)
+        case ast.BinOp(left=x, op=op, right=y):
+            return OPERATORS[type(op)](_value(x, names), _value(y, names))
+        case ast.Call(func=ast.Name(id="where"), args=[condition, x, y]):
+            return where(_truth(condition, names) > 0.5, _value(x, names), _value(y, names))
+        case ast.Call(func=ast.Name(id=name), args=args) if name in FUNCTIONS:
+            return FUNCTIONS[name][2](*(_value(x, names) for x in args))
+        case ast.Call(func=ast.Name(id=name), args=[x]):
+            within, state = names.get(WITHIN, (names["t"], frozenset()))
+            straight = _degree(x, state) <= 1
+            return names[name](_value(x, names), _value(x, {**names, "t": within} if straight else names))
+    raise AssertionError("checked before")
+
+
+def _truth(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """1 where a condition holds, else 0."""
+    match node:
+        case ast.BoolOp(op=ast.And(), values=values):
+            return reduce(minimum, (_truth(x, names) for x in values))
+        case ast.BoolOp(op=ast.Or(), values=values):
+            return reduce(maximum, (_truth(x, names) for x in values))
+        case ast.UnaryOp(operand=x):
+            return 1.0 - _truth(x, names)
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            within, state = names.get(WITHIN, (names.get("t"), frozenset()))
+            straight = max(_degree(x, state) for x in (left, *others)) <= 1
+            sides = [_value(x, {**names, "t": within} if straight else names) for x in (left, *others)]
+            pairs = zip(ops, sides, sides[1:], strict=False)
+            return reduce(minimum, (where(COMPARISONS[type(op)](x, y), 1.0, 0.0) for op, x, y in pairs))
+    raise AssertionError("checked before")

@@ -1,0 +1,120 @@
+"""Second-order jets: a number with its first and second derivative in time.
+
+They turn a residual into its velocity and acceleration equations, on any kind of number: floats, arrays, symbols.
+"""
+
+from typing import Any
+
+from lienumba.numerics import operations
+from lienumba.numerics.operations import divide
+
+
+class Jet:
+    """value, first and second time derivative."""
+
+    __slots__ = ("a", "b", "c")
+    __array_ufunc__ = None
+
+    def __init__(self, a: Any, b: Any = 0.0, c: Any = 0.0) -> None:
+        self.a, self.b, self.c = a, b, c
+
+    def _chain(self, f: Any, f1: Any, f2: Any) -> "Jet":
+        """f(self), with f1, f2 the derivatives of f at the value."""
+        return Jet(f, f1 * self.b, f2 * (self.b * self.b) + f1 * self.c)
+
+    def __add__(self, other: Any) -> "Jet":
+        o = lift(other)
+        return Jet(self.a + o.a, self.b + o.b, self.c + o.c)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> "Jet":
+        o = lift(other)
+        return Jet(self.a - o.a, self.b - o.b, self.c - o.c)
+
+    def __rsub__(self, other: Any) -> "Jet":
+        return lift(other) - self
+
+    def __neg__(self) -> "Jet":
+        return Jet(-self.a, -self.b, -self.c)
+
+    def __mul__(self, other: Any) -> "Jet":
+        o = lift(other)
+        return Jet(
+            self.a * o.a, self.b * o.a + self.a * o.b, self.c * o.a + 2.0 * (self.b * o.b) + self.a * o.c
+        )  # fmt: skip
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> "Jet":
+        o = lift(other)
+        q = divide(self.a, o.a)
+        dq = divide(self.b - q * o.b, o.a)
+        return Jet(q, dq, divide(self.c - 2.0 * (dq * o.b) - q * o.c, o.a))
+
+    def __rtruediv__(self, other: Any) -> "Jet":
+        return lift(other) / self
+
+    def __pos__(self) -> "Jet":
+        return self
+
+    def __abs__(self) -> Any:
+        return operations.absolute(self)
+
+    def __pow__(self, p: Any) -> Any:
+        return operations.power(self, p)
+
+    def __lt__(self, other: Any) -> Any:
+        return self.a < lift(other).a
+
+    def __le__(self, other: Any) -> Any:
+        return self.a <= lift(other).a
+
+    def __gt__(self, other: Any) -> Any:
+        return self.a > lift(other).a
+
+    def __ge__(self, other: Any) -> Any:
+        return self.a >= lift(other).a
+
+    def where(self, condition: Any, x: Any, y: Any) -> "Jet":
+        x, y = lift(x), lift(y)
+        return Jet(*(operations.where(condition, p, q) for p, q in ((x.a, y.a), (x.b, y.b), (x.c, y.c))))
+
+    def sqrt(self) -> "Jet":
+        root = operations.sqrt(self.a)
+        slope = divide(0.5, root)
+        return self._chain(root, slope, divide(-0.5 * slope, self.a))
+
+    def sin(self) -> "Jet":
+        s, c = operations.sin(self.a), operations.cos(self.a)
+        return self._chain(s, c, -s)
+
+    def cos(self) -> "Jet":
+        s, c = operations.sin(self.a), operations.cos(self.a)
+        return self._chain(c, -s, -c)
+
+    def exp(self) -> "Jet":
+        e = operations.exp(self.a)
+        return self._chain(e, e, e)
+
+    def log(self) -> "Jet":
+        slope = divide(1.0, self.a)
+        return self._chain(operations.log(self.a), slope, -slope * slope)
+
+    def power(self, p: Any) -> Any:
+        """p: a number that is not whole, or a jet."""
+        if isinstance(p, Jet):
+            return operations.exp(p * self.log())
+        power = operations.power
+        return self._chain(power(self.a, p), p * power(self.a, p - 1.0), (p * (p - 1.0)) * power(self.a, p - 2.0))
+
+    def atan2(self, y: Any, x: Any) -> "Jet":
+        y, x = lift(y), lift(x)
+        square = x.a * x.a + y.a * y.a
+        rate = divide(x.a * y.b - y.a * x.b, square)
+        bend = x.a * y.c - y.a * x.c - 2.0 * (rate * (x.a * x.b + y.a * y.b))
+        return Jet(operations.atan2(y.a, x.a), rate, divide(bend, square))
+
+
+def lift(x: Any) -> Jet:
+    return x if isinstance(x, Jet) else Jet(x)

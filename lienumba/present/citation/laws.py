@@ -1,0 +1,55 @@
+"""What of a model is the authors' own: laws written in Python; and the events that were watched for."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from lienumba.present.citation.sampling import number
+from lienumba.present.citation.source import Source
+from lienumba.words import listed
+
+Table = Mapping[str, Any]
+
+
+def laws(source: Source) -> str:
+    """The constraints and force laws in Python, those that share a function and an interval in one sentence."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for kind, what in ("joints", "constraint"), ("forces", "force law"):
+        for law in source.content["model"][kind]:
+            if law["type"] == "python":
+                found.setdefault((what, _function(law)), []).append(law["name"])
+    return " ".join(
+        f"{_named(f'The {what}', names)} {'is' if len(names) == 1 else 'are'} the authors' own, {function}."
+        for (what, function), names in found.items()
+    )
+
+
+def _function(law: Table) -> str:
+    """The function of a law: where it stands, and when it is called."""
+    file, _, name = law["function"].rpartition(":")
+    every = law.get("every")
+    level = ", on velocities" if law.get("level") == "velocity" else ""
+    held = (
+        f", sampled every {every if isinstance(every, str) else number(every)} s and held in between" if every else ""
+    )
+    return f"written in Python (the function {name} in {file}{level}{held})"
+
+
+def events(source: Source) -> str:
+    """Those that end a run, and those that are recorded."""
+    watched = source.content.get("events", [])
+    ending = [_event(event) for event in watched if event["action"] == "stop"]
+    recorded = [_event(event) for event in watched if event["action"] != "stop"]
+    said = []
+    if ending:
+        said.append(f"Runs ended at {'the first of ' if len(ending) > 1 else ''}{_named('the event', ending)}.")
+    if recorded:
+        said.append(f"It was recorded when {_named('the event', recorded)} first occurred, and how often.")
+    return " ".join(said)
+
+
+def _event(event: Table) -> str:
+    return f"{event['name']} ({event['when']})"
+
+
+def _named(what: str, names: list[str]) -> str:
+    return f"{what}{'' if len(names) == 1 else 's'} {listed(names)}"

@@ -1,0 +1,102 @@
+"""The head of the page: the title, how it went in a sentence, and the size of it all."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from lienumba.analysis.summary import Summary, summarise
+from lienumba.batch.statuses import GOOD
+from lienumba.present.html.markup import Markup, element, join, number
+from lienumba.present.html.outcomes import Counts, counts, is_good
+from lienumba.store.study_layout import grid_of, is_study
+from lienumba.words import listed, plural
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def head(ds: xr.Dataset) -> Markup:
+    """Title, verdict, and what the runs are of."""
+    failed = int((~ds["status"].isin(GOOD)).sum())
+    button = element("button", "Theme", id="theme", type="button", title="light or dark")
+    top = element("div", element("span", "lienumba report", class_="brand"), button, class_="top")
+    title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
+    told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
+    verdict = element("p", told, class_="verdict failed" if failed else "verdict")
+    return join([top, title, verdict, element("p", " · ".join(_size(ds)), class_="quiet")])
+
+
+def scenario_of(ds: xr.Dataset) -> dict[str, Any]:
+    """The scenario that a dataset brings, as tables; none of its code runs."""
+    return tomllib.loads(str(ds.attrs.get("scenario", "")))
+
+
+def _verdict(found: Summary, ran: Counts) -> Markup:
+    """How the runs ended, and how well they are computed."""
+    end, ended = f"t = {found.final_time:g} s", "; ".join(_early(ran))
+    if not ended:
+        runs = f"All {ran.runs:,} runs" if ran.runs > 1 else "The run"
+        how = f"{runs}{ran.beside} reached {end}"
+    else:
+        how = f"{ran.good:,} of {plural(ran.runs, 'run is', 'runs are')} good"
+    kept = list(_quality(found))
+    rest = (f": {ended}" if ended else "") + ". " + (f"{' and '.join(kept)}." if kept else "")
+    return join([element("strong", how), rest])
+
+
+def _early(ran: Counts) -> Iterator[str]:
+    """How many runs did not reach the end, and why; how the nominal one ended, if any did not."""
+    drawn = [x for x in ran.early if x is not ran.nominal]
+    failed = [x for x in drawn if not is_good(x)]
+    stopped = sum(x.count for x in drawn if is_good(x))
+    if failed:
+        reasons = ", ".join(f"{x.count:,} {x.status.replace('_', ' ')}" for x in failed)
+        yield f"{sum(x.count for x in failed):,} failed ({reasons})"
+    if stopped:
+        yield f"{plural(stopped, 'was', 'were')} ended by an event"
+    if ran.nominal and ran.early:
+        how = "is good" if is_good(ran.nominal) else f"failed ({ran.nominal.status.replace('_', ' ')})"
+        yield f"the nominal run {how}"
+
+
+def _quality(found: Summary) -> Iterator[str]:
+    if found.max_position_violation is not None:
+        yield f"The joints held to {number(found.max_position_violation, 1)} m"
+    if found.max_relative_energy_drift is not None:
+        yield f"the energy to {number(found.max_relative_energy_drift, 1)} of the largest kinetic energy"
+
+
+def _study_verdict(ds: xr.Dataset, failed: int) -> Markup:
+    points, runs = ds["time_per_run"].size, ds.sizes["run"]
+    each = f"{plural(points, 'point', 'points')}, each with {plural(runs, 'run', 'runs')}"
+    return join([element("strong", each), f", {failed:,} of {points * runs:,} failed." if failed else ", none failed."])
+
+
+def _size(ds: xr.Dataset) -> Iterator[str]:
+    """The size of the mechanism and of the sweep, and how it was integrated."""
+    data = scenario_of(ds)
+    model, integrator = data.get("model", {}), data.get("integrator", {})
+    for key, one, many in (
+        ("bodies", "body", "bodies"), ("joints", "joint", "joints"),
+        ("drivers", "driver", "drivers"), ("forces", "force", "forces"),
+    ):  # fmt: skip
+        if model.get(key):
+            yield plural(len(model[key]), one, many)
+    if is_study(ds):
+        yield f"a grid over {listed(grid_of(ds))}"
+    else:
+        yield method(integrator)
+    inputs = sum(x.attrs.get("role") == "input" for x in ds.coords.values())
+    if inputs:
+        yield plural(inputs, "varied number", "varied numbers")
+
+
+def method(integrator: dict[str, Any]) -> str:
+    """How steps are made."""
+    name = str(integrator.get("method", "unknown method"))
+    if "tolerance" in integrator:
+        tolerance = integrator["tolerance"]
+        return f"{name}, tolerance {tolerance['relative'] if isinstance(tolerance, dict) else tolerance:g}"
+    return f"{name}, step {integrator['step']:g} s" if "step" in integrator else name

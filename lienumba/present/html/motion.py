@@ -1,0 +1,182 @@
+"""The data of the moving mechanism: some runs, each with its solids, the marks of its joints, and frames of its course.
+
+A frame is the positions of the bodies and, as quaternions of 16-bit integers, their attitudes. The page turns bodies
+between frames by slerp, so frames need not be dense, but close enough to tell which way a body turns; and it moves them
+along cubics, so that joints hold between frames too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.present.html.chart import Section, packed, section
+from lienumba.present.html.clipping import within
+from lienumba.present.html.markup import Markup, element, sentence
+from lienumba.present.html.time_series import Marked
+from lienumba.scene import Moving, Scene, scene
+from lienumba.scene.solids import Solid
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from lienumba.engine.simulate import Tell
+
+BYTES = 3_000_000  # of all frames
+MOST_FRAMES = 600  # of a run that turns slowly
+LARGEST_TURN = 0.4  # rad between frames, where the course has such times
+MOST_RUNS = 8
+UNIT = 32767  # of the integers of a quaternion
+POSE = 3 * 4 + 4 * 2  # bytes of a body in a frame
+VIEW = (0.9, 1.7, 0.75)  # to the right, to the front and up: from where one looks
+FLAT = 0.45  # of the largest extent: where a mechanism extends less than this, one looks along that axis
+FLAT_VIEW = (0.45, 1.85, 0.4)
+
+
+def seen(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> Scene | str:
+    """The runs to be shown, or the sentence that says why there are none; name: of the file of the dataset."""
+    bodies = ds.sizes.get("body", 1)
+    count = max(2, min(MOST_RUNS, BYTES // (MOST_FRAMES * bodies * POSE)))
+    try:
+        return within(scene(ds, name, count=count, allow_code=allow_code, tell=tell))
+    except ScenarioError as error:
+        return str(error)
+
+
+def marked(found: Scene | str) -> list[Marked]:
+    """The runs that are worth a line in other charts."""
+    return [] if isinstance(found, str) else [Marked(run.run, run.label) for run in found.runs[:2] if run.why]
+
+
+def section_of(found: Scene | str) -> Section:
+    """The place of the mechanism, or why it is not there."""
+    if isinstance(found, str):
+        return section("motion", "The mechanism", element("p", sentence(found), class_="quiet"))
+    return section("motion", "The mechanism", *_stage(found))
+
+
+def _stage(found: Scene) -> list[Markup]:
+    play = element("button", "Play", id="play", type="button")
+    slider = element("input", id="time", type="range", min="0", max="1000", value="0", step="1", aria_label="time")
+    track = element("div", play, slider, element("output", id="clock"), class_="track")
+    speed = element("label", "speed ", element("select", id="speed"))
+    run = element("label", "run ", element("select", id="run"))
+    other = [element("label", "beside ", element("select", id="beside"))] if len(found.runs) > 1 else []
+    place = element("div", class_="plot", id="stage", role="img", aria_label="the mechanism, moving")
+    words = ["Each body is the box or cylinder that has its mass and its moments of inertia"]
+    words += ["the view travels with the mass centre of the mechanism"] if found.followed else []
+    return [
+        element("figure", place, element("div", track, class_="controls"),
+                element("div", run, *other, speed, class_="controls choices"), class_="stage"),
+        element("p", sentence("; ".join(words)), class_="quiet"),
+        *(element("p", sentence(remark), class_="quiet") for remark in found.remarks),
+    ]  # fmt: skip
+
+
+def data(found: Scene, gravity: Any) -> dict[str, Any]:
+    """What the page needs to draw the runs of a scene; gravity: three numbers or formulas."""
+    low, high = found.low, found.high
+    margin = 0.04 * float((high - low).max())
+    per_run = BYTES // len(found.runs)
+    eye, up = _view(high - low, gravity)
+    return {
+        "low": (low - margin).tolist(),
+        "high": (high + margin).tolist(),
+        "eye": eye.tolist(),
+        "up": up.tolist(),
+        "bodies": list(found.runs[0].mechanism.bodies),
+        "compared": next((n for n, run in enumerate(found.runs) if n and run.why.startswith("farthest")), 0),
+        "runs": [_run(run, per_run, found.followed) for run in found.runs],
+        "duration": float(max(run.times[-1] for run in found.runs)),
+    }
+
+
+def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
+    import numpy as np
+
+    kept = frames(run.times, run.rotations, max(most // (run.positions.shape[1] * POSE), 2))
+    mechanism = run.mechanism
+    vertices = [solid.vertices for solid in mechanism.solids]
+    first = np.cumsum([0, *map(len, vertices)])
+    triangles = np.concatenate(
+        [np.array(solid.triangles()) + at for solid, at in zip(mechanism.solids, first, strict=False)]
+    )
+    colors = [2 * n + half for n, solid in enumerate(mechanism.solids) for half in _halves(solid)]
+    return {
+        "label": run.label,
+        "good": run.good,
+        "times": packed(run.times[kept]),
+        "positions": packed(run.positions[kept].ravel(), "f4"),
+        "quaternions": packed(np.rint(UNIT * quaternions(run.rotations[kept])).ravel(), "i2"),
+        "vertices": packed(np.concatenate(vertices).ravel(), "f4"),
+        "owner": packed(np.repeat(np.arange(len(vertices)), list(map(len, vertices))), "u2"),
+        "triangles": packed(triangles.ravel(), "u2"),
+        "painted": packed(np.array(colors), "u2"),
+        "segments": [
+            {"kind": x.kind, "ends": [[end.body, *map(float, end.point)] for end in x.ends]}
+            for x in mechanism.segments
+            if not (followed and any(end.body == GROUND for end in x.ends))
+        ],
+        "marks": [
+            [x.place.body, *map(float, x.place.point)]
+            for x in mechanism.marks
+            if not (followed and x.place.body == GROUND)
+        ],
+    }
+
+
+def _halves(solid: Solid) -> list[int]:
+    """Of each triangle, whether it is in the lighter half of a cylinder, which is there so that one sees it spin."""
+    if solid.kind != "cylinder":
+        return [0] * len(solid.triangles())
+    sides = len(solid.faces) - 2
+    around = [int(2 * k < sides) for k in range(sides) for _ in range(2)]
+    end = [int(2 * k < sides - 2) for k in range(sides - 2)]
+    return [*around, *end[::-1], *end]  # the vertices of the first end run the other way
+
+
+def frames(times: np.ndarray, rotations: np.ndarray, most: int) -> np.ndarray:
+    """The indices of at most `most` times, first and last among them: evenly spread, and more of them where bodies turn
+    fast; rotations (T, k, 3, 3)."""
+    import numpy as np
+
+    if len(times) <= 2:
+        return np.arange(len(times))
+    relative = np.einsum("...ij,...ij->...", rotations[1:], rotations[:-1])  # the trace of R_n^T R_n+1
+    turns = np.arccos(np.clip(0.5 * (relative - 1.0), -1.0, 1.0)).max(axis=1)
+    evenly = np.diff(times) * (MOST_FRAMES - 1) / (times[-1] - times[0])
+    passed = np.concatenate([[0.0], np.cumsum(np.maximum(evenly, turns / LARGEST_TURN))])
+    wanted = np.linspace(0.0, passed[-1], max(min(int(passed[-1]) + 2, most, len(times)), 2))
+    return np.unique(np.searchsorted(passed, wanted * (1.0 - 1e-12)).clip(0, len(times) - 1))
+
+
+def quaternions(rotations: np.ndarray) -> np.ndarray:
+    """The quaternions w x y z (..., 4) of rotations (..., 3, 3), the largest element positive."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    xyzw = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat()
+    largest = np.take_along_axis(xyzw, abs(xyzw).argmax(axis=1)[:, None], axis=1)
+    return np.roll(xyzw * np.sign(largest), 1, axis=1).reshape(*rotations.shape[:-2], 4)
+
+
+def _view(extent: np.ndarray, gravity: Any) -> tuple[np.ndarray, np.ndarray]:
+    """From where one looks at a box of this extent, and what is up: against gravity, else z."""
+    import numpy as np
+
+    pull = np.array([x if isinstance(x, int | float) else 0.0 for x in gravity])
+    vertical = int(abs(pull).argmax()) if pull.any() else 2
+    up = np.zeros(3)
+    up[vertical] = -1.0 if pull[vertical] > 0.0 else 1.0
+    level = [axis for axis in range(3) if axis != vertical]
+    thin = min(level, key=lambda axis: extent[axis])
+    flat = extent[thin] < FLAT * extent.max()
+    front = thin if flat else level[1]
+    side = level[0] if front == level[1] else level[1]
+    eye = np.zeros(3)
+    eye[[side, front, vertical]] = FLAT_VIEW if flat else VIEW
+    eye[front] *= np.cross(up, np.eye(3)[front])[side]  # so that the axis at the side points to the right
+    eye[vertical] *= up[vertical]
+    return eye, up

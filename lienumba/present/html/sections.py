@@ -1,0 +1,47 @@
+"""Which sections the report of a dataset has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from lienumba.present.html import histograms, motion, sensitivity, study, summary, time_series
+from lienumba.present.html.chart import Section
+from lienumba.present.html.header import head, scenario_of
+from lienumba.present.html.markup import Markup
+from lienumba.present.html.provenance import origin
+from lienumba.store.study_layout import is_study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from lienumba.engine.simulate import Tell
+    from lienumba.scene import Scene
+
+
+def sections_of(
+    ds: xr.Dataset, name: str, allow_code: bool, tell: Tell
+) -> tuple[Markup, list[Section], dict[str, Any]]:
+    """The head of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
+    extra: dict[str, Any] = {}
+    found = [
+        *(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))
+    ]
+    return head(ds), [*found, origin(ds, name)], extra
+
+
+def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: dict[str, Any]) -> Iterator[Section]:
+    """seen: the runs that move, or why none does."""
+    if not isinstance(seen, str):
+        extra["motion"] = motion.data(seen, scenario_of(ds)["model"].get("gravity", ()))
+    yield motion.section_of(seen)
+    yield summary.summary(ds, name)
+    yield from time_series.sections(ds, motion.marked(seen))
+    known = sensitivity.columns(ds)
+    section, numbers = sensitivity.sensitivity(ds, known)
+    if section is not None:
+        yield section
+    if numbers:
+        extra["sensitivity"] = numbers
+    if ds.sizes["run"] > 1:
+        yield from histograms.sections(known)

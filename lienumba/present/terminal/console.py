@@ -1,0 +1,119 @@
+"""What a person sees while lienumba works: errors, warnings, progress and the summary."""
+
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from lienumba.engine.progress import ProgressLines, bar, silent
+from lienumba.errors import ClusterError, ScenarioError
+
+if TYPE_CHECKING:
+    from lienumba.analysis.summary import Summary
+    from lienumba.engine.replay import Replay
+
+SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+
+@contextmanager
+def exit_codes() -> Iterator[None]:
+    """Turn errors that a user can mend into messages and exit codes; others stay visible as they are. Warnings are
+    sentences, and a request to terminate is an interrupt."""
+    warnings.showwarning = lambda message, *_: print_warnings([str(message)])
+    try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        yield
+    except ScenarioError as error:
+        for line in str(error).splitlines():
+            typer.echo(f"error: {line}", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except ClusterError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
+    except OSError as error:
+        from lienumba.store.files import WriteError
+
+        if not isinstance(error, WriteError):
+            raise
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
+    except MemoryError as error:
+        remedy = "close other programs, give fewer workers (-j 1), or store fewer times or variables"
+        typer.echo(f"error: there is not enough memory ({error}); {remedy}", err=True)
+        raise typer.Exit(SOME_FAILED) from None
+    except KeyboardInterrupt as error:
+        typer.echo(str(error) or "interrupted: no dataset was written", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def print_warnings(warnings: list[str]) -> None:
+    for warning in warnings:
+        typer.echo(f"warning: {warning}", err=True)
+
+
+@contextmanager
+def progress(quiet: bool) -> Iterator[Callable[[Any], None]]:
+    """A function that shows the runner's events: a bar on a terminal, else lines; nothing when quiet."""
+    if quiet or sys.stderr is None:
+        yield silent
+    else:
+        with bar() if sys.stderr.isatty() else ProgressLines(sys.stderr) as show:
+            yield show
+
+
+@contextmanager
+def unheard() -> Iterator[None]:
+    """Nobody may be listening (a closed or full stream): that stops no run and changes no exit code."""
+    try:
+        yield
+    except (OSError, ValueError, AttributeError):
+        with suppress(Exception):
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
+
+
+@contextmanager
+def drawing(quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many frames of how many are drawn: a bar on a terminal, else one line."""
+    if quiet or sys.stderr is None:
+        yield lambda done, total: None
+    elif sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True)) as bar:
+            task = bar.add_task("drawing", total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield lambda done, total: typer.echo(f"drawing {total:,} frames", err=True) if done == 1 else None
+
+
+def print_replay(replay: "Replay", why: str, target: Path) -> None:
+    """How the run ended, and whether it is the one of the file."""
+    from lienumba.batch.statuses import GOOD, STATUSES
+
+    ds = replay.dataset
+    status = next(status for status in STATUSES if status.code == ds["status"].item())
+    fate = f"run {ds['run'].item()}: {status.name} at {ds['end_time'].item():g} s"
+    fate += "" if status.code in GOOD else f": {status.sentence}"
+    for line in (why, fate, replay.sentence if replay.same else ""):
+        if line:
+            typer.echo(line)
+    typer.echo(f"written to {target}, with {ds.sizes['time']:,} stored times")
+
+
+def print_summary(summary: "Summary", target: Path) -> None:
+    """How the runs ended, where, and how well the constraints held."""
+    from rich.console import Console
+
+    from lienumba.analysis.summary_shown import parts
+
+    output = Console(width=None if sys.stdout.isatty() else 110, highlight=False, soft_wrap=True)
+    for part in parts(summary, str(target)):
+        output.print(part, markup=False)
+    output.print(f"written to {target}", markup=False)

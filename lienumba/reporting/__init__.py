@@ -1,5 +1,0 @@
-"""The report of a dataset: one HTML file that needs nothing else, with the mechanism moving."""
-
-from lienumba.reporting.page import report as report
-
-__all__ = ["report"]

@@ -1,0 +1,1 @@
+"""Paths, places, problems, and the texts of scenarios."""

@@ -1,0 +1,164 @@
+"""Python functions of a scenario: where their text comes from, and the function that it defines.
+
+The text of every file travels with the scenario (section [files]), so that the dataset tells what was run. A function
+that is handed over in Python is written out with all that it uses, and read again from there: both ways run the same.
+"""
+
+import ast
+import inspect
+import linecache
+import sys
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.base.problems import tables
+from lienumba.scenario.base.source import source_of
+from lienumba.words import listed, show, suggestion
+
+PYTHON = "python"
+
+
+def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with the text of every Python file that its laws name, relative to this folder."""
+    files = dict(raw["files"]) if isinstance(raw.get("files"), dict) else {}
+    raw = _with_functions(raw, lambda place, function: _embed(place, function, files, folder))
+    return {**raw, **({"files": files} if files else {})}
+
+
+def files_of(raw: dict[str, Any]) -> list[str]:
+    """The Python files that a scenario brings or names."""
+    named = dict.fromkeys(raw["files"] if isinstance(raw.get("files"), dict) else {})
+    _with_functions(raw, lambda place, function: named.setdefault(str(function).rpartition(":")[0]))
+    return list(named)
+
+
+def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool) -> None:
+    """A ScenarioError if the scenario of a dataset brings code that may not run."""
+    files = files_of(raw)
+    if files and not allow_code:
+        raise ScenarioError(
+            f"{where}: brings Python code, which {doing} runs: {listed(files)}; read it in the attribute `scenario`, "
+            "and if you trust it, give --allow-code (allow_code=True)"
+        )
+
+
+def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
+    """The scenario with other names for those of its files that are taken by other texts."""
+    files = raw.get("files")
+    if not isinstance(files, dict) or not isinstance(taken, dict):
+        return raw
+    names = {file: _free(file, text, taken) for file, text in files.items()}
+
+    def renamed(place: str, function: Any) -> Any:
+        file, _, name = str(function).rpartition(":")
+        return f"{names[file]}:{name}" if file in names else function
+
+    return {**_with_functions(raw, renamed), "files": {names[file]: text for file, text in files.items()}}
+
+
+def _with_functions(raw: dict[str, Any], change: Callable[[str, Any], Any]) -> dict[str, Any]:
+    """The scenario with change(place, function) for the function of each law; one that extends another law may leave
+    out the type."""
+    model = raw.get("model")
+    if not isinstance(model, dict):
+        return raw
+    changed = dict(model)
+    for kind in ("forces", "joints"):
+        for n, law in enumerate(tables(model.get(kind))):
+            if "function" in law and law.get("type", PYTHON) == PYTHON:
+                function = change(f"model.{kind}.{law.get('name')}", law["function"])
+                changed[kind] = [*changed[kind][:n], {**law, "function": function}, *changed[kind][n + 1 :]]
+    return {**raw, "model": changed}
+
+
+def _free(file: str, text: str, taken: dict[str, str]) -> str:
+    """A name for a text among others: its own, or with a number."""
+    key, number = file, 2
+    while taken.get(key, text) != text:
+        key, number = f"{Path(file).stem}_{number}.py", number + 1
+    return key
+
+
+def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> Any:
+    """The reference to a function, whose text is among the files."""
+    if callable(function):
+        name = getattr(function, "__name__", "law")
+        text = source_of(function, place)
+    else:
+        file, _, name = str(function).rpartition(":")
+        if not file or not name or file in files:
+            return function
+        path = folder / file
+        if not path.is_file():
+            raise ScenarioError(f"{place}.function = {show(function)}: there is no file {file}; check the path")
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ScenarioError(f"{place}.function = {show(function)}: {file} cannot be read: {error}") from None
+        _refuse_siblings(f"{place}.function = {show(function)}", path, text)
+    key = _free(f"{name if callable(function) else Path(file).stem}.py", text, files)
+    files[key] = text
+    return f"{key}:{name}"
+
+
+def _refuse_siblings(at: str, path: Path, text: str) -> None:
+    """A file must be complete in itself: what it imports from beside it would not travel with the scenario."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return  # told when it is run
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Import | ast.ImportFrom):
+            continue
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+        for name in (name.partition(".")[0] for name in names):
+            beside = path.parent / name
+            known = name in ("", "lienumba") or name in sys.stdlib_module_names
+            if not known and (beside.with_suffix(".py").is_file() or (beside / "__init__.py").is_file()):
+                raise ScenarioError(
+                    f"{at}: line {node.lineno} imports {name} from beside {path.name}, but only {path.name} is kept "
+                    "with the scenario; put what it uses into this file"
+                )
+
+
+def function_of(place: str, reference: str, files: dict[str, str]) -> Callable[..., Any]:
+    """The function behind "arm.py:pd"."""
+    at = f"{place}.function = {show(reference)}"
+    file, _, name = reference.rpartition(":")
+    if not file or not name.isidentifier():
+        raise ScenarioError(f'{at}: must name a file and a function in it; write "arm.py:pd"')
+    if file not in files:
+        raise ScenarioError(f"{at}: there is no file {file}; {suggestion(file, files)}")
+    try:
+        namespace = _namespace(file, files[file])
+    except (Exception, SystemExit) as error:
+        raise ScenarioError(f"{at}: {file} cannot be run: {where(error, file)}; correct it") from None
+    function = namespace.get(name)
+    if not inspect.isfunction(function):
+        known = [key for key, value in namespace.items() if inspect.isfunction(value)]
+        raise ScenarioError(f"{at}: {file} has no function {name}; {suggestion(name, known)}")
+    return function
+
+
+@lru_cache(maxsize=64)
+def _namespace(file: str, text: str) -> dict[str, Any]:
+    namespace: dict[str, Any] = {"__name__": Path(file).stem, "__file__": file}
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    exec(compile(text, file, "exec"), namespace)
+    return namespace
+
+
+def where(error: BaseException, file: str) -> str:
+    """An error with the line of the user's file that it comes from."""
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    text = linecache.getline(file, line).strip() if line else ""
+    said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return f"line {line}, `{text}`: {said}" if line else said

@@ -1,0 +1,169 @@
+"""Paths to the numbers of a scenario: `bodies.top.angular_velocity[1]`, `integrator.step`.
+
+A path is a sequence of keys and indices. In the list of bodies or of joints a key is the item's name. A path
+of the model may start with `model.`; its canonical text leaves that out.
+"""
+
+import re
+from typing import Any
+
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.words import nearest, suggestion
+
+Token = str | int
+TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
+TEXT_KEYS = {
+    "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
+    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative", "action",
+}  # fmt: skip  # whose values are texts as they should be
+WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events")
+WITH_STATE = ("drivers", "forces", "quantities", "events")  # whose formulas may read tables and quantities
+# Of distributions, those that no path of the model ends with.
+DISTRIBUTION_KEYS = (
+    "distribution|mean|std|low|high|relative|median|sigma|mode|values|weights|covariance|scipy|expression|column"
+)
+EXAMPLES = "such as bodies.top.mass or bodies.top.position[1]"
+
+
+class PathError(ValueError):
+    """A path that leads nowhere; the message is finished but for the path's own text before it."""
+
+
+def parse(text: str) -> list[Token]:
+    """The keys and indices of a path."""
+    tokens: list[Token] = []
+    position = 0
+    text = text.strip()
+    while position < len(text):
+        match = TOKEN.match(text, position)
+        if match is None or (position == 0 and match.group(3)):
+            raise PathError(f"is not a path; write one {EXAMPLES}")
+        quoted, plain, index = match.groups()
+        tokens.append(int(index) if index is not None else quoted if quoted is not None else plain)
+        position = match.end()
+        if tokens == ["sweep", "vary"] and position < len(text):
+            return tokens + _vary_tokens(text[position:])
+    if not tokens:
+        raise PathError(f"is not a path; write one {EXAMPLES}")
+    return tokens
+
+
+def _vary_tokens(rest: str) -> list[Token]:
+    """The varied path and a key of its distribution; a shell may have taken the path's quotes away."""
+    match = re.fullmatch(rf'\.(?:"([^"]+)"(?:\.(\w+))?|(.+?)(?:\.({DISTRIBUTION_KEYS}))?)', rest)
+    if match is None:
+        raise PathError('is not a path; write one such as sweep.vary."bodies.top.mass".std')
+    quoted, of_quoted, plain, of_plain = match.groups()
+    key = of_quoted or of_plain
+    return [quoted or plain] + ([key] if key else [])
+
+
+def text_of(tokens: list[Token]) -> str:
+    """A path's text."""
+    parts = [f"[{token}]" if isinstance(token, int) else f".{token}" for token in tokens]
+    return "".join(parts).removeprefix(".")
+
+
+def last_part(tokens: list[Token]) -> str:
+    """The text of the last key of a path, with the indices behind it."""
+    first = max(i for i, token in enumerate(tokens) if isinstance(token, str))
+    return text_of(tokens[first:])
+
+
+def canonical(text: str, model: dict[str, Any]) -> str:
+    """The text by which a path of the model is known: without spaces, without `model.`, bodies and joints by name."""
+    return text_of(named(parse(text), model))
+
+
+def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
+    """The path without `model`, and with the name of a body or joint that is given by its index."""
+    tokens = tokens[1:] if tokens[0] == "model" else tokens
+    items = model.get(tokens[0]) if tokens and isinstance(tokens[0], str) else None
+    if len(tokens) > 1 and isinstance(tokens[1], int) and isinstance(items, list) and tokens[1] < len(items):
+        item = items[tokens[1]]
+        if isinstance(item, dict) and isinstance(item.get("name"), str):
+            return [tokens[0], item["name"], *tokens[2:]]
+    return tokens
+
+
+def child(node: Any, token: Token) -> Any:
+    """One step down; PathError where there is nothing."""
+    if isinstance(node, dict):
+        if token in node:
+            return node[token]
+        raise PathError(f'has no "{token}" here; {suggestion(str(token), [str(key) for key in node])}')
+    if isinstance(node, list):
+        return node[position_in(node, token)]
+    raise PathError("goes too deep: there is a single value before its end")
+
+
+def position_in(items: list[Any], token: Token) -> int:
+    """The index of a list's item, given by index or by the item's name."""
+    names = [item.get("name") for item in items if isinstance(item, dict)]
+    if isinstance(token, int):
+        if token < len(items):
+            return token
+        raise PathError(f"has the index {token}, but the indices go from 0 to {len(items) - 1}")
+    if len(names) < len(items) or not items:
+        raise PathError(f'has no "{token}" here; give an index such as [0]')
+    if token in names:
+        return names.index(token)
+    raise PathError(f'has no "{token}" here; {suggestion(token, [str(name) for name in names])}')
+
+
+def get(data: Any, tokens: list[Token]) -> Any:
+    """The value at a path."""
+    for token in tokens:
+        data = child(data, token)
+    return data
+
+
+def put(data: Any, tokens: list[Token], value: Any) -> None:
+    """Replace the value at a path; a table's key may be new, and so may a whole section."""
+    for depth, token in enumerate(tokens[:-1]):
+        if isinstance(data, dict) and token not in data and (depth == 0 or token == "vary"):
+            data[token] = {}
+        data = child(data, token)
+    last = tokens[-1]
+    if isinstance(data, dict):
+        data[last] = value
+    elif isinstance(data, list):
+        data[position_in(data, last)] = value
+    else:
+        raise PathError("goes too deep: there is a single value before its end")
+
+
+def numeric_paths(model: dict[str, Any]) -> list[str]:
+    """The canonical paths of all numbers of a model that may vary, defaults included."""
+    found: list[str] = []
+
+    def walk(node: Any, tokens: list[Token]) -> None:
+        if isinstance(node, dict):
+            for key, item in node.items():
+                walk(item, [*tokens, key])
+        elif isinstance(node, list):
+            for index, item in enumerate(node):
+                name = item.get("name") if isinstance(item, dict) else None
+                walk(item, [*tokens, index if name is None else name])
+        elif (isinstance(node, float | int) and not isinstance(node, bool)) or _is_constant(node, tokens):
+            found.append(text_of(tokens))
+
+    walk(model, [])
+    return found
+
+
+def _is_constant(node: Any, tokens: list[Token]) -> bool:
+    """Whether a formula stands there that does not vary in time."""
+    if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or TEXT_KEYS.intersection(map(str, tokens[2:])):
+        return False
+    try:
+        return Formula(node).constant is not None
+    except ExpressionError:
+        return False
+
+
+def nearest_path(text: str, model: dict[str, Any]) -> str:
+    """The remedy for a path that does not exist: the most similar one that does."""
+    known = numeric_paths(model)
+    close = nearest(text, known)
+    return f'the nearest numeric path is "{close}"' if close else f'numeric paths are such as "{known[0]}"'

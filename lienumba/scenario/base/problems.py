@@ -1,0 +1,67 @@
+"""What the checks of a scenario find, and how they name places."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from lienumba.words import show, suggestion
+
+if TYPE_CHECKING:
+    import numpy as np
+
+GROUND = "ground"
+S = TypeVar("S", bound=BaseModel)
+
+
+@dataclass
+class Report:
+    """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
+    run, where they are known, at which formulas of the time are looked at."""
+
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    times: "np.ndarray | None" = None
+
+
+def tables(items: Any) -> list[dict[str, Any]]:
+    """The tables of a list; an empty one for what is none."""
+    return [item if isinstance(item, dict) else {} for item in items] if isinstance(items, list) else []
+
+
+def placed(kind: str, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each table with the path by which it is known."""
+    for index, item in enumerate(items):
+        name = unique_name(items, index)
+        yield (f"model.{kind}.{name}" if name else f"model.{kind}[{index}]"), item
+
+
+def unique_name(items: Any, index: int) -> str | None:
+    """The name of an item of a list of tables, if it has one that no other item bears."""
+    names = [item.get("name") if isinstance(item, dict) else None for item in items]
+    name = names[index]
+    return name if isinstance(name, str) and name and name.isprintable() and names.count(name) == 1 else None
+
+
+def read(section: type[S] | None, raw: Any) -> S | None:
+    """A section as its class has it; None where it is wrong in itself."""
+    if section is None:
+        return None
+    try:
+        return section.model_validate(raw)
+    except ValidationError:
+        return None
+
+
+def check_name(at: str, name: Any, known: Iterable[str], what: str, report: Report) -> None:
+    """Check that a name is one of these; what: "a body", ..."""
+    if isinstance(name, str) and name not in known:
+        remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
+        report.problems.append(f"{at} = {show(name)}: is not {what} of the model; {remedy}")
+
+
+def norm(values: list[Any]) -> float:
+    """Of a vector or a quaternion, without overflow."""
+    scale = max(abs(value) for value in values)
+    return float(scale * sum((value / scale) ** 2 for value in values) ** 0.5) if scale else 0.0

@@ -1,0 +1,72 @@
+"""The units of a scenario's numbers, by their paths."""
+
+from typing import Any
+
+from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.scenario.base import paths
+
+UNITS = {
+    "gravity": "m s-2", "mass": "kg", "inertia": "kg m2", "position": "m", "velocity": "m s-1",
+    "angular_velocity": "rad s-1", "points": "m", "point": "m", "at": "m", "length": "m", "angle": "rad",
+    "angles": "rad", "rotation_vector": "rad", "rate": "rad s-1", "displacement": "m", "speed": "m s-1", "pitch": "m",
+    "free_length": "m", "free_angle": "rad", "rotational_stiffness": "N m rad-1",
+    "rotational_damping": "N m s rad-1", "linear": "N s m-1", "quadratic": "N s2 m-2", "mu": "m3 s-2",
+}  # fmt: skip
+# Of laws that act along a length, and about an angle.
+ALONG = {
+    "stiffness": "N m-1", "damping": "N s m-1", "viscous": "N s m-1", "coulomb": "N", "velocity": "m s-1",
+    "value": "N", "limit": "N", "target": "m", "lower": "m", "upper": "m", "offset": "m", "ratio": "1",
+}  # fmt: skip
+ABOUT = {
+    "stiffness": "N m rad-1", "damping": "N m s rad-1", "viscous": "N m s rad-1", "coulomb": "N m",
+    "velocity": "rad s-1", "value": "N m", "limit": "N m", "target": "rad", "lower": "rad", "upper": "rad",
+    "offset": "rad", "ratio": "1",
+}  # fmt: skip
+DRIVEN = {"point": "m", "orientation": "rad", "angular_velocity": "rad s-1", "angle": "rad", "displacement": "m"}
+SETTINGS = {
+    "integrator.step": "s",
+    "integrator.end_time": "s",
+    "integrator.tolerance": "1",
+    "projection.tolerance": "m",
+}
+RATES = {"angle": "rad s-1", "displacement": "m s-1"}
+
+
+def units(path: str, model: dict[str, Any]) -> str:
+    """The units of the number at a canonical path of a resolved scenario's model; "1" for quaternions and axes."""
+    tokens = paths.parse(path)
+    keys = [token for token in tokens if isinstance(token, str)]
+    if keys[0] == "parameters":
+        return "1"  # nobody says
+    key = keys[-1]
+    if "parameters" in keys or "states" in keys:
+        return "1"
+    if keys[0] not in ("joints", "drivers", "forces"):
+        return UNITS.get(key, "1")
+    item = paths.get(model, tokens[:2])
+    if keys[0] == "joints" and key == "ratio":
+        first, second = _coupled(item, model)
+        return "1" if first == second else "m rad-1" if second == "displacement" else "rad m-1"
+    if keys[0] == "joints" and key == "offset":
+        return DRIVEN[_coupled(item, model)[1]]
+    if keys[0] == "drivers":
+        kind = item["motion"] if "motion" in item else _coordinate(item["joint"], item["coordinate"], model)
+        return RATES[kind] if key == "rate" else UNITS["point"] if key == "point" else DRIVEN[kind]
+    if keys[0] == "forces":
+        turning = item["type"] in ("torque", "torsion_spring")
+        if "joint" in item:
+            turning = _coordinate(item["joint"], item["coordinate"], model) == "angle"
+        laws = ABOUT if turning else ALONG
+        return laws.get(key, UNITS.get(key, "1"))
+    return UNITS.get(key, "1")
+
+
+def _coordinate(joint: str, kind: str | None, model: dict[str, Any]) -> str:
+    type_of_joint: str = paths.get(model, ["joints", joint, "type"])
+    return kind or COORDINATES[type_of_joint][0]
+
+
+def _coupled(item: dict[str, Any], model: dict[str, Any]) -> tuple[str, str]:
+    kinds = item["coordinates"] or (None, None)
+    first, second = (_coordinate(name, kind, model) for name, kind in zip(item["joints"], kinds, strict=True))
+    return first, second

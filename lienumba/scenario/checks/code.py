@@ -1,0 +1,277 @@
+"""Laws of the user's own: what the scenario says of them becomes code of the model, tried once on symbols."""
+
+import inspect
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from lienumba.compiler.symbols import COMPARISONS, Graph, live
+from lienumba.errors import ScenarioError
+from lienumba.groups.state import ELEMENT
+from lienumba.laws import Load
+from lienumba.mechanics.elements import quantities, user_laws
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant, Motion
+from lienumba.mechanics.mechanism.model import GROUND, Code, Force, Model
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.numerics.jets import Jet, lift
+from lienumba.scenario.base.code import where
+from lienumba.words import listed, show, suggestion
+
+REMEDIES = (
+    ("may not branch", "decides on a number of the state, which is known only while it runs; write where(condition, "
+     "number, other number), minimum, maximum or clip of lienumba.laws"),
+    ("ufunc", "calls NumPy on a number of the state; use the functions and Vector of lienumba.laws"),
+    ("real number", "needs an ordinary number, but this one is known only while it runs; use the functions of "
+     "lienumba.laws instead of math or NumPy"),
+    ("is not iterable", "needs a vector here: three numbers, or a Vector of lienumba.laws"),
+    ("unsupported operand", "combines numbers in a way that a law cannot; there are + - * / **, comparisons, and the "
+     "functions of lienumba.laws"),
+)  # fmt: skip
+POINTS, FRAMES = (
+    (kinematics.AT_REST, kinematics.AT_REST),
+    (kinematics.UNIT, kinematics.UNIT),
+)  # any: the start decides them later
+VELOCITIES = 12  # the first row of them in the state of a body
+BEND = 1e-6  # of a velocity-level law, relative to itself: above, it is not affine in the velocities
+
+
+def code_of(
+    place: str, law: Mapping[str, Any], function: Callable[..., Any], known: Sequence[str], **more: Any
+) -> Code:
+    """The code of a law; known: the quantities that it may ask for."""
+    at = f"{place}.function = {show(law['function'])}"
+    parameters = inspect.signature(function).parameters.values()
+    for name in ("t", "states"):
+        if name in law["parameters"]:
+            what = "the time" if name == "t" else "the states of the law"
+            raise ScenarioError(f"{place}.parameters.{name}: is the name of {what}; give another name")
+    states = list(law.get("states", {}))
+    own = {"t"} | ({"states"} if states else set()) | ({"interval"} if law.get("every") is not None else set())
+    seen = [*law.get("bodies", []), *law.get("joints", [])]
+    plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    placed = [p.name for p in plain if p.name not in own and p.name not in law["parameters"]]
+    any_number = any(p.kind == p.VAR_POSITIONAL for p in parameters)
+    if len(placed) < len(seen) and not any_number:
+        raise ScenarioError(
+            f"{at}: has {len(placed)} arguments for {listed(seen)}, which it sees; give it one for each of them"
+        )
+    names = () if any_number else tuple(placed[: len(seen)])
+    by_name = {p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+    asked = by_name - set(placed if any_number else names)
+    open_ended = any(p.kind == p.VAR_KEYWORD for p in parameters)
+    for name in law["parameters"]:
+        if name not in asked and not open_ended:
+            raise ScenarioError(f"{place}.parameters.{name}: the function has no argument of this name; "
+                                f"{suggestion(name, sorted(asked))}")  # fmt: skip
+    needed = {p.name for p in parameters if p.name in asked and p.default is p.empty}
+    missing = sorted(needed - set(law["parameters"]) - own - set(known))
+    if missing:
+        raise ScenarioError(
+            f"{at}: has the argument {missing[0]}, which is neither {' nor '.join(sorted(own, reverse=True))}, nor a "
+            f"quantity, nor one of {place}.parameters; give "
+            f"{'states' if missing[0] == 'states' else 'parameters'} = {{ {_example(missing[0])} = ... }}"
+        )
+    return Code(
+        function,
+        names=names,
+        wants=frozenset(asked & own),
+        quantities=frozenset(asked & set(known) - set(law["parameters"])),
+        states=tuple(states),
+        **more,
+    )
+
+
+def _example(name: str) -> str:
+    return "integral" if name == "states" else name
+
+
+def tried(model: Model) -> Model:
+    """The model with the rows of its own joints counted; a ScenarioError if one of its laws does not work."""
+    placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
+    graph = Graph()
+    rows = itertools.count()
+    symbolic = map_numbers(placed, lambda x, _: graph.input("parameters", next(rows)))
+    now = _state(symbolic, graph)
+    for force in symbolic.forces:
+        if force.code is not None:
+            _try_force(symbolic, force, now)
+    codes = [None if j.code is None else _tried_joint(symbolic, n, now) for n, j in enumerate(placed.joints)]
+    first = map_numbers(placed, _first)
+    for n, code in enumerate(codes):
+        if code is not None and code.level == "velocity":
+            _check_affine(first, n)
+    return replace(model, joints=tuple(replace(j, code=c) for j, c in zip(model.joints, codes, strict=True)))
+
+
+def _first(number: Any, structural: bool) -> Any:
+    """A number of the first run."""
+    import numpy as np
+
+    return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
+
+
+def _try_force(model: Model, force: Force, now: Instant) -> None:
+    assert force.code is not None
+    place = f"model.forces.{force.name}"
+    if force.code.returns == user_laws.POTENTIAL:
+        _check_levels(place, model, force.code, quantities.POSITION)
+        ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
+        found = _called(place, force.code, lambda: user_laws.energy(model, force, now, kinematics.still(now, ends)))
+        again = _called(place, force.code, lambda: user_laws.energy(model, force, now, kinematics.still(now, ends)))
+        _check_same(place, [found], [again])
+        if not _is_number(found):
+            raise ScenarioError(f"{place}: must return one number, a potential energy in J, but returns {_kind(found)}")
+        _refuse_velocities(place, [found], "a potential energy depends on positions only; return loads instead")
+        return
+    _check_levels(place, model, force.code, quantities.VELOCITY)
+    loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
+    loads_again, rates_again = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
+    for load in loads:
+        for x in (*load.value, *load.at):
+            if not _is_number(x):
+                raise ScenarioError(f"{place}: the {load.kind} must be made of numbers, but has {_kind(x)}; correct it")
+    for name, x in zip(force.code.states, rates, strict=True):
+        if not _is_number(x):
+            raise ScenarioError(f"{place}: the state {name} needs a number, but it returns {_kind(x)}; correct it")
+    _check_same(place, [*_numbers(loads), *rates], [*_numbers(loads_again), *rates_again])
+
+
+def _numbers(loads: Sequence[Load]) -> list[Any]:
+    return [x for load in loads for x in (*load.value, *load.at)]
+
+
+def _check_same(place: str, once: Sequence[Any], twice: Sequence[Any]) -> None:
+    """A law is run once and compiled: it must say the same whenever it is asked."""
+    same = [a is b or (_is_float(a) and repr(a) == repr(b)) for a, b in zip(once, twice, strict=False)]
+    if len(once) != len(twice) or not all(same):
+        raise ScenarioError(
+            f"{place}: the function returns something else each time that it is called; it must depend on nothing but "
+            "its arguments (no random numbers, no counters)"
+        )
+
+
+def _tried_joint(model: Model, index: int, now: Instant) -> Code:
+    joint = model.joints[index]
+    assert joint.code is not None
+    place = f"model.joints.{joint.name}"
+    _check_levels(place, model, joint.code, quantities.POSITION)
+    ends = user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
+    rows = _called(place, joint.code, lambda: user_laws.residual(model, index, kinematics.still(now, ends)))
+    again = _called(place, joint.code, lambda: user_laws.residual(model, index, kinematics.still(now, ends)))
+    for row in rows:
+        if not _is_number(row):
+            raise ScenarioError(f"{place}: must return numbers that vanish where it holds, but returns {_kind(row)}")
+    if not rows:
+        raise ScenarioError(f"{place}: returns no equation; return one number or several that vanish where it holds")
+    _check_same(place, rows, again)
+    level = joint.code.level
+    for row in rows:
+        if not _reads(row, 0 if level == "position" else VELOCITIES):
+            what = (
+                "the bodies; correct" if level == "position" else 'velocities; leave level = "velocity" out, or correct'
+            )
+            raise ScenarioError(f"{place}: an equation does not depend on {what} the function")
+    kinds = joint.code.returns or "m" * len(rows)
+    if len(kinds) != len(rows):
+        raise ScenarioError(f"{place}.rows: has {len(kinds)} entries for {len(rows)} equations; give one for each")
+    if joint.code.level == "position":
+        _refuse_velocities(place, rows, 'a constraint of positions may not; give level = "velocity"')
+    return replace(joint.code, returns=kinds)
+
+
+def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
+    """What a call returns; a ScenarioError with the line of the user's file if it does not work."""
+    file = code.function.__code__.co_filename
+    try:
+        return call()
+    except user_laws.LawError as error:
+        raise ScenarioError(f"{place}: {code.function.__name__}: {error}") from None
+    except Exception as error:
+        remedy = next((text for sign, text in REMEDIES if sign in str(error)), None)
+        said = where(error, file)
+        if remedy is not None:
+            said = f"{said.rpartition(f': {type(error).__name__}')[0] or 'it'} {remedy}"
+        else:
+            said = f"{said}; correct it"
+        raise ScenarioError(f"{place}: {code.function.__name__} in {file}, {said}") from None
+
+
+def _state(model: Model, graph: Graph) -> Instant:
+    """A state of symbols, with whatever states of laws."""
+    bodies = tuple(tuple(graph.inputs("state", ELEMENT, ELEMENT * i)) for i in range(len(model.bodies)))
+    first, states = 0, {}
+    for force in model.forces:
+        if force.code is not None and force.code.states:
+            states[force.name] = tuple(graph.inputs("extra", len(force.code.states), first))
+            first += len(force.code.states)
+    return Instant(bodies, graph.input("clock", 0), states=states)
+
+
+def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
+    for quantity in model.quantities:
+        if quantity.name in code.quantities:
+            names = [quantities.joined(quantity.name, c) for c in quantities.components(model, quantity)]
+            level = max(quantities.level(model, name) for name in names)
+            if quantity.type == "joint" and allowed == quantities.VELOCITY:
+                continue
+            if level > allowed:
+                why = (
+                    "which follows from the forces themselves; read positions and velocities"
+                    if level == quantities.OBSERVED
+                    else "of which rates are a part, and this law may depend on positions only; give it "
+                    f"joints = [{show(model.joints[quantity.joint].name)}] instead"
+                    if quantity.type == "joint"
+                    else "a velocity, which this law may not depend on; read positions"
+                )
+                raise ScenarioError(f"{place}: reads the quantity {quantity.name}, {why}")
+
+
+def _refuse_velocities(place: str, rows: Sequence[Any], why: str) -> None:
+    if any(_reads(row, VELOCITIES) for row in rows):
+        raise ScenarioError(f"{place}: depends on velocities, but {why}")
+
+
+def _reads(row: Any, first: int) -> bool:
+    """Whether a number depends on rows of a body's state from this one on."""
+    for node in live((row,)):
+        for x in (node, *node.args):
+            if getattr(x, "op", "") == "input" and x.args[0] == "state" and x.args[1] % ELEMENT >= first:
+                return True
+    return False
+
+
+def _check_affine(model: Model, index: int) -> None:
+    """psi may have no curvature along velocities."""
+    joint = model.joints[index]
+    assert joint.code is not None
+    place, ends = f"model.joints.{joint.name}", user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers)
+    bodies = tuple(tuple(0.3 + 0.17 * ((7 * i + 5 * n) % 11) for n in range(ELEMENT)) for i in range(len(model.bodies)))
+    view = kinematics.still(Instant(bodies), ends)
+    jets = {
+        i: Motion(m.r, m.R, *(tuple(Jet(x, 0.4 + 0.3 * n) for n, x in enumerate(v)) for v in (m.v, m.w)))
+        for i, m in view.motions.items()
+        if i != GROUND
+    }
+    for row in user_laws.residual(model, index, replace(view, motions=jets)):
+        x = lift(row)
+        if not abs(x.c) <= BEND * (abs(x.a) + abs(x.b)):
+            raise ScenarioError(
+                f"{place}: must be affine in the velocities (a sum of velocities times functions of positions and t), "
+                "but is not; rewrite it, or use a force"
+            )
+
+
+def _is_number(x: Any) -> bool:
+    return _is_float(x) or (hasattr(x, "graph") and x.op not in COMPARISONS)
+
+
+def _is_float(x: Any) -> bool:
+    return isinstance(x, float | int) and not isinstance(x, bool)
+
+
+def _kind(x: Any) -> str:
+    if getattr(x, "op", "") in COMPARISONS:
+        return "a comparison"
+    return "nothing" if x is None else f"{show(x)}" if isinstance(x, str | bool) else f"a {type(x).__name__}"

@@ -1,0 +1,71 @@
+"""How a method makes its steps: of a length that is given, or as long as a tolerance of the error allows."""
+
+from typing import TYPE_CHECKING
+
+from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.scenario.schema.scenario import Integrator
+from lienumba.words import listed
+
+if TYPE_CHECKING:
+    from lienumba.scenario.base.problems import Report
+
+PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
+BOUNDS = ("first_step", "max_step", "min_step")
+MOST_STEPS = 1e12  # of a run: so many take hours at least
+
+
+def method_of(integrator: Integrator) -> str:
+    """The method, which may be omitted: with a tolerance the one of the highest order."""
+    if "method" not in integrator.model_fields_set and integrator.tolerance is not None:
+        return PAIRS[-1]
+    return integrator.method
+
+
+def check_integrator(integrator: Integrator, report: "Report") -> bool:
+    """Check how steps are made; whether it is clear."""
+    given = [key for key in BOUNDS if getattr(integrator, key) is not None]
+    before = len(report.problems)
+    if integrator.step is None and integrator.tolerance is None:
+        report.problems.append(
+            "integrator.step is missing; give the time step in s, above 0, or integrator.tolerance, the error of one "
+            f"step, with one of {', '.join(PAIRS)}"
+        )
+    elif integrator.step is not None and integrator.tolerance is not None:
+        report.problems.append("integrator.step and integrator.tolerance are both given; leave one of them out")
+    elif integrator.tolerance is None:
+        for key in given:
+            report.problems.append(
+                f"integrator.{key} = {getattr(integrator, key)!r}: bounds steps that a tolerance chooses, but "
+                f"integrator.step = {integrator.step!r} gives them; leave it out, or give integrator.tolerance instead"
+            )
+    else:
+        _check_bounds(integrator, given, report)
+    for key in ("step", "max_step"):
+        step = getattr(integrator, key)
+        if step is not None and integrator.end_time / step > MOST_STEPS:
+            report.problems.append(
+                f"integrator.{key} = {step!r}: asks for {integrator.end_time / step:.2g} steps until "
+                f"integrator.end_time = {integrator.end_time!r}, at most {MOST_STEPS:g} are possible; give a longer one"
+            )
+    return len(report.problems) == before
+
+
+def _check_bounds(integrator: Integrator, given: list[str], report: "Report") -> None:
+    if method_of(integrator) not in PAIRS:
+        report.problems.append(
+            f'integrator.tolerance: the method "{integrator.method}" does not estimate its error; take '
+            f"{listed(PAIRS, 'or')}, or give integrator.step instead"
+        )
+    steps = {key: float(getattr(integrator, key)) for key in given}
+    for key, step in steps.items():
+        if step > integrator.end_time:
+            report.problems.append(
+                f"integrator.{key} = {step!r}: is longer than the run, integrator.end_time = {integrator.end_time!r}; "
+                "give a shorter one"
+            )
+    for shorter, longer in (("min_step", "max_step"), ("min_step", "first_step"), ("first_step", "max_step")):
+        if shorter in steps and longer in steps and steps[shorter] > steps[longer]:
+            report.problems.append(
+                f"integrator.{shorter} = {steps[shorter]!r}: is longer than integrator.{longer} = {steps[longer]!r}; "
+                "give a shorter one"
+            )

@@ -1,0 +1,72 @@
+"""Whether a distribution suits the number that it varies: one that fits its nominal value, and stays above 0."""
+
+from math import erfc, sqrt
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.sweep.distributions.base import Kind, Scalar
+from lienumba.sweep.distributions.external import Given
+from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
+
+if TYPE_CHECKING:
+    from lienumba.scenario.base.problems import Report
+
+# Numbers that must be above 0 in every run, and who says so.
+POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no friction sets in at"}
+RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
+
+
+def check_range(path: str, nominal: Any, given: Kind, runs: int, report: "Report") -> None:
+    """Distributions that do not fit the nominal value, and those that draw masses or lengths which no body can have."""
+    if isinstance(given, Given):
+        return
+    at = f'sweep.vary."{path}"'
+    try:
+        _sample(given, 0.5, nominal)
+    except ScenarioError as error:
+        report.problems.append(f"{at}.{error}")
+        return
+    key = path.rpartition(".")[2]
+    if not isinstance(given, Scalar) or key not in POSITIVE or ".parameters." in path or nominal <= 0.0:
+        return
+    factor = nominal if given.relative else 1.0
+    if isinstance(given, Uniform):
+        if given.low * factor <= 0.0:
+            report.problems.append(
+                f"{at}.low = {given.low!r}: allows values of 0 or below, which {POSITIVE[key]}; give low above 0"
+            )
+        return
+    if isinstance(given, Normal):
+        mean = nominal if given.mean is None else given.mean * factor
+        if mean <= 0.0:
+            report.problems.append(f"{at}.mean = {given.mean!r}: must be above 0; give the mean of {path}")
+            return
+        share = 0.5 * erfc(mean / (given.std * factor) / sqrt(2.0)) if given.std > 0.0 else 0.0
+    else:
+        share = _share_of_zero_and_below(given, nominal)
+    if share == 1.0:
+        report.problems.append(f"{at}: draws only values of 0 or below, which {POSITIVE[key]}; give values above 0")
+    elif share * runs > RARE:
+        remedy = "a smaller std, or a uniform distribution" if isinstance(given, Normal) else "other numbers"
+        report.warnings.append(
+            f"{at}: of {runs} runs about {share * runs:.2g} will draw a value of 0 or below and fail; give {remedy}"
+        )
+
+
+def _sample(given: Kind, u: float, nominal: Any) -> float:
+    """The first number that it gives at these probabilities."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        return float(np.ravel(given.draw([np.array([u])] * given.dimensions, nominal)[0])[0])
+
+
+def _share_of_zero_and_below(given: Scalar, nominal: float) -> float:
+    """The probability of a value that is not above 0, by bisection."""
+    if isinstance(given, Constant):
+        return float(_sample(given, 0.5, nominal) <= 0.0)
+    low, high = 0.0, 1.0
+    while high - low > 1e-3 * high and high > 2.0**-50:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _sample(given, middle, nominal) <= 0.0 else (low, middle)
+    return 0.0 if high <= 2.0**-50 else 1.0 if low > 0.999 else low

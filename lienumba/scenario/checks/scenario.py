@@ -1,0 +1,121 @@
+"""What the parts of a scenario say about one another: all problems are found, one sentence each."""
+
+import re
+from collections import Counter
+from typing import Any
+
+from lienumba.keys.types import NAME
+from lienumba.scenario.base.problems import GROUND, Report, placed, read, tables
+from lienumba.scenario.checks.bodies import check_bases, check_body
+from lienumba.scenario.checks.integrator import check_integrator
+from lienumba.scenario.checks.joints import check_joint
+from lienumba.scenario.checks.laws import check_driven_once, check_driver, check_force, check_start
+from lienumba.scenario.checks.methods import check_method, check_projection
+from lienumba.scenario.checks.output import check_output, check_stop
+from lienumba.scenario.checks.quantities import check_quantity
+from lienumba.scenario.checks.study import check_study
+from lienumba.scenario.checks.sweep import check_sweep
+from lienumba.scenario.checks.tables import check_tables
+from lienumba.scenario.checks.times import check_times, looked_at
+from lienumba.scenario.formulas.parameters import Parameters
+from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.scenario import LISTS, Body, Gravity, Integrator, Projection, section_of
+from lienumba.scenario.schema.stop import Stop
+from lienumba.words import listed, show
+
+
+def check(raw: dict[str, Any], parameters: Parameters) -> Report:
+    """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`)."""
+    report = Report()
+    model = raw.get("model")
+    model = model if isinstance(model, dict) else {}
+    lists = {kind: tables(model.get(kind)) for kind in LISTS}
+    for kind, items in lists.items():
+        _check_names(kind, items, report)
+    integrator = read(Integrator, raw.get("integrator"))
+    if integrator is not None:
+        report.times = looked_at(integrator)
+        check_method(integrator, bool(lists["events"]), report)
+    projection = read(Projection, raw.get("projection", {}))
+    if projection is not None:
+        check_projection(projection, report)
+    named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
+    if named:
+        _check_model(lists, report)
+    check_tables(parameters, report)
+    gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
+    if gravity is not None:
+        check_start("model.gravity", gravity.gravity, 1, report)
+    for place, body in placed("bodies", lists["bodies"]):
+        checked = read(Body, body)
+        if checked is not None:
+            check_body(place, checked, report)
+    if integrator is not None:
+        output = read(Output, raw.get("output", {}))
+        if check_integrator(integrator, report):
+            check_times(integrator, output, report)
+        if output is not None:
+            check_output(output, lists, parameters, report)
+    sweep = raw.get("sweep")
+    if isinstance(sweep, dict) and named:
+        check_sweep(sweep, _numbers_of(model, lists), parameters, report)
+        stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs")
+        if stop is not None and isinstance(runs, int):
+            check_stop(stop, runs, report)
+    study = raw.get("study")
+    if isinstance(study, dict) and named:
+        if isinstance(sweep, dict) and "stop" in sweep:
+            report.problems.append("sweep.stop: a study needs all runs at every point; leave it out")
+        check_study(study, raw.get("output"), model, [body["name"] for body in lists["bodies"]], parameters, report)
+    return report
+
+
+def _check_model(lists: dict[str, list[dict[str, Any]]], report: Report) -> None:
+    """What refers to names."""
+    bodies = [body["name"] for body in lists["bodies"]]
+    joints = {joint["name"]: joint for joint in lists["joints"]}
+    check_bases(lists["bodies"], bodies, report)
+    for place, joint in placed("joints", lists["joints"]):
+        check_joint(place, joint, bodies, joints, report)
+    for place, driver in placed("drivers", lists["drivers"]):
+        check_driver(place, driver, bodies, joints, report)
+    check_driven_once(lists["drivers"], joints, report)
+    for place, force in placed("forces", lists["forces"]):
+        check_force(place, force, bodies, joints, report)
+    for place, quantity in placed("quantities", lists["quantities"]):
+        check_quantity(place, quantity, lists, report)
+
+
+def _named(items: list[dict[str, Any]]) -> bool:
+    """Whether each has a name of its own by which it can be known."""
+    names = [item.get("name") for item in items]
+    return len(set(map(str, names))) == len(names) and all(
+        isinstance(name, str) and re.fullmatch(NAME, name) and name != GROUND for name in names
+    )
+
+
+def _numbers_of(model: dict[str, Any], lists: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+    """What may vary: the model with the default of gravity and without unknown keys."""
+    numbers: dict[str, Any] = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
+    for kind, items in lists.items():
+        numbers[kind] = []
+        for item in items:
+            section = section_of(kind, item)
+            known = section.model_fields if section is not None else {}
+            numbers[kind].append({key: item[key] for key in item if key in known or key in ("name", "type")})
+    return numbers
+
+
+def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None:
+    for index, item in enumerate(items):
+        if item.get("name") == GROUND:
+            report.problems.append(
+                f'model.{kind}[{index}].name = "{GROUND}": is reserved for the fixed world; give another name'
+            )
+    counts = Counter(item["name"] for item in items if isinstance(item.get("name"), str))
+    for name, number in counts.items():
+        if number > 1:
+            places = [f"model.{kind}[{index}]" for index, item in enumerate(items) if item.get("name") == name]
+            report.problems.append(
+                f"{places[-1]}.name = {show(name)}: is also the name of {listed(places[:-1])}; give each its own name"
+            )

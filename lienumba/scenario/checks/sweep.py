@@ -1,0 +1,240 @@
+"""Every path of `sweep.vary` must lead to a number of the model that its distribution suits."""
+
+from functools import cache
+from sys import float_info
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+
+from lienumba.keys.types import Inertia, Rotation, Vec3
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.checks.ranges import check_range
+from lienumba.scenario.checks.samplers import check_sampler
+from lienumba.scenario.checks.samples import check_table, no_path
+from lienumba.scenario.formulas.dependent_inputs import check_derived
+from lienumba.scenario.schema.scenario import LISTS, MOST_RUNS, SECTIONS, section_of
+from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Kind
+from lienumba.sweep.distributions.registry import FORMS, Distribution, form_of
+from lienumba.words import printable, show, suggestion
+
+if TYPE_CHECKING:
+    from lienumba.scenario.base.problems import Report
+    from lienumba.scenario.formulas.parameters import Parameters
+
+EVERY = "every"  # the key of the interval of a sampled law
+ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs; run a scenario for each interval"
+# What varies as a whole: its name, the last keys of its paths, and its type.
+WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
+    ROTATION: ("a rotation", ("rotation", "target"), Rotation),
+    INERTIA: ("an inertia", ("inertia",), Inertia),
+    VECTOR: ("a vector of 3 numbers", (), Vec3),
+}
+
+
+def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+    """Check the varied paths against the model as written, gravity's default included."""
+    vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
+    if not isinstance(vary, dict):
+        return
+    if not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
+        runs = 1
+    if vary and "runs" not in sweep:
+        report.problems.append("sweep.runs is missing; give a whole number of runs, at least 1")
+    if runs > 1 and not vary:
+        report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
+    _check_intervals(vary, parameters, report)
+    seen: dict[str, str] = {}
+    kinds: dict[str, Kind] = {}
+    before = len(report.problems)
+    for path, entry in vary.items():
+        if _is_nested(entry):
+            continue  # a path without its quotes, which `messages` explains
+        kind = _kind(entry)
+        shape = kind.shape if kind is not None else FORMS[form].leads_to if (form := form_of(entry)) else NUMBER
+        try:
+            nominal = _nominal(path, model, parameters, shape)
+            name = paths.canonical(path, model)
+            _refuse_overlap(name, seen)
+            seen[name] = path
+        except paths.PathError as error:
+            shown = printable(path)
+            unmapped = isinstance(entry, dict) and entry.get("column") == path
+            report.problems.append(
+                no_path(path, error) if unmapped else f'sweep.vary."{shown}": the path {shown} {error}'
+            )
+            continue
+        if kind is not None:
+            kinds[name] = kind
+            if nominal is not None:
+                check_range(name, nominal, kind, runs, report)
+    if len(kinds) == len(vary) and len(report.problems) == before:
+        check_derived(kinds, parameters, report)
+    check_table(sweep, kinds, report)
+    if len(kinds) == len(vary):
+        check_sampler(sweep, kinds, model, report)
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _kind(entry: Any) -> Kind | None:
+    """How an input varies; None where that is wrong in itself."""
+    try:
+        kind: Kind = _adapter(Distribution).validate_python(entry)
+    except ValidationError:
+        return None
+    return kind
+
+
+def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
+    """A number varies once: neither under two names, nor alone and as a part."""
+    if name in seen:
+        raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
+    for other, written in seen.items():
+        inner, outer = sorted((name, other), key=len, reverse=True)
+        if inner.startswith((f"{outer}[", f"{outer}.")):
+            raise paths.PathError(
+                f'varies together with "{written}", of which one is a part of the other; vary it once'
+            )
+
+
+def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+    """The interval of a sampled law may depend on no varied parameter."""
+    varied = {path.removeprefix("parameters.") for path in vary if path.startswith("parameters.")}
+    for tokens, formula in parameters.places.items():
+        found = sorted(parameters.all_used(formula) & varied)
+        if tokens[-1] == EVERY and found:
+            path = f"parameters.{found[0]}"
+            report.problems.append(
+                f'sweep.vary."{path}": model.{paths.text_of(list(tokens))} = {show(formula.text)} depends on it and '
+                f"{ONE_INTERVAL}"
+            )
+
+
+def _is_nested(entry: Any) -> bool:
+    return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
+
+
+def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: str) -> Any:
+    """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
+    there."""
+    tokens = paths.parse(path)
+    if tokens[0] == "parameters":
+        if shape != NUMBER:
+            raise paths.PathError(
+                f"is a parameter, which is a number, not {WHOLES[shape][0]}; give a distribution of one"
+            )
+        return _parameter(tokens, parameters)
+    _refuse_formulas(tuple(paths.named(tokens, model)), parameters)
+    tokens = tokens[1:] if tokens[0] == "model" else tokens
+    if tokens and tokens[0] == "tables":
+        raise paths.PathError("is part of a table; multiply the table by a parameter, and vary that")
+    if tokens and tokens[-1] == EVERY:
+        raise paths.PathError(ONE_INTERVAL)
+    if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
+        raise paths.PathError("is not part of the model; vary a number of the model, such as bodies.top.mass")
+    try:
+        value = paths.get(model, tokens)
+    except paths.PathError:
+        field = _omitted_field(tokens, model)
+        if field is None:
+            raise paths.PathError(f"does not exist; {paths.nearest_path(path, model)}") from None
+        if field.is_required():
+            return None
+        raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
+    if shape != NUMBER:
+        return _whole(value, tokens, shape)
+    if isinstance(value, str) and not paths.TEXT_KEYS.intersection(tokens[2:]):
+        if tokens[0] not in paths.WITH_FORMULAS:
+            return None
+        value = _constant(value)
+        if value is None:
+            return None
+    if isinstance(value, list) and any(isinstance(item, float | int | str) for item in value):
+        raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
+    if isinstance(value, bool) or not isinstance(value, float | int):
+        raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
+    _refuse_parts_of_matrices(tokens)
+    return float(value) if abs(value) <= float_info.max else None
+
+
+def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") -> None:
+    """What is a formula, or has one in it, follows its parameters."""
+    for place, formula in parameters.places.items():
+        if place[: len(tokens)] == tokens and formula.used:
+            names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
+            is_or_has = "is" if place == tokens else "has"
+            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}; vary {' or '.join(names)} instead")
+
+
+def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
+    """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
+    what, keys, kind = WHOLES[shape]
+    if keys and tokens[-1] not in keys:
+        raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
+    try:
+        adapter = _adapter(kind)
+        return nominal_numbers(adapter.dump_python(adapter.validate_python(value)), shape)
+    except ValidationError:
+        if keys:
+            return None  # the schema says so
+    raise paths.PathError(f"is not {what} but {show(value)}; give the path of one")
+
+
+def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
+    """The nominal value of a parameter that is a number."""
+    name = str(tokens[1]) if len(tokens) == 2 else ""
+    if name in parameters.formulas:
+        formula = parameters.formulas[name]
+        if formula.constant is not None:
+            return formula.constant
+        used = " or ".join(f"parameters.{other}" for other in sorted(formula.used))
+        raise paths.PathError(f"is the formula {show(formula.text)}; vary {used or 'a number'} instead")
+    if name not in parameters.numbers:
+        raise paths.PathError(f"does not exist; {suggestion(name, parameters.numbers)}")
+    return parameters.numbers[name]
+
+
+def _constant(text: str) -> float | None:
+    """The number that a formula is, if it does not depend on the time; None if it is no formula."""
+    try:
+        formula = Formula(text)
+    except ExpressionError:
+        return None
+    if formula.constant is None:
+        raise paths.PathError(f"is the formula {show(text)}, which varies in time; vary a number")
+    return formula.constant
+
+
+def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
+    """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
+    if len(tokens) < 3 or tokens[0] not in LISTS:
+        return None
+    try:
+        item = paths.get(model, tokens[:2])
+    except paths.PathError:
+        return None
+    section = section_of(str(tokens[0]), item)
+    fields = section.model_fields if section is not None else {}
+    return fields.get(str(tokens[2])) if tokens[2] not in item else None
+
+
+def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
+    """An element of a matrix cannot vary alone where the matrix must stay symmetric or orthogonal."""
+    if tokens[0] != "bodies" or len(tokens) < 5 or not isinstance(tokens[-2], int):
+        return
+    if tokens[-3] == "rotation":
+        raise paths.PathError(
+            "is an element of a rotation matrix, which must stay orthogonal; "
+            "give the rotation as quaternion, {axis, angle} or {euler, angles} and vary that"
+        )
+    if tokens[-3] == "inertia" and tokens[-2] != tokens[-1]:
+        raise paths.PathError(
+            "is an element of a 3x3 inertia, which must stay symmetric; "
+            "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them"
+        )

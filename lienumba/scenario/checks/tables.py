@@ -1,0 +1,72 @@
+"""What formulas do with tables: whether these are long enough, and whether steps can land on their points."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.discontinuities import SAME
+from lienumba.numerics.expressions import Formula
+from lienumba.scenario.base import paths
+from lienumba.scenario.checks.laws import check_function
+from lienumba.scenario.formulas.parameters import Parameters, Tokens
+from lienumba.words import show
+
+if TYPE_CHECKING:
+    from lienumba.scenario.base.problems import Report
+
+
+def check_tables(parameters: Parameters, report: "Report") -> None:
+    """Check what reads tables at the times of the run, with the nominal parameters."""
+    if report.times is None:
+        return
+    times, values = report.times, parameters.values()
+    for tokens, formula, name, argument in _of_time(parameters):
+        table, x = parameters.tables[name], _argument(parameters, argument, values, times)
+        at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
+        if x.max() > table.last * (1.0 + SAME) + SAME:
+            report.problems.append(
+                f"tables.{name}: ends at {table.last:g}, but {at} reads it until {x.max():.6g}; add a point there, or "
+                "end the run earlier"
+            )
+        if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
+            report.warnings.append(
+                f"{at}: steps cannot land on the points of {name}, because its argument is no straight line in t, "
+                "so the order of the method may be lost there; use a cubic table, or small steps"
+            )
+    for tokens, formula in parameters.places.items():
+        if tokens[0] == "drivers" and not formula.used & parameters.quantities and parameters.reads(formula):
+            at = f"model.{paths.text_of(list(tokens))}"
+            prescribes_rate = tokens[2] == "rate"
+            check_function(at, formula.text, parameters.number(formula, values), prescribes_rate, report)
+
+
+def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Sequence[int], end: float) -> None:
+    """A ScenarioError if a table ends before a run asks for its last value."""
+    import numpy as np
+
+    values = parameters.values(samples)
+    for tokens, formula, name, argument in _of_time(parameters):
+        reached = np.atleast_1d(_argument(parameters, argument, values, end))
+        last = parameters.tables[name].last
+        beyond = np.flatnonzero(reached > last * (1.0 + SAME) + SAME)
+        if len(beyond):
+            at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
+            raise ScenarioError(
+                f"tables.{name}: ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run "
+                f"{labels[beyond[0]]}; add a point there, end the run earlier, or give less spread"
+            )
+
+
+def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:
+    """The places where a table is read at a function of the time, with its name and argument."""
+    for tokens, formula in parameters.places.items():
+        for name, argument in formula.table_calls():
+            if not argument.used & parameters.quantities and "t" in argument.used:
+                yield tokens, formula, name, argument
+
+
+def _argument(parameters: Parameters, argument: Formula, values: Mapping[str, Any], t: Any) -> Any:
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        return parameters.function(argument, values)(t)

@@ -1,0 +1,112 @@
+"""Where steps are of one length, simulated time and stored times must lie on their grid."""
+
+from collections import Counter
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from lienumba.scenario.base import timegrid
+from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.scenario import Integrator
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.scenario.base.problems import Report
+
+MOST_STORED = 1_000_000  # times: a state of one body takes half a gigabyte then
+MOST_TIMES = 200_000  # at which a formula is looked at
+WITHOUT_GRID = 20_000  # of these, where steps choose their length
+
+
+def check_times(integrator: Integrator, output: Output | None, report: "Report") -> None:
+    """Check the step against the run and the stored times against both; output None is passed over."""
+    if integrator.step is None:
+        _check_output(integrator, output, False, report)
+        return
+    step, end = integrator.step, integrator.end_time
+    if step > end:
+        report.problems.append(
+            f"integrator.step = {step!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter step"
+        )
+        return
+    steps = timegrid.count(end, step)
+    if steps is None:
+        durations = [end] if output is None or output.every is None else [end, output.every]
+        report.problems.append(
+            f"integrator.end_time = {end!r}: is not a whole number of steps of integrator.step = {step!r}; "
+            f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, "
+            f"the nearest end_time {timegrid.nearest_multiple(end, step):.12g}"
+        )
+    _check_output(integrator, output, steps is not None, report)
+
+
+def _check_output(integrator: Integrator, output: Output | None, end_fits: bool, report: "Report") -> None:
+    if output is None:
+        return
+    if output.every is not None and output.times is not None:
+        report.problems.append("output.every and output.times are both given; leave one of them out")
+    if output.every is not None:
+        _check_every(integrator, output.every, end_fits, report)
+    if output.times is not None:
+        _check_listed(integrator, output.times, report)
+    for name, number in Counter(output.variables).items():
+        if number > 1:
+            report.problems.append(f'output.variables: names "{name}" {number} times; name it once')
+
+
+def looked_at(integrator: Integrator) -> "np.ndarray | None":
+    """The times at which formulas are looked at: steps and half steps, or as many as are looked at in no time."""
+    import numpy as np
+
+    if integrator.step is None:
+        return np.linspace(0.0, integrator.end_time, WITHOUT_GRID + 1)
+    if not 0.0 < integrator.step <= integrator.end_time:
+        return None
+    points = min(2.0 * integrator.end_time / integrator.step, MOST_TIMES)
+    return np.linspace(0.0, integrator.end_time, round(points) + 1)
+
+
+def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:
+    step, end = integrator.step, integrator.end_time
+    if every > end * (1 + timegrid.TOLERANCE):
+        report.problems.append(
+            f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter interval"
+        )
+    elif end / every > MOST_STORED:
+        report.problems.append(
+            f"output.every = {every!r}: stores {end / every:.3g} states until integrator.end_time = {end!r}, at most "
+            f"{MOST_STORED:,} are possible; give a longer interval, or output.times"
+        )
+    elif step is not None and timegrid.count(every, step) is None:
+        report.problems.append(
+            f"output.every = {every!r}: is not a whole number of steps of integrator.step = {step!r}; "
+            f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, "
+            f"the nearest interval {timegrid.nearest_multiple(every, step):.12g}"
+        )
+    elif (end_fits or step is None) and timegrid.count(end, every) is None:
+        last = timegrid.stored_times(end, every)[-1]
+        report.warnings.append(
+            f"output.every = {every!r}: does not divide integrator.end_time = {end!r}; the last stored time is {last!r}"
+        )
+
+
+def _check_listed(integrator: Integrator, times: list[float], report: "Report") -> None:
+    step, end = integrator.step, integrator.end_time
+    for index, time in enumerate(times):
+        if not 0.0 <= time <= end * (1 + timegrid.TOLERANCE):
+            report.problems.append(
+                f"output.times[{index}] = {time!r}: lies outside the run; give a time from 0 to "
+                f"integrator.end_time = {end!r}"
+            )
+        elif time and step is not None and timegrid.count(time, step) is None:
+            report.problems.append(
+                f"output.times[{index}] = {time!r}: is not a whole number of steps of "
+                f"integrator.step = {step!r}; the nearest time that fits is "
+                f"{timegrid.nearest_multiple(time, step):.12g}"
+            )
+    for index, (before, after) in enumerate(pairwise(times)):
+        if after <= before:
+            report.problems.append(
+                f"output.times[{index + 1}] = {after!r}: does not come after {before!r}; "
+                "give the times in ascending order"
+            )

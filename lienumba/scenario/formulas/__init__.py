@@ -1,0 +1,1 @@
+"""Parameters, and formulas in place of numbers."""

@@ -1,0 +1,60 @@
+"""Varied numbers that are formulas of others: which names they know, and in which order they follow."""
+
+from collections.abc import Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
+
+from lienumba.keys.formulas import explained
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.external import Expression
+from lienumba.words import listed, show
+
+if TYPE_CHECKING:
+    from lienumba.scenario.base.problems import Report
+    from lienumba.scenario.formulas.parameters import Parameters
+
+
+def ordered(vary: Mapping[str, Kind], parameters: "Parameters") -> dict[str, Formula]:
+    """The formulas by their paths, each behind those that it needs; an ExpressionError or a CycleError if there are
+    none."""
+    names = _names(vary, parameters)
+    formulas = {path: Formula(kind.expression, names) for path, kind in vary.items() if isinstance(kind, Expression)}
+    needs = {path: _needs(formula, parameters) & formulas.keys() for path, formula in formulas.items()}
+    return {path: formulas[path] for path in TopologicalSorter(needs).static_order()}
+
+
+def used(vary: Mapping[str, Kind], parameters: "Parameters") -> set[str]:
+    """The parameters that formulas use, by either of their names."""
+    names = {name for formula in ordered(vary, parameters).values() for name in formula.used}
+    return {name.removeprefix("parameters.") for name in names}
+
+
+def _names(vary: Mapping[str, Kind], parameters: "Parameters") -> frozenset[str]:
+    """What a formula may name: every number that varies, by its path, and every parameter."""
+    return frozenset(name for path, kind in vary.items() for name in kind.columns(path)) | parameters.values().keys()
+
+
+def _needs(formula: Formula, parameters: "Parameters") -> set[str]:
+    """The paths that a formula depends on, also through parameters."""
+    return set(formula.used) | {f"parameters.{name}" for name in parameters.all_used(formula)}
+
+
+def check_derived(vary: Mapping[str, Kind], parameters: "Parameters", report: "Report") -> None:
+    """Check the formulas, and that none depends on itself."""
+    before, names = len(report.problems), _names(vary, parameters)
+    for path, kind in vary.items():
+        if isinstance(kind, Expression):
+            try:
+                Formula(kind.expression, names)
+            except ExpressionError as error:
+                at = f'sweep.vary."{path}".expression = {show(kind.expression)}'
+                report.problems.append(f"{at}: {explained(kind.expression, error)}")
+    if len(report.problems) > before:
+        return
+    try:
+        ordered(vary, parameters)
+    except CycleError as error:
+        cycle = list(dict.fromkeys(error.args[1]))
+        depend = "depends on itself" if len(cycle) == 1 else "depend on one another in a circle"
+        report.problems.append(f"sweep.vary: {listed(cycle)} {depend}; give a distribution for {cycle[0]}")

@@ -1,0 +1,193 @@
+"""Formulas in place of numbers: what each may depend on, and what the other checks see instead.
+
+A formula of parameters is replaced by its nominal number, one of parameters and the time by one of the time alone. One
+that reads a table or a quantity has no value before the run: its place holds `SMOOTH` meanwhile, which pleases all.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+from lienumba.keys.formulas import LARGEST, explained
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.forces import FORCE_TYPES
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.problems import tables as rows_of
+from lienumba.scenario.formulas.formula_names import Known, known_of
+from lienumba.scenario.formulas.parameters import (
+    RESERVED,
+    SMOOTH,
+    TIME,
+    Parameters,
+    Tokens,
+    not_finite,
+    ordered,
+    section_of,
+    value_of,
+)
+from lienumba.scenario.schema.tables import tables_of
+from lienumba.words import is_number, show
+
+NEVER = "t < 0"  # what stands for a condition of tables or quantities
+
+
+def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
+    """The parameters of a scenario, and what is wrong with them and with formulas; in place, see above."""
+    section = raw.get("parameters", {})
+    if not isinstance(section, dict):
+        return Parameters(), ["parameters: must be a table of names and numbers; write [parameters] and kp = 40 below"]
+    numbers, formulas, problems = section_of(section)
+    tables, wrong = tables_of(raw)
+    problems += wrong
+    parameters = Parameters(numbers, formulas, tables)
+    if not problems:
+        problems += not_finite(parameters)
+    if problems:
+        raw.pop("parameters", None)
+        return Parameters(), problems
+    model = raw.get("model")
+    known = known_of(model)
+    parameters = replace(parameters, quantities=known.names)
+    problems = _taken_names(parameters, model)
+    _Taking(parameters, known, model, problems).every()
+    return parameters, problems
+
+
+def _taken_names(parameters: Parameters, model: Any) -> list[str]:
+    """Names by which formulas know something must be different."""
+    problems = []
+    taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
+    for what, names in (
+        ("tables", list(parameters.tables)),
+        ("quantities", [q["name"] for q in _quantities(model) if isinstance(q.get("name"), str)]),
+    ):
+        for name in names:
+            if name in RESERVED or name in taken:
+                whose = "has a meaning in formulas already" if name in RESERVED else f"is the name of {taken[name]}"
+                problems.append(f"{what}.{name}: its name {whose}; give another name")
+        taken |= dict.fromkeys(names, f"a {what.removesuffix('s')}")
+    return problems
+
+
+def _quantities(model: Any) -> list[dict[str, Any]]:
+    return rows_of(model.get("quantities")) if isinstance(model, dict) else []
+
+
+class _Taking:
+    """Takes formulas out of a model, in place."""
+
+    def __init__(self, parameters: Parameters, known: Known, model: Any, problems: list[str]) -> None:
+        self.parameters, self.known, self.model, self.problems = parameters, known, model, problems
+        self.values = parameters.values()
+        self.names = frozenset({TIME, *self.values, *known.names})
+
+    def every(self) -> None:
+        read = {tokens: self.formula(tokens, text) for tokens, text in _formulas(self.model)}
+        formulas = {tokens: formula for tokens, formula in read.items() if formula is not None}
+        inner = {str(tokens[1]): f for tokens, f in formulas.items() if tokens[0] == "quantities" and len(tokens) == 3}
+        before = len(self.problems)
+        ordered(inner, "quantities", self.problems)
+        if len(self.problems) == before:  # no expression depends on itself
+            self.known = self.known.with_values({name: f.used for name, f in inner.items()})
+        for tokens, formula in formulas.items():
+            self.take(tokens, formula)
+
+    def formula(self, tokens: Tokens, text: str) -> Formula | None:
+        """None where the schema shall say what is wrong."""
+        if is_number(text):
+            return None
+        try:
+            return Formula(text, self.names, frozenset(self.parameters.tables), tokens[0] == "events")
+        except ExpressionError as error:
+            if len(self.names) > 1 or self.parameters.tables:
+                self.problems.append(f"model.{paths.text_of(list(tokens))} = {show(text)}: {explained(text, error)}")
+                paths.put(self.model, list(tokens), NEVER if tokens[0] == "events" else 1.0)
+            return None
+
+    def take(self, tokens: Tokens, formula: Formula) -> None:
+        if formula.used == {TIME} or (not formula.used and (tokens[0] == "gravity" or _may_vary(tokens))):
+            return
+        self.parameters.places[tokens] = formula
+        at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
+        number: Any
+        if self.parameters.reads(formula):
+            number = NEVER if tokens[0] == "events" else SMOOTH if _may_vary(tokens) else 1.0
+            problem = self.misuse(tokens, formula)
+            self.problems += [f"{at}: {problem}"] if problem else []
+        elif TIME in formula.used:
+            number = formula.bound(self.values)
+        elif tokens[0] == "events":
+            number = NEVER
+            self.problems.append(f"{at}: never changes; name a quantity in it, or the time t")
+        else:
+            number = float(value_of(formula, self.values))
+            if not abs(number) <= LARGEST:
+                self.problems.append(f"{at}: is {number} with the nominal parameters; it must be a finite number")
+                number = 1.0
+        paths.put(self.model, list(tokens), number)
+
+    def misuse(self, tokens: Tokens, formula: Formula) -> str | None:
+        """What is wrong with reading tables or quantities here."""
+        read = sorted(formula.used & self.known.names)
+        if tokens[0] == "gravity":
+            return "reads a table or a quantity, but gravity may depend on t and parameters only; put it into a force"
+        if not _may_vary(tokens):
+            what = read[0] if read else sorted(formula.used & self.parameters.tables.keys())[0]
+            return f"reads {what}, but is one number for the whole run; use parameters only, or put it into a force"
+        if tokens[0] in ("quantities", "events"):
+            return None
+        allowed, why = self.allowed(tokens)
+        for name in read:
+            if tokens[0] == "drivers" and self.known.singular(name):
+                first = name.partition(".")[0]
+                return f"reads {name}, which has no derivative at 0; read {first}.x, {first}.y or {first}.z"
+            level = self.known.level(name)
+            if level == quantities.OBSERVED:
+                return (
+                    f"reads {name}, which follows from the forces themselves (an acceleration, a reaction or an "
+                    "effort), so no force or driver may depend on it; read positions and velocities"
+                )
+            if level > allowed:
+                what = "a state of a law" if self.known.is_state(name) else "a velocity"
+                return f"reads {name}, {what}, but {why}; read positions only"
+        return None
+
+    def allowed(self, tokens: Tokens) -> tuple[int, str]:
+        """The highest level that may be read at a place of a driver or a force, and why not more."""
+        if tokens[0] == "drivers":
+            return quantities.POSITION, "what a driver prescribes is differentiated"
+        forces = {str(f.get("name")): f for f in rows_of(self.model.get("forces"))}
+        force, key = forces.get(str(tokens[1]), {}), str(tokens[2])
+        kind = FORCE_TYPES.get(str(force.get("type")))
+        if kind is not None and kind.potential is not None and not key.endswith("damping"):
+            return quantities.POSITION, f"{key} belongs to a potential energy, which is differentiated"
+        if key == "target" and "damping" in force:
+            return quantities.POSITION, "the damping needs the rate of the target"
+        return quantities.VELOCITY, ""
+
+
+def _may_vary(tokens: Tokens) -> bool:
+    """Whether the number of a place may read tables and quantities."""
+    return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
+
+
+def _formulas(model: Any) -> list[tuple[Tokens, str]]:
+    """The texts of a model that stand where numbers should, with their paths."""
+    found: list[tuple[Tokens, str]] = []
+
+    def walk(node: Any, tokens: Tokens) -> None:
+        if isinstance(node, dict):
+            for key, item in node.items():
+                if not tokens or key not in paths.TEXT_KEYS:
+                    walk(item, (*tokens, key))
+        elif isinstance(node, list):
+            names = [item.get("name") if isinstance(item, dict) else None for item in node]
+            for index, item in enumerate(node):
+                name = names[index]
+                unique = names.count(name) == 1
+                walk(item, (*tokens, name if isinstance(name, str) and unique else index))
+        elif isinstance(node, str) and len(tokens) > 1:
+            found.append((tokens, node))
+
+    walk(model, ())
+    return found

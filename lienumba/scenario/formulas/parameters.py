@@ -1,0 +1,193 @@
+"""Parameters, and what is written as formulas of them, of tables and of quantities.
+
+`[parameters]` gives names to numbers; a parameter may be a formula of others. Any number of the model may be a formula
+of parameters, and where a formula of the time may stand, of the time, of tables and of quantities. What a sweep varies
+reaches everything that depends on it, run by run.
+"""
+
+import re
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
+from typing import Any
+
+from lienumba.keys.formulas import LARGEST, explained
+from lienumba.keys.types import NAME
+from lienumba.mechanics.mechanism.model import Law
+from lienumba.mechanics.mechanism.tables import Table
+from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
+from lienumba.scenario.base import paths
+from lienumba.words import listed, show
+
+TIME = "t"
+SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
+RESERVED = {TIME, *CONSTANTS, *FUNCTIONS}
+Tokens = tuple[paths.Token, ...]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
+    quantities: every component that formulas may read; places: the numbers of the model (paths without `model`) that
+    are formulas, but for those of the time alone."""
+
+    numbers: dict[str, float] = field(default_factory=dict)
+    formulas: dict[str, Formula] = field(default_factory=dict)
+    tables: dict[str, Table] = field(default_factory=dict)
+    quantities: frozenset[str] = frozenset()
+    places: dict[Tokens, Formula] = field(default_factory=dict)
+
+    def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Every parameter: a float, or an array (runs,); samples: by path, `parameters.kp`."""
+        found: dict[str, Any] = {}
+        for name in (*self.numbers, *self.formulas):
+            sampled = (samples or {}).get(f"parameters.{name}")
+            if sampled is not None:
+                found[name] = sampled
+            elif name in self.numbers:
+                found[name] = self.numbers[name]
+            else:
+                found[name] = value_of(self.formulas[name], found)
+        return found
+
+    def fill(self, model: dict[str, Any], samples: Mapping[str, Any]) -> None:
+        """Put the numbers of these samples into a model, in place, and functions of time where they are."""
+        values = self.values(samples)
+        for tokens, formula in self.places.items():
+            if paths.text_of(list(tokens)) not in samples:
+                paths.put(model, list(tokens), self.number(formula, values))
+
+    def number(self, formula: Formula, values: Mapping[str, Any]) -> Any:
+        """What a formula is with these values of the parameters: a number, or a law of time and state."""
+        return self.function(formula, values) if self.varies(formula) else value_of(formula, values)
+
+    def function(self, formula: Formula, values: Mapping[str, Any]) -> Law:
+        """A formula with these values of the parameters as a function of time and state."""
+        own = {**values, **self.tables}
+        used = {name: own[name] for name in sorted(formula.used & own.keys())}
+        return Law(formula, used, tuple(sorted(formula.used & self.quantities)))
+
+    def all_used(self, formula: Formula) -> set[str]:
+        """The parameters that a formula depends on, also through others."""
+        found: set[str] = set()
+        waiting = [formula]
+        while waiting:
+            new = waiting.pop().used - found
+            found |= new
+            waiting += [self.formulas[name] for name in new if name in self.formulas]
+        return found
+
+    def varies(self, formula: Formula) -> bool:
+        """Whether a formula depends on more than parameters."""
+        return TIME in formula.used or self.reads(formula)
+
+    def reads(self, formula: Formula) -> bool:
+        """Whether a formula depends on tables or quantities."""
+        return bool(formula.used & (self.quantities | self.tables.keys()))
+
+    def restore(self, model: dict[str, Any]) -> None:
+        """Put the texts of the formulas back into a model, in place."""
+        for tokens, formula in self.places.items():
+            paths.put(model, list(tokens), formula.text)
+
+    def explain(self, problem: str) -> str:
+        """A sentence about a number that the file writes as a formula shows both."""
+        for tokens, formula in self.places.items():
+            start = f"model.{paths.text_of(list(tokens))} = "
+            if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
+                rest = problem.removeprefix(start)
+                shown = "" if rest.startswith(show(SMOOTH)) else " = "
+                return f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}"
+        return problem
+
+    def used_quantities(self) -> set[str]:
+        """The names of the quantities that decide about a run, because forces or drivers read them."""
+        found: set[str] = set()
+        waiting = [f for tokens, f in self.places.items() if tokens[0] != "quantities"]
+        while waiting:
+            new = {name.partition(".")[0] for name in waiting.pop().used & self.quantities} - found
+            found |= new
+            waiting += [f for tokens, f in self.places.items() if tokens[0] == "quantities" and tokens[1] in new]
+        return found
+
+    def unused(self, elsewhere: Set[str]) -> list[str]:
+        """A warning for each parameter and table that nothing depends on; elsewhere: what else uses."""
+        used = set(elsewhere).union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
+        parameters = [
+            f"parameters.{name}: nothing uses it; write its name in a number of the model, or remove it"
+            for name in (*self.numbers, *self.formulas)
+            if name not in used
+        ]
+        return parameters + [
+            f"tables.{name}: nothing reads it; write {name}(t) in a number of a force or driver, or remove it"
+            for name in self.tables
+            if name not in used
+        ]
+
+
+def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
+    """The number that a formula of parameters is."""
+    return formula(0.0, **{name: values[name] for name in formula.used})
+
+
+def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[str]]:
+    """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
+    numbers: dict[str, float] = {}
+    formulas: dict[str, Formula] = {}
+    problems: list[str] = []
+    names = frozenset(map(str, section)) - RESERVED
+    for name, value in section.items():
+        at = f"parameters.{name}"
+        if not re.fullmatch(NAME, name) or name in RESERVED:
+            reserved = "has a meaning in formulas already; give another" if name in RESERVED else "is no valid"
+            problems.append(f'{at}: {reserved} name: a letter, then letters, digits or "_"')
+        elif isinstance(value, str):
+            try:
+                formulas[name] = Formula(value, names)
+            except ExpressionError as error:
+                problems.append(f"{at} = {show(value)}: {explained(value, error)}")
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            problems.append(f"{at} = {show(value)}: must be a number or a formula of other parameters; give one number")
+        elif not abs(value) <= LARGEST:
+            problems.append(f"{at} = {show(value)}: must be a finite number, at most {LARGEST:g} in size")
+        else:
+            numbers[name] = float(value)
+    return numbers, ordered(formulas, "parameters", problems), problems
+
+
+def ordered(formulas: dict[str, Formula], what: str, problems: list[str]) -> dict[str, Formula]:
+    """Each formula behind those that it uses; a cycle is a problem. what: the section."""
+    found: dict[str, Formula] = {}
+    waiting = dict(formulas)
+    while waiting:
+        ready = [name for name, formula in waiting.items() if not formula.used & set(waiting)]
+        if not ready:
+            cycle = [name for name in waiting if _reaches(name, name, waiting)]
+            if cycle:
+                depend = "depends on itself" if len(cycle) == 1 else "depend on one another"
+                problems.append(f"{what}: {listed(cycle)} {depend} in a circle; give a number for {cycle[0]}")
+            return found
+        for name in ready:
+            found[name] = waiting.pop(name)
+    return found
+
+
+def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
+    seen: set[str] = set()
+    left = [start]
+    while left:
+        for name in formulas[left.pop()].used & set(formulas):
+            if name == end:
+                return True
+            if name not in seen:
+                seen.add(name)
+                left.append(name)
+    return False
+
+
+def not_finite(parameters: Parameters) -> list[str]:
+    values = parameters.values()
+    return [
+        f"parameters.{name} = {show(formula.text)}: is {values[name]}; it must be a finite number"
+        for name, formula in parameters.formulas.items()
+        if not abs(values[name]) <= LARGEST
+    ]

@@ -1,0 +1,111 @@
+"""A reference in a file: a dataset that `lienumba run` wrote, with the same bodies and runs and at least the times."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.study_errors import STATE, Truth
+from lienumba.words import listed, show
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+SAME = 1e-12  # relative: times and samples nearer to each other are the same
+
+
+def marked(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with the path of the file of its reference, which is relative to this folder, and its checksum."""
+    study = raw.get("study")
+    reference = study.get("reference") if isinstance(study, dict) else None
+    if not isinstance(study, dict) or not isinstance(reference, dict) or not isinstance(reference.get("file"), str):
+        return raw
+    path, at = folder / reference["file"], _at(reference)
+    if not path.is_file():
+        raise ScenarioError(f"{at}: there is no such file; check the path")
+    with path.open("rb") as file:
+        found = hashlib.file_digest(file, "sha256").hexdigest()
+    if reference.get("sha256", found) != found:
+        raise ScenarioError(
+            f"{at}: has changed since sha256 = {show(reference['sha256'])} was written; give the file as it was, or "
+            "leave sha256 out"
+        )
+    return {**raw, "study": {**study, "reference": {**reference, "file": path.as_posix(), "sha256": found}}}
+
+
+def read(
+    reference: Mapping[str, Any],
+    bodies: Sequence[str],
+    runs: Sequence[int],
+    times: Sequence[float],
+    samples: "Mapping[str, np.ndarray]",
+) -> Truth:
+    """The states of these bodies, runs and times; a ScenarioError where the file has others."""
+    import numpy as np
+
+    from lienumba.store.files import read as opened
+
+    at = _at(reference)
+    try:
+        with opened(Path(reference["file"])) as ds:
+            names = [name for name in STATE if name in ds]
+            if "time" not in ds.coords or not names:
+                raise ScenarioError(f"{at}: has none of {listed(STATE)}; give one with output.variables that has")
+            _check_bodies(at, ds, bodies)
+            ds = ds.isel(run=_runs(at, ds, runs, samples), time=_times(at, ds, times))
+            return Truth({name: np.asarray(ds[name].values) for name in names}, {name: list(bodies) for name in names})
+    except ScenarioError as error:
+        raise ScenarioError(str(error) if str(error).startswith(at) else f"{at}: {error}") from None
+
+
+def _at(reference: Mapping[str, Any]) -> str:
+    return f"study.reference.file = {show(reference['file'])}"
+
+
+def _check_bodies(at: str, ds: "xr.Dataset", bodies: Sequence[str]) -> None:
+    found = [str(name) for name in ds["body"].values]
+    if found != list(bodies):
+        raise ScenarioError(
+            f"{at}: has the bodies {listed(found)}, but the scenario {listed(bodies)}; give a dataset of this mechanism"
+        )
+
+
+def _times(at: str, ds: "xr.Dataset", times: Sequence[float]) -> list[int]:
+    """The index of each of these times."""
+    import numpy as np
+
+    known = ds["time"].values
+    found = [int(np.argmin(np.abs(known - time))) for time in times]
+    for time, index in zip(times, found, strict=True):
+        if not abs(known[index] - time) <= SAME * max(abs(time), 1.0):
+            raise ScenarioError(
+                f"{at}: has no state at t = {time!r}, where the study compares; store its states at all of "
+                "output.every or output.times of the study"
+            )
+    return found
+
+
+def _runs(at: str, ds: "xr.Dataset", runs: Sequence[int], samples: "Mapping[str, np.ndarray]") -> list[int]:
+    """The index of each of these runs; of a file with one run, that one, if the study varies nothing."""
+    labels = ds["run"].values.tolist()
+    missing = [run for run in runs if run not in labels]
+    if missing and len(labels) == 1 and not samples:
+        return [0]
+    if missing:
+        raise ScenarioError(
+            f"{at}: does not have run {missing[0]}, with which the study compares; make it with the same runs"
+        )
+    found = [labels.index(run) for run in runs]
+    for path, values in samples.items():
+        theirs = ds[path].values[found] if path in ds.coords else None
+        if theirs is None:
+            raise ScenarioError(f'{at}: does not vary "{path}", which the study varies; make it with the same sweep')
+        for run, mine, other in zip(runs, values, theirs, strict=True):
+            if not abs(mine - other) <= SAME * abs(mine):
+                raise ScenarioError(
+                    f"{at}: has {path} = {other:.6g} in run {run}, but the study {mine:.6g}; make it with the same "
+                    "sweep and seed"
+                )
+    return found

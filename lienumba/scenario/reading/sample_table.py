@@ -1,0 +1,105 @@
+"""The table of samples of `[sweep]`: from a CSV or netCDF file to columns that inputs vary with."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lienumba.errors import ScenarioError
+from lienumba.keys.formulas import LARGEST
+from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
+from lienumba.words import show
+
+AT = "sweep.table"
+RUN = "run"  # the column of the labels
+GROUPED = {".rotation": 4, ".target": 4, ".inertia": 6}  # what several columns give together, by its last key
+Columns = dict[str, list[float]]
+
+
+def sampled(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with the numbers of its table of samples in place of the file, whose path is relative to this
+    folder; each column whose name is a path takes the place of what `vary` says of it."""
+    sweep = raw.get("sweep")
+    table = sweep.get("table") if isinstance(sweep, dict) else None
+    if not isinstance(sweep, dict) or not isinstance(table, dict):
+        return raw
+    if "file" in table:
+        table = _read(table, folder)
+    columns, vary = table.get("columns"), sweep.get("vary", {})
+    if not isinstance(columns, dict) or not isinstance(vary, dict):
+        return {**raw, "sweep": {**sweep, "table": table}}
+    counted = {"runs": _end(table)} if "runs" not in sweep else {}
+    vary = {**vary, **_entries(columns, vary)}
+    return {**raw, "sweep": {**sweep, **counted, "vary": vary, "table": table}}
+
+
+def _end(table: dict[str, Any]) -> int:
+    """One more than the last run of a table, which may be wrong in itself."""
+    runs, columns = table.get("runs"), [x for x in table["columns"].values() if isinstance(x, list)]
+    whole = isinstance(runs, list) and runs and all(isinstance(label, int) for label in runs)
+    return max(runs) + 1 if whole and isinstance(runs, list) else max(map(len, columns), default=0)
+
+
+def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, Any]:
+    """What varies with the columns that no entry of `vary` names yet."""
+    given = [entry["column"] for entry in vary.values() if isinstance(entry, dict) and "column" in entry]
+    named = {
+        name for entry in given for name in (entry if isinstance(entry, list) else [entry]) if isinstance(name, str)
+    }
+    left = [name for name in columns if name not in named]
+    found: dict[str, Any] = {}
+    for name in left:
+        stem = name.partition("[")[0]
+        width = next((number for key, number in GROUPED.items() if stem.endswith(key)), 0)
+        group = [f"{stem}[{i}]" for i in range(width)]
+        if name in group and set(group) <= set(left) and not vary.keys() & set(group):
+            found[stem] = {"column": group}
+        else:
+            found[name] = {"column": name}
+    return found
+
+
+def _read(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    for key in table:
+        if key != "file":
+            raise ScenarioError(f"{AT}.{key}: the samples come from file already; leave out either file or {key}")
+    path = folder / str(table["file"])
+    with reading(AT, table["file"], path):
+        columns = _netcdf(path) if path.suffix.lower() in ENDINGS else _csv(path)
+        for name, numbers in columns.items():
+            for row, x in enumerate(numbers):
+                if not abs(x) <= LARGEST:
+                    raise ValueError(f"row {row + 1} of column {show(name)}: {x} is no finite number; correct it")
+        runs = columns.pop(RUN, None)
+        if runs is None:
+            return {"columns": columns}
+        if not all(x.is_integer() and x >= -1.0 for x in runs):
+            raise ValueError(f"column {RUN}: has labels that are no whole numbers from 0 on; correct them")
+        kept = [row for row, x in enumerate(runs) if x >= 0.0]  # the nominal run is not sampled
+        return {
+            "columns": {name: [numbers[row] for row in kept] for name, numbers in columns.items()},
+            "runs": [int(runs[row]) for row in kept],
+        }
+
+
+def _csv(path: Path) -> Columns:
+    names, rows = csv_rows(path)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"has two columns {show(twice)}; give each its own name")
+    return {name: csv_column(name, names, rows) for name in names}
+
+
+def _netcdf(path: Path) -> Columns:
+    """The sampled inputs of a dataset, and its runs."""
+    import netCDF4
+    import numpy as np
+
+    with netCDF4.Dataset(path) as file:
+        inputs = [name for name, x in file.variables.items() if getattr(x, "role", None) == "input"]
+        if not inputs:
+            raise ValueError(
+                'has no sampled inputs (variables with the attribute role = "input"); give a dataset of a sweep, '
+                "or a file that lienumba sample has written"
+            )
+        read = [*inputs, *([RUN] if RUN in file.variables else [])]
+        return {name: np.ma.filled(np.ma.asarray(file.variables[name][:], float), np.nan).tolist() for name in read}

@@ -1,0 +1,1 @@
+"""The scenario as data: which keys exist, their types, units and defaults."""

@@ -1,0 +1,60 @@
+"""Where an error lies: the path of a key as the file has it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from lienumba.scenario.base.problems import unique_name
+from lienumba.scenario.schema import scenario
+from lienumba.words import show
+
+NAMED_LISTS = tuple(f"model.{kind}" for kind in scenario.LISTS)
+
+Loc = Sequence[str | int]
+
+
+def place(loc: Loc, raw: Any) -> str:
+    """The path of an error of pydantic: bodies, joints, drivers and forces by name, union tags left out."""
+    text = ""
+    node = raw
+    kept = without_tags(loc)
+    for position, part in enumerate(kept):
+        last = position == len(kept) - 1
+        if isinstance(part, int):
+            item = node[part] if isinstance(node, list) and part < len(node) else None
+            name = unique_name(node, part) if text in NAMED_LISTS else None
+            text += f".{name}" if name else f"[{part}]"
+            node = item
+        elif isinstance(node, dict) and (part in node or last):
+            quoted = show(part) if "." in part or "[" in part or not part.isprintable() else part
+            text += f".{quoted}" if text else quoted
+            node = node.get(part)
+    return text
+
+
+def without_tags(loc: Loc) -> list[str | int]:
+    """An error's location without the names of union members, which are not in the file."""
+    return [part for position, part in enumerate(loc) if not _is_tag(loc, position)]
+
+
+def _is_tag(loc: Loc, position: int) -> bool:
+    in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in scenario.FORMS
+    if position == 3 and (in_form or tuple(loc[:2]) == ("sweep", "vary")):
+        return True
+    if (
+        position > 2
+        and loc[position - 1] in ("rotation", "inertia", "target", "about")
+        and isinstance(loc[position], str)
+    ):
+        return True
+    if position == 2 and tuple(loc[:2]) == ("integrator", "tolerance"):
+        return True
+    timed = position >= 5 if in_form else len(loc) > 1 and loc[1] == "gravity"
+    return timed and position == len(loc) - 1 and loc[position] in ("number", "formula")
+
+
+def section_key(loc: Loc) -> tuple[str, ...]:
+    """The place of a table among `schema.SECTIONS`."""
+    names = [part for part in loc if isinstance(part, str)]
+    if names[:2] == ["sweep", "vary"] and len(names) > 2:
+        names[2] = "*"
+    return tuple(names)

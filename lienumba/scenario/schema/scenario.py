@@ -1,0 +1,328 @@
+"""The scenario as data: which keys exist, their types, units and defaults.
+
+What one key says about another (names, step and interval, rotations) is in `checks`. A key's description is
+also the remedy in its error messages, which read "give <description>".
+"""
+
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
+
+from lienumba.keys.types import (
+    NAME_RULE,
+    WRITTEN,
+    AxisAngle,
+    Count,
+    Euler,
+    Inertia,
+    Name,
+    Positive,
+    Rotation,
+    RotationVector,
+    Section,
+    Timed3,
+    Vec3,
+)
+from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
+from lienumba.scenario.schema.joints import JOINTS, Joint
+from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
+from lienumba.scenario.schema.stop import Stop
+from lienumba.scenario.schema.tables import TableFile, TableSection
+from lienumba.sweep.distributions.base import Finite
+from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
+from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.samplers.samplers import SAMPLERS, Sampler
+from lienumba.sweep.table import SampleTable
+
+MOST_RUNS = 2**32  # the samplers' labels have 32 bits
+
+Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
+
+
+class Matter(Section):
+    name: Name = Field(description=NAME_RULE)
+    mass: Positive = Field(description="the mass in kg, above 0")
+    inertia: Inertia = Field(
+        description="the inertia in kg m^2 about the mass centre in the body frame: 3 principal moments, "
+        "the 6 elements xx yy zz xy xz yz of the tensor, or its 3x3 matrix"
+    )
+
+
+class StartState(Section):
+    """Of one body; with relative_to: in the frame of that body, and relative to its motion."""
+
+    position: Vec3 | None = Field(
+        default=None,
+        description="the mass centre in m, global frame: 3 numbers (or omit it: solved from the joints)",
+    )
+    rotation: Rotation | None = Field(
+        default=None,
+        description="the rotation from the body to the global frame: a quaternion [w, x, y, z], a 3x3 "
+        'matrix, {axis, angle}, {euler = "ZYX", angles} or {rotation_vector}, in rad '
+        "(or omit it: solved from the joints)",
+    )
+    velocity: Vec3 | None = Field(
+        default=None,
+        description="the velocity of the mass centre in m/s, global frame: 3 numbers "
+        "(or omit it: solved from the joints)",
+    )
+    angular_velocity: Vec3 | None = Field(
+        default=None,
+        description="the angular velocity in rad/s, body frame: 3 numbers (or omit it: solved from the joints)",
+    )
+
+
+class Body(StartState, Matter):
+    relative_to: str | None = Field(
+        default=None,
+        description="the name of the body in whose frame position, rotation and velocities are given; "
+        "omitted velocities move with it",
+    )
+    guess: StartState | None = Field(
+        default=None,
+        description="where to start for what is omitted: position, rotation, velocity, angular_velocity, not held",
+    )
+
+
+class Gravity(Section):
+    gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
+
+
+class ModelSection(Gravity):
+    bodies: Annotated[list[Body], Field(min_length=1)] = Field(
+        description="at least one body, each as [[model.bodies]]"
+    )
+    joints: list[Joint] = Field(default=[], description="the joints, each as [[model.joints]]")
+    drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
+    forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
+    quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
+    events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
+
+
+DexpInv = Annotated[
+    Annotated[Literal["closed"], Tag("name")] | Annotated[int, Field(strict=True, ge=0, le=10), Tag("terms")],
+    Discriminator(lambda value: "name" if isinstance(value, str) else "terms"),
+]
+
+
+Error = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1e-14, le=0.1), WithJsonSchema(WRITTEN)]
+
+
+class Absolute(Section):
+    """Errors for which size does not count; omitted: those of `Tolerance.relative`, of 1 in SI units."""
+
+    position: Positive | None = Field(default=None, description="the error of a position in m, above 0")
+    rotation: Positive | None = Field(default=None, description="the error of a rotation in rad, above 0")
+    velocity: Positive | None = Field(default=None, description="the error of a velocity in m/s, above 0")
+    angular_velocity: Positive | None = Field(
+        default=None, description="the error of an angular velocity in rad/s, above 0"
+    )
+    state: Positive | None = Field(default=None, description="the error of a state of a law, above 0")
+
+
+class Tolerance(Section):
+    """Of the error of one step: absolute plus relative times the size; rotations have no size."""
+
+    relative: Error = Field(description="the error of a step relative to the size, from 1e-14 to 0.1")
+    absolute: Absolute = Field(
+        default_factory=Absolute,
+        description="{ position = ..., rotation = ..., velocity = ..., angular_velocity = ..., state = ... }",
+    )
+
+
+AnyTolerance = Annotated[
+    Annotated[Error, Tag("number")] | Annotated[Tolerance, Tag("table")],
+    Discriminator(lambda value: "table" if isinstance(value, dict | Tolerance) else "number"),
+]
+
+
+class Integrator(Section):
+    method: Method = Field(
+        default="rk4",
+        description="the Runge-Kutta method: "
+        + ", ".join(get_args(Method))
+        + " (or omit it: rk4 with a step, dop853 with a tolerance)",
+    )
+    step: Positive | None = Field(default=None, description="the time step in s, above 0")
+    tolerance: AnyTolerance | None = Field(
+        default=None,
+        description="the error of one step, from 1e-14 to 0.1, or { relative = ..., absolute = { rotation = ... } }",
+    )
+    first_step: Positive | None = Field(default=None, description="the first step in s that is tried, above 0")
+    max_step: Positive | None = Field(default=None, description="the longest step in s, above 0")
+    min_step: Positive | None = Field(default=None, description="the shortest step in s, above 0")
+    end_time: Positive = Field(description="the simulated time in s, above 0")
+    dexpinv: DexpInv | None = Field(
+        default=None,
+        description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
+        "as the order of the method needs)",
+    )
+    group: Literal["R3xSO3", "SE3"] = Field(
+        default="R3xSO3",
+        description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
+    )
+    coordinates: Literal["lie", "matrix", "tait_bryan", "rotation_vector", "quaternion"] = Field(
+        default="lie",
+        description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
+        '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
+    )
+
+
+class Projection(Section):
+    position: Literal["local", "embedded", "none"] = Field(
+        default="local",
+        description='back onto the joints after each step: "local" (in coordinates of the rotations), "embedded" (in '
+        'their matrix elements, as printed in the paper) or "none"',
+    )
+    velocity: Literal["mass", "identity", "none"] = Field(
+        default="mass", description='the weight of the correction: "mass" or "identity", or "none"'
+    )
+    tolerance: Positive = Field(default=1e-11, description="the largest violation left over, in m, above 0")
+    max_iterations: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        default=10, description="a whole number of iterations, from 1 to 1000"
+    )
+    chord: Annotated[bool, Field(strict=True)] = Field(
+        default=False,
+        description="whether later iterations for the positions use the elimination of the first: true or false",
+    )
+    baumgarte: Positive | None = Field(
+        default=None,
+        description='the rate in 1/s at which violations are damped, above 0, with position and velocity "none" '
+        "(or omit it: no damping)",
+    )
+
+
+class Correlation(Section):
+    paths: Annotated[list[str], Field(min_length=2)] = Field(
+        description="at least two varied paths, or components of a rotation vector"
+    )
+    matrix: list[list[Finite]] = Field(
+        description="the correlations of the normal numbers behind them: symmetric, with ones on the diagonal"
+    )
+
+
+class SampleFile(Section):
+    """As people write a table of samples."""
+
+    file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
+
+
+class Sweep(Section):
+    runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
+        default=1, description="a whole number of runs, at least 1"
+    )
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = Field(
+        default=0, description="a whole number from 0 to 2^63 - 1"
+    )
+    stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
+    sampler: Sampler = Field(
+        default="random", description="how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
+    )
+    nominal: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="whether the nominal run, -1, is simulated, too: true or false"
+    )
+    vary: dict[str, Distribution] = Field(
+        default={},
+        description='what varies: "path" = { distribution = "normal", std = ... } '
+        'or { distribution = "uniform", low = ..., high = ... }',
+    )
+    correlate: list[Correlation] = Field(default=[], description="correlations, each as [[sweep.correlate]]")
+    table: SampleTable | None = Field(
+        default=None, description='the samples of the sampler "table": { file = "design.csv" }'
+    )
+
+
+class Study(Section):
+    """A grid instead of samples: every point is the scenario with other settings, compared with a reference."""
+
+    reference: dict[str, Any] = Field(
+        description='what the runs are compared with: settings such as { method = "dop853", step = 1e-4 }, formulas '
+        'such as { position = { top = ["sin(t)", 0, 0] } }, or { file = "ref.nc" }'
+    )
+    grid: Annotated[list[dict[str, Any]], Field(min_length=1)] = Field(
+        description='paths with lists of values, such as "integrator.step" = [1e-2, 5e-3], each as [[study.grid]]'
+    )
+    repeats: Count = Field(
+        default=3, description="a whole number of times that each point is run to time it, at least 1"
+    )
+
+
+class ScenarioData(Section):
+    """A whole scenario, as the TOML file has it."""
+
+    title: Annotated[str, Field(strict=True)] = Field(default="", description="a text")
+    extends: str | None = Field(default=None, description="the path of a scenario on which this one builds")
+    parameters: dict[str, float | str] = Field(
+        default={}, description="numbers with names, or formulas of other parameters: kp = 40"
+    )
+    tables: dict[str, TableSection] = Field(
+        default={}, description="functions known at points, each as [tables.name] with file, time and value"
+    )
+    files: dict[str, str] = Field(
+        default={}, description="the texts of Python files that laws name, kept with the scenario"
+    )
+    model: ModelSection = Field(description="the section [model] with its bodies")
+    integrator: Integrator = Field(description="the section [integrator] with step and end_time")
+    projection: Projection = Field(default_factory=Projection, description="the section [projection]")
+    output: Output = Field(default_factory=Output, description="the section [output]")
+    sweep: Sweep = Field(default_factory=Sweep, description="the section [sweep]")
+    study: Study | None = Field(default=None, description="the section [study]")
+
+
+# The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
+SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
+    (): ScenarioData,
+    ("model",): ModelSection,
+    ("model", "bodies"): Body,
+    ("model", "bodies", "guess"): StartState,
+    **{
+        (*start, "rotation", form): section
+        for start in (("model", "bodies"), ("model", "bodies", "guess"))
+        for form, section in (("axis_angle", AxisAngle), ("euler_angles", Euler), ("vector", RotationVector))
+    },
+    **{("model", "joints", form): section for form, section in JOINTS.items()},
+    **{("model", "drivers", form): section for form, section in DRIVERS.items()},
+    **{("model", "forces", form): section for form, section in FORCES.items()},
+    **{("model", "quantities", form): section for form, section in QUANTITIES.items()},
+    ("model", "events"): Event,
+    ("integrator",): Integrator,
+    ("integrator", "tolerance", "table"): Tolerance,
+    ("integrator", "tolerance", "table", "absolute"): Absolute,
+    ("projection",): Projection,
+    ("output",): Output,
+    ("sweep",): Sweep,
+    ("sweep", "stop"): Stop,
+    ("sweep", "correlate"): Correlation,
+    ("sweep", "table"): SampleTable,
+    **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
+    ("study",): Study,
+}
+FORMS: dict[str, dict[str, type[Section]]] = {
+    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
+}  # fmt: skip
+LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
+BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON schema of a scenario as people write it: quantities and events beside the model, tables with files."""
+    schema = ScenarioData.model_json_schema()
+    model = schema["$defs"]["ModelSection"]["properties"]
+    for kind in BESIDE:
+        schema["properties"][kind] = model.pop(kind)
+    schema["$defs"]["TableFile"] = TableFile.model_json_schema()
+    schema["properties"]["tables"]["additionalProperties"] = {
+        "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
+    }
+    schema["$defs"]["SampleFile"] = SampleFile.model_json_schema()
+    schema["$defs"]["Sweep"]["properties"]["table"]["anyOf"].append({"$ref": "#/$defs/SampleFile"})
+    return schema
+
+
+def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
+    """The class of a table in one of the model's lists, as far as its type is known."""
+    if kind in ("bodies", "events"):
+        return SECTIONS[("model", kind)]
+    form = driver_form(item) if kind == "drivers" else item.get("type")
+    return SECTIONS.get(("model", kind, form)) if isinstance(form, str) else None

@@ -1,0 +1,202 @@
+"""Tables of a scenario: from a CSV or netCDF file, or written out, to functions that formulas may call."""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError
+
+from lienumba.errors import ScenarioError
+from lienumba.keys.formulas import LARGEST
+from lienumba.keys.types import NAME, Section
+from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
+from lienumba.words import show, suggestion
+
+Interpolation = Literal["hold", "linear", "cubic"]
+ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
+
+
+class _Table(Section):
+    interpolation: Interpolation = Field(
+        default="linear", description='"hold" (a value until the next), "linear" or "cubic" (a smooth spline)'
+    )
+
+
+class TableFile(_Table):
+    """As people write it."""
+
+    file: str = Field(description="the path of a CSV or netCDF file, relative to the scenario")
+    time: str = Field(description="the column or variable of the times, or whatever the table depends on")
+    value: str = Field(description="the column or variable of the values")
+
+
+class TableSection(_Table):
+    """As the scenario keeps it: with its numbers, whichever file they came from."""
+
+    times: list[float] = Field(description="the arguments, ascending: the times in s, or whatever the table depends on")
+    values: list[float] = Field(description="the values, one for each of the times")
+
+
+def inlined(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The scenario with the numbers of every table in place of its file, whose path is relative to this folder."""
+    tables = raw.get("tables")
+    if not isinstance(tables, dict):
+        return raw
+    problems: list[str] = []
+    read = {}
+    for name, table in tables.items():
+        try:
+            read[name] = _inlined(name, table, folder) if isinstance(table, dict) and "file" in table else table
+        except ScenarioError as error:
+            problems.append(str(error))
+    if problems:
+        raise ScenarioError("\n".join(problems))
+    return {**raw, "tables": read}
+
+
+def tables_of(raw: dict[str, Any]) -> tuple[dict[str, Table], list[str]]:
+    """The tables of a scenario by name, and what is wrong with them."""
+    section = raw.get("tables", {})
+    if not isinstance(section, dict):
+        return {}, ["tables: must be a table of tables; write [tables.thruster] and its keys below"]
+    found: dict[str, Table] = {}
+    problems: list[str] = []
+    for name, table in section.items():
+        at = f"tables.{name}"
+        if not re.fullmatch(NAME, name):
+            problems.append(f'{at}: is no valid name; give a letter, then letters, digits or "_"')
+        elif not isinstance(table, dict):
+            problems.append(f'{at} = {show(table)}: must be a table; give file = "profile.csv", time and value')
+        elif wrong := _problem(table):
+            problems.append(f"{at}{wrong}")
+        else:
+            interpolation = table.get("interpolation", "linear")
+            found[name] = Table.of(table["times"], table["values"], interpolation)
+    return found, problems
+
+
+def _problem(table: dict[str, Any]) -> str | None:
+    """What is wrong with the keys or numbers of a table, from behind its name on."""
+    known = list(TableSection.model_fields)
+    for key in table:
+        if key not in known:
+            return f".{key} is not a known key; {suggestion(key, [*TableFile.model_fields, *known])}"
+    for key in ("times", "values"):
+        if key not in table:
+            return f'.{key} is missing; give file = "profile.csv" with time and value, or times and values'
+    kind = table.get("interpolation", "linear")
+    if kind not in INTERPOLATIONS:
+        return f".interpolation = {show(kind)}: is not known; {suggestion(str(kind), INTERPOLATIONS)}"
+    try:
+        TableSection.model_validate(table)
+    except ValidationError as error:
+        where, *place = error.errors()[0]["loc"]
+        return (
+            f".{where}[{place[0]}]: must be a number; correct it" if place else f".{where}: must be a list of numbers"
+        )
+    times, values = table["times"], table["values"]
+    if len(times) != len(values):
+        return f": has {len(times)} times and {len(values)} values; give one value for each time"
+    if len(times) < 2:
+        return f": has {len(times)} of at least 2 points; give more, or write a number instead"
+    for key, numbers in (("times", times), ("values", values)):
+        for i, x in enumerate(numbers):
+            if not abs(x) <= LARGEST:
+                return f".{key}[{i}] = {x}: must be a finite number; correct it, or leave the point out"
+    for i in range(1, len(times)):
+        if not times[i] > times[i - 1]:
+            return f".times[{i}] = {times[i]!r}: does not come after {times[i - 1]!r}; the times must increase"
+    return None
+
+
+def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A table with its numbers; other keys stay."""
+    at, path = f"tables.{name}", folder / str(table["file"])
+    for key in ("times", "values"):
+        if key in table:
+            raise ScenarioError(
+                f"{at}.{key}: the numbers come from file already; leave out either file or times and values"
+            )
+    columns = [table.get("time"), table.get("value")]
+    for key, column in zip(("time", "value"), columns, strict=True):
+        if not isinstance(column, str):
+            raise ScenarioError(f"{at}.{key} is missing; give the name of a column of {table['file']} in quotes")
+    with reading(at, table["file"], path):
+        read = _netcdf if path.suffix.lower() in ENDINGS else _csv
+        times, values = read(path, [str(c) for c in columns])
+    kept = {key: item for key, item in table.items() if key not in ("file", "time", "value")}
+    return {**kept, "times": times, "values": values}
+
+
+@contextmanager
+def reading(at: str, file: Any, path: Path) -> Iterator[None]:
+    """Say of a file that the scenario names at a place what is wrong with it."""
+    at_file = f"{at}.file = {show(file)}"
+    if not isinstance(file, str):
+        raise ScenarioError(f"{at_file}: must be a text in quotes; give the path of a file")
+    if not path.is_file():
+        raise ScenarioError(f"{at_file}: there is no such file; check the path")
+    try:
+        yield
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{at_file}: is no text in UTF-8; save it as UTF-8") from None
+    except OSError as error:
+        raise ScenarioError(f"{at_file}: cannot be read ({error.strerror}); check the file") from None
+    except ValueError as error:
+        raise ScenarioError(f"{at_file}: {error}") from None
+
+
+def _csv(path: Path, columns: Sequence[str]) -> list[list[float]]:
+    names, rows = csv_rows(path)
+    return [csv_column(column, names, rows) for column in columns]
+
+
+def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The names in the first line, and the cells of each line below with its number; separated by commas, semicolons,
+    tabs or spaces."""
+    lines = [
+        (number, line.strip())
+        for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
+        raise ValueError("is empty; give a first line with the names of the columns, and numbers below")
+    head = lines[0][1]
+    separator = next((c for c in ",;\t" if c in head), " ")
+    rows = list(csv.reader([line for _, line in lines], delimiter=separator, skipinitialspace=True))
+    return [cell.strip() for cell in rows[0]], [(n, row) for (n, _), row in zip(lines[1:], rows[1:], strict=True)]
+
+
+def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> list[float]:
+    """The numbers of a column by its name."""
+    if column not in names:
+        raise ValueError(f"has no column {show(column)}; {suggestion(column, names)}")
+    index = names.index(column)
+    numbers = []
+    for line, row in rows:
+        try:
+            numbers.append(float(row[index]))
+        except (ValueError, IndexError):
+            cell = row[index] if index < len(row) else ""
+            raise ValueError(f"line {line}, column {column}: {show(cell)} is no number; correct it") from None
+    return numbers
+
+
+def _netcdf(path: Path, columns: Sequence[str]) -> list[list[float]]:
+    """Variables of one dimension by their names."""
+    import netCDF4
+    import numpy as np
+
+    with netCDF4.Dataset(path) as file:
+        found: list[list[float]] = []
+        for column in columns:
+            if column not in file.variables:
+                raise ValueError(f"has no variable {show(column)}; {suggestion(column, list(file.variables))}")
+            values: Any = np.ma.filled(np.ma.asarray(file.variables[column][:], float), np.nan)
+            if values.ndim != 1:
+                raise ValueError(f"the variable {column} has {values.ndim} dimensions; give one of 1 dimension")
+            found.append(values.tolist())
+    return found

@@ -1,0 +1,1 @@
+"""From a checked scenario to a model with its numbers, at its start."""

@@ -1,0 +1,47 @@
+"""The samples of a scenario's sweep: drawn, read from its table, and derived from one another."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from lienumba.scenario.formulas import dependent_inputs
+from lienumba.sweep.design import NOMINAL_RUN, design_table
+from lienumba.sweep.distributions.external import Expression
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.scenario.resolve import Scenario
+
+
+def draw(scenario: "Scenario", labels: Sequence[int]) -> "dict[str, np.ndarray]":
+    """Samples (runs,) of every number that varies, by its path, for any of the runs; a run is the same in all of them.
+
+    What `build` needs to know of these runs: a quaternion or an inertia is there with all its components.
+    """
+    sweep, nominal = scenario.data.sweep, scenario.nominal()
+    samples = design_table(
+        {path: kind for path, kind in sweep.vary.items() if not isinstance(kind, Expression)},
+        nominal,
+        labels,
+        sweep.seed,
+        sampler=sweep.sampler,
+        count=sweep.runs,
+        correlate=[(group.paths, group.matrix) for group in sweep.correlate],
+        table=sweep.table,
+    )
+    _derive(scenario, labels, nominal, samples)
+    return {name: samples[name] for path, kind in sweep.vary.items() for name in kind.columns(path)}
+
+
+def _derive(
+    scenario: "Scenario", labels: Sequence[int], nominal: dict[str, Any], samples: "dict[str, np.ndarray]"
+) -> None:
+    """Add what follows from other samples."""
+    import numpy as np
+
+    of_nominal = np.asarray(labels) == NOMINAL_RUN
+    for path, formula in dependent_inputs.ordered(scenario.data.sweep.vary, scenario.parameters).items():
+        values = scenario.parameters.values(samples) | samples
+        with np.errstate(all="ignore"):  # a run with what is no number is marked
+            found = formula(0.0, **{name: values[name] for name in formula.used})
+        samples[path] = np.where(of_nominal, nominal[path], found)

@@ -1,0 +1,225 @@
+"""Before anything runs: the samples, the model with its numbers, the initial states, and whether they fit together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
+from lienumba.errors import ScenarioError
+from lienumba.keys.formulas import at_start
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Driver, Model, Start, reads_state
+from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.start import assembly, joint_frames
+from lienumba.mechanics.start.assembly import Assembly
+from lienumba.mechanics.system import constraints, rank
+from lienumba.mechanics.system.applied_forces import generalized
+from lienumba.scenario.checks.tables import check_samples
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.build import build, unphysical
+from lienumba.scenario.start.design import draw
+from lienumba.scenario.start.invalid import refuse_invalid
+from lienumba.scenario.start.violations import NOT_FINITE, violations
+from lienumba.words import listed
+
+if TYPE_CHECKING:
+    import numpy as np
+
+CLOSE = 1e-9  # how far what a joint and its driver say of the start may differ, relative to it
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """labels (runs,), samples by path (runs,), the model with arrays where it varies, states (runs, 18 k), angles of
+    joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first."""
+
+    labels: list[int]
+    samples: "dict[str, np.ndarray]"
+    model: Model
+    states: "np.ndarray"
+    angles: "dict[int, np.ndarray]"
+    codes: "np.ndarray"
+    nominal: "Nominal"
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
+    else the start; rank: there."""
+
+    model: Model
+    now: Instant
+    typical: Instant
+    rank: rank.Rank
+
+    @property
+    def singular(self) -> bool:
+        return self.typical is not self.now
+
+
+def check_initial(scenario: Scenario) -> Nominal:
+    """The nominal start; a ScenarioError if it does not fit the joints, or the joints do not fit each other."""
+    import numpy as np
+
+    try:
+        with np.errstate(all="ignore"):
+            return _nominal_start(scenario)
+    except np.linalg.LinAlgError:
+        raise ScenarioError(NOT_FINITE) from None
+
+
+def _nominal_start(scenario: Scenario) -> Nominal:
+    model, start = build(scenario, {})
+    _check_start(model, start)
+    done = assembly.assemble(model, start, 1)
+    problems = violations(done, start, 0)
+    if problems and not _only_prescribed(done, start):
+        raise ScenarioError("\n".join(problems))
+    nominal, now = rank.nominal(done.model), done.instant(0)
+    unmet = rank.contradiction(nominal, now)
+    if problems and not unmet:
+        raise ScenarioError("\n".join(problems))
+    typical = rank.on_the_way(nominal, now) or now
+    found = rank.rank_of(nominal, typical)
+    if unmet:
+        raise ScenarioError(
+            f"model: {listed(unmet)} contradict each other: there are {found.rows} equations of rank "
+            f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
+            "driver or a joint of these, correct what it prescribes, or, if this is a dead point, give velocities that "
+            "fit or start beside it"
+        )
+    _check_drivers(nominal, now)
+    _check_forces(nominal, now)
+    return Nominal(nominal, now, typical, found)
+
+
+def _only_prescribed(done: Assembly, start: Start) -> bool:
+    """Whether positions fit and no velocity is given: then what does not fit is prescribed by drivers."""
+    given = [x for pose in start.poses for x in (pose.velocity, pose.angular_velocity)]
+    given += [x for says in start.joints for x in (says.rate, says.speed)]
+    fits = bool((done.position_violations <= done.position_limits).all())
+    return fits and all(x is None for x in given) and bool(done.model.drivers)
+
+
+def _check_drivers(model: Model, now: Instant) -> None:
+    """What a driver prescribes may not move exactly as what it drives."""
+    C = constraints.jacobian(model, now)
+    moved = {row for (row, _), x in C.items() if abs(x) > CLOSE}
+    for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=True):
+        if any(map(reads_state, driver.value)) and not moved.issuperset(range(rows.start, rows.stop)):
+            raise ScenarioError(
+                f"model.drivers.{driver.name}: follows itself: what it prescribes moves as what it drives; read "
+                "another quantity"
+            )
+
+
+def _check_forces(model: Model, now: Instant) -> None:
+    """Forces must be finite at the start."""
+    for force in model.forces:
+        try:
+            finite = all(map(isfinite, generalized(model, now, [force])))
+        except ZeroDivisionError:
+            raise ScenarioError(
+                f"model.forces.{force.name}: divides by zero at the start; write it so that it is finite there"
+            ) from None
+        if not finite:
+            rule = "must be finite at the start; look for numbers that are far too large or too small"
+            if force.type == "point_mass_gravity":
+                rule = "is infinite at the start, because its two points coincide; move one of them"
+            raise ScenarioError(f"model.forces.{force.name}: {rule}")
+
+
+def _check_start(model: Model, start: Start) -> None:
+    """What must be known before the joints can be placed."""
+    problems = []
+    for joint, body in joint_frames.unplaced(model, start):
+        says, name = start.joints[joint], model.bodies[body].name
+        key = "at" if says.at is not None else "axis"
+        problems.append(
+            f"model.joints.{model.joints[joint].name}.{key}: is in the global frame, but where {name} is at the start "
+            f"is not given; give position and rotation of {name}, or give "
+            f"{'points' if key == 'at' else 'axes'} in the bodies' own frames instead"
+        )
+    for joint in joint_frames.without_zero(model, start):
+        problems.append(
+            f"model.joints.{model.joints[joint].name}: its angle is prescribed at the start, but nothing says from "
+            "where it counts; give references = [[x, y, z], [x, y, z]], or the rotations of its bodies"
+        )
+    for driver in model.drivers:
+        problems += _contradicted(driver, model, start)
+    if problems:
+        raise ScenarioError("\n".join(problems))
+
+
+def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
+    """What a joint says of its coordinate at the start, but its driver says otherwise."""
+    if driver.coordinate is None or reads_state(driver.value[0]):
+        return []
+    keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
+    says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
+    prescribed = zip(keys if driver.motion == "value" else keys[1:], at_start(driver.value[0]), strict=False)
+    return [
+        f"model.drivers.{driver.name}: prescribes the {key} {number:.6g} at t = 0, but model.joints.{name}.{key} = "
+        f"{given!r}; leave the latter out"
+        for key, number in prescribed
+        if (given := getattr(says, key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
+    ]
+
+
+def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
+    """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
+    data: Any = scenario.data
+    samples = draw(scenario, labels)
+    check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
+    return samples
+
+
+def prepare(
+    scenario: Scenario,
+    labels: Sequence[int],
+    samples: "Mapping[str, np.ndarray] | None" = None,
+    nominal: Nominal | None = None,
+    asked: int | None = None,
+) -> Prepared:
+    """Build and assemble these runs. A run that does not fit is marked; if none of a sweep fits, that is an error of
+    the scenario. samples, nominal: if they are known; asked: how many runs there are in all."""
+    import numpy as np
+
+    data: Any = scenario.data
+    nominal = nominal or check_initial(scenario)
+    samples = dict(design(scenario, labels) if samples is None else samples)
+    asked = len(labels) if asked is None else asked
+    with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
+        model, start = build(scenario, samples)
+    runs = len(labels)
+    done = assembly.assemble(model, start, runs)
+    bad = unphysical(model, start, samples, runs)
+    whole = 1 < runs == asked and asked >= data.sweep.runs
+    if whole and bad.all():
+        refuse_invalid(scenario, samples)
+    good = done.good & _same_rank(done, nominal.rank)
+    codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
+    if whole and np.all(codes == NOT_ASSEMBLED):
+        varied = ", ".join(samples)
+        reasons = "\n".join(violations(done, start, 0))
+        raise ScenarioError(
+            f"sweep.vary: no sampled run can be assembled with {varied} varied; give fewer initial values, so that the "
+            f"joints can decide them. The first run: {reasons or 'its state is not finite, or its joints lock it'}"
+        )
+    states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
+    return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
+
+
+def _same_rank(done: Assembly, nominal: rank.Rank) -> "np.ndarray":
+    """Whether redundant rows are as many in each run as in the nominal one (runs,): where samples break the symmetry
+    of an overconstrained mechanism, it cannot move."""
+    import numpy as np
+
+    same = np.ones(len(done.state), bool)
+    varied: list[bool] = []
+    map_numbers(done.model, lambda x, _: varied.append(np.ndim(x) > 0))
+    if nominal.exchangeable and any(varied):
+        for run in np.flatnonzero(done.good).tolist():
+            same[run] = rank.rank_of(rank.nominal(done.model, run), done.instant(run)).rank <= nominal.rank
+    return same

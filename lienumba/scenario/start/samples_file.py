@@ -1,0 +1,95 @@
+"""The design table alone, as a CSV or netCDF file that may serve as the table of a sweep."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lienumba.errors import ScenarioError
+from lienumba.scenario.base.units import units
+from lienumba.scenario.reading.sample_table import RUN
+from lienumba.scenario.schema.tables import ENDINGS
+from lienumba.scenario.start.design import draw
+from lienumba.store import files
+from lienumba.sweep.design import NOMINAL_RUN
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.scenario.resolve import Scenario
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of the samples of one input, the nominal run left out."""
+
+    path: str
+    units: str
+    mean: float
+    std: float
+    low: float
+    high: float
+
+
+def check_target(target: Path, overwrite: bool) -> None:
+    """Refuse, before anything is drawn, a file that could not be written or must not be replaced."""
+    if target.suffix.lower() not in (".csv", *ENDINGS):
+        raise ScenarioError(f"output = {target}: must be a table; end its name with .csv or .nc")
+    old = target.suffix.lower() == ".csv" and overwrite and target.is_file()
+    if not old:
+        files.check_target(target, overwrite)
+    elif not target.read_bytes().startswith(RUN.encode()):
+        raise ScenarioError(f"output = {target}: is a file of another kind, no samples to be replaced; choose another")
+
+
+def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Spread]:
+    """Draw the samples of these runs into a file; how each input spreads."""
+    samples = draw(scenario, labels)
+    if not samples:
+        raise ScenarioError("sweep.vary: is empty, so there is nothing to draw; vary at least one number")
+    model = scenario.data.model.model_dump()
+    of = {path: units(path, model) for path in samples}
+    if target.suffix.lower() == ".csv":
+        _write_csv(labels, samples, target)
+    else:
+        _write_netcdf(scenario, labels, samples, of, target)
+    drawn = [label != NOMINAL_RUN for label in labels]
+    spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
+    return [
+        Spread(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+        for path, x in spread.items()
+    ]
+
+
+def _write_csv(labels: Sequence[int], samples: "dict[str, np.ndarray]", target: Path) -> None:
+    """Every number with all its digits."""
+    lines = [",".join([RUN, *samples])]
+    columns = [map(repr, column.tolist()) for column in samples.values()]
+    lines += [",".join(row) for row in zip(map(str, labels), *columns, strict=True)]
+    partial = target.with_name(f"{target.name}.partial")
+    try:
+        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        os.replace(partial, target)
+    except OSError as error:
+        raise files.WriteError(f"output = {target}: could not be written ({error.strerror})") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _write_netcdf(
+    scenario: "Scenario", labels: Sequence[int], samples: "dict[str, np.ndarray]", of: dict[str, str], target: Path
+) -> None:
+    import numpy as np
+    import xarray as xr
+
+    from lienumba.store import layout
+
+    run = xr.Variable(RUN, np.asarray(labels, np.int64), layout.texts(*layout.COORDINATES[RUN]), {"_FillValue": None})
+    attributes = {
+        "title": scenario.data.title, "scenario": scenario.to_toml(), "scenario_sha256": scenario.sha256(),
+        "seed": scenario.data.sweep.seed,
+    }  # fmt: skip
+    files.write(
+        xr.Dataset(coords={RUN: run} | layout.input_coordinates(samples, of, len(labels)), attrs=attributes), target
+    )

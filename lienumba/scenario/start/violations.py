@@ -1,0 +1,213 @@
+"""What the start of a run does not fulfil, one sentence each: the joint, the size, the limit, what to free."""
+
+from math import asin, hypot, pi
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.keys.formulas import LARGEST
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Joint, Model, Start, at_time, reads_state
+from lienumba.mechanics.start import joint_frames
+from lienumba.mechanics.start.assembly import Assembly, Condition
+from lienumba.mechanics.system import rank
+from lienumba.scenario.checks.joints import PARALLEL, sine
+from lienumba.words import listed, show
+
+POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
+
+NOT_FINITE = (
+    "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values of drivers "
+    "that are far too large or too small"
+)
+
+
+def violations(done: Assembly, start: Start, run: int) -> list[str]:
+    """Of one run of an assembled start, or none if all is well."""
+    return _Run(done, start, run).sentences()
+
+
+class _Run:
+    """One run of an assembled start."""
+
+    def __init__(self, done: Assembly, start: Start, run: int) -> None:
+        self.done, self.start, self.run = done, start, run
+        self.model: Model = rank.nominal(done.model, run)
+        self.now: Instant = done.instant(run)
+
+    def sentences(self) -> list[str]:
+        undefined = [s for j in range(len(self.model.joints)) for s in self.undefined(j)]
+        if undefined:
+            return undefined
+        left = (self.done.position_violations[self.run], self.done.velocity_violations[self.run])
+        if not all(abs(x) < LARGEST for numbers in (*self.now.bodies, *left) for x in numbers):
+            return [NOT_FINITE]
+        found = [s for c in self.done.conditions for s in self.unmet(c)]
+        return found or [s for j in range(len(self.model.joints)) for s in self.upside_down(j)]
+
+    # ---------------------------------------------------------------- what has no meaning at this start
+    def undefined(self, index: int) -> list[str]:
+        joint, given = self.model.joints[index], self.start.joints[index].references
+        at = f"model.joints.{joint.name}"
+        if joint.type == "distance" and not (joint.length or 0.0) > 0.0:
+            return [
+                f"{at}: its two points coincide at the start, so its length is 0 and it must be above 0; "
+                "move a point or a body, or use a spherical joint"
+            ]
+        if given is None or joint.frames is None:
+            return []
+        references = [[_number(x, self.run) for x in reference] for reference in given]
+        return [
+            f"{at}.references[{side}] = {show(reference)}: is parallel to the axis of the joint at the start; give a "
+            "direction across it"
+            for side, (reference, frame) in enumerate(zip(references, joint.frames, strict=True))
+            if sine(reference, list(frame[2])) < PARALLEL
+        ]
+
+    def upside_down(self, index: int) -> list[str]:
+        """The rows of directions vanish half a turn away, too."""
+        joint, says = self.model.joints[index], self.start.joints[index]
+        compared = {"fixed": (0, 2), "prismatic": (0,)}.get(joint.type, ()) if says.references else ()
+        if not compared:
+            return []
+        a, b = joint_frames.ends(joint, self.now.bodies)
+        if all(so3.dot(joints.direction(joint, 0, a, n), joints.direction(joint, 1, b, n)) > 0.0 for n in compared):
+            return []
+        held = self.held(joint.bodies, POSE)
+        return [
+            f"model.joints.{joint.name}: its axes and references are half a turn apart at t = 0; turn round those of "
+            f"one body, or {f'correct the {held}' if held else f'give a {_guess(self.names(joint.bodies))}'}"
+        ]
+
+    # ---------------------------------------------------------------- what is not met
+    def unmet(self, c: Condition) -> list[str]:
+        """Its position, else its velocity."""
+        for left, limits, level in (
+            (self.done.position_violations[self.run], self.done.position_limits[self.run], "position"),
+            (self.done.velocity_violations[self.run], self.done.velocity_limits[self.run], "velocity"),
+        ):
+            rows = range(c.rows.start, c.rows.stop)
+            bad = [row for row in rows if not left[row] <= limits[row]]
+            if level == "position" and not bad and self.turned(c) > 0.5 * pi:
+                bad = list(rows)
+            if bad:
+                worst = max(bad, key=lambda row: float(left[row]))
+                turning = c.kinds[worst - rows.start] == "r"
+                return [self.sentence(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
+        return []
+
+    def size(self, c: Condition, left: Any, worst: int, level: str) -> float:
+        """How far it is from being met: all rows of the worst one's kind beside it, as one distance or angle."""
+        first = last = worst - c.rows.start
+        while first > 0 and c.kinds[first - 1] == c.kinds[first]:
+            first -= 1
+        while last + 1 < len(c.kinds) and c.kinds[last + 1] == c.kinds[last]:
+            last += 1
+        size = hypot(*(float(left[c.rows.start + n]) for n in range(first, last + 1)))
+        if level == "velocity" or c.what not in ("joint", "driver"):
+            return size
+        if c.what == "driver":
+            return self.turned(c) or size
+        joint = self.joint(c.name)
+        if joint.type == "distance":
+            d = joints.separation(joint, *joint_frames.ends(joint, self.now.bodies))
+            return abs(hypot(*d) - float(joint.length or 0.0))
+        directions = c.kinds[worst - c.rows.start] == "r" and joint.type not in COUPLED - {"screw"}
+        return asin(min(size, 1.0)) if directions else size
+
+    def turned(self, c: Condition) -> float:
+        """The angle (rad) by which a body misses the orientation that a driver prescribes."""
+        driver = next((d for d in self.model.drivers if c.what == "driver" and d.name == c.name), None)
+        if driver is None or driver.motion != "orientation" or any(map(reads_state, driver.value)):
+            return 0.0
+        x, y, z = (at_time(number, 0.0) for number in driver.value)
+        R = self.now.bodies[driver.bodies[0]][3:12]
+        return hypot(*so3.log(so3.multiply(so3.transpose(so3.exp((x, y, z))), R)))
+
+    # ---------------------------------------------------------------- what to say of it
+    def names(self, bodies: tuple[int, ...]) -> str:
+        return listed([self.model.bodies[i].name for i in bodies if i >= 0])
+
+    def held(self, bodies: tuple[int, ...], keys: tuple[str, str]) -> str:
+        """What is given of these bodies; empty if nothing is."""
+        given: dict[str, list[str]] = {}
+        for i in bodies:
+            names = [key for key in keys if i >= 0 and getattr(self.start.poses[i], key) is not None]
+            if names:
+                given.setdefault(listed(names), []).append(self.model.bodies[i].name)
+        return ", the ".join(f"{names} of {listed(of)}" for names, of in given.items())
+
+    def sentence(self, c: Condition, level: str, size: float, limit: float, turning: bool) -> str:
+        unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
+        missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
+        held = self.held(c.bodies, POSE if level == "position" else TWIST)
+        if c.what in ("angle", "displacement", "rate", "speed"):
+            says = next(s for j, s in zip(self.model.joints, self.start.joints, strict=True) if j.name == c.name)
+            keys = ("angle", "displacement") if level == "position" else ("rate", "speed")
+            others = [key for key in keys if key != c.what and getattr(says, key) is not None]
+            rest = others + ([held] if held else [])
+            remedy = f"it, or what drivers and other joints make of {self.names(c.bodies)}"
+            if rest:
+                remedy = f"it or the {listed(rest)}, or omit one of them"
+            return (
+                f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; correct "
+                f"{remedy}"
+            )
+        where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
+        omit = f"or the {held}, or omit what shall be solved for"
+        if c.what == "driver":
+            remedy = omit if held else f"or what other drivers and joints make of {self.names(c.bodies)}"
+            if level == "position" and self.turned(c) > 0.5 * pi and self.start.poses[c.bodies[0]].rotation is None:
+                remedy = f"or give a guess of the rotation of {self.names(c.bodies)} that is nearer to it"
+            return (
+                f"{where}: prescribes another {level} at t = 0 than the start has: they differ by {missed}; correct "
+                f"its value, {remedy}"
+            )
+        if level == "velocity":
+            happens = "its bodies turn apart" if turning else "its points separate"
+            if self.joint(c.name).coordinates is not None:
+                happens = "its coordinates leave its ratio"
+            remedy = f"correct the {held}, or omit what shall be solved for"
+            if not held:
+                remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"
+            return f"{where}: the initial velocities contradict it: {happens} at {missed}; {remedy}"
+        happens, things = self.happens(c, turning)
+        remedy = omit if held else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
+        verb = "differ by" if turning else "miss by"
+        return f"{where}: {happens} at t = 0: they {verb} {missed}; correct the {things} {remedy}"
+
+    def joint(self, name: str) -> Joint:
+        return next(j for j in self.model.joints if j.name == name)
+
+    def without_references(self, name: str) -> str:
+        """The remedy for angles that begin at 0 because nothing says from where they count."""
+        of_angles = [c.joint for c in self.joint(name).coordinates or () if c.kind == "angle"]
+        free = [self.model.joints[j].name for j in of_angles if self.start.joints[j].references is None]
+        return f", give references to {listed(free)} (without them an angle is 0 at the start)" if free else ""
+
+    def happens(self, c: Condition, turning: bool) -> tuple[str, str]:
+        """What a joint does at a start that does not fit it, and what of it to correct."""
+        kind = self.joint(c.name).type
+        if kind in ("gear", "coupler"):
+            return "its coordinates do not have its ratio and offset", f"offset{self.without_references(c.name)}"
+        if kind in ("universal", "perpendicular_axes") and turning:
+            return "its axes are not perpendicular", "axes"
+        if turning:
+            return "its axes do not fit together", "axes"
+        if kind == "distance":
+            return "its points are not at its length", "length"
+        meet = kind == "spherical" or JOINT_TYPES.get(kind, JOINT_TYPES["cylindrical"]).rows.startswith("mmm")
+        return "its points do not meet" if meet else "its points are not where it allows them", "points"
+
+
+def _guess(bodies: str) -> str:
+    return f"guess of position and rotation for {bodies}"
+
+
+def _number(x: Any, run: int) -> float:
+    """Of one run."""
+    import numpy as np
+
+    values = np.asarray(x, float)
+    return float(values if values.ndim == 0 else values[run])

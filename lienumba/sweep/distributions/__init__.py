@@ -1,0 +1,1 @@
+"""How an input may vary: one class for each distribution."""

@@ -1,0 +1,64 @@
+"""Any distribution of scipy.stats by its name, with SciPy's own parameters; its samples have SciPy's bits."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ConfigDict, Field, StrictStr, model_validator
+
+from lienumba.sweep.distributions.base import Finite, Scalar
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class SciPy(Scalar):
+    """scipy.stats.<scipy>(**parameters); with `relative`, its samples are multiples of the nominal value."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Finite]
+
+    scipy: StrictStr = Field(description='the name of a distribution of scipy.stats, such as "lognorm"')
+
+    @model_validator(mode="after")
+    def _known(self) -> SciPy:
+        from scipy import stats
+
+        found = getattr(stats, self.scipy, None)
+        if not isinstance(found, stats.rv_continuous | stats.rv_discrete):
+            kinds = (stats.rv_continuous, stats.rv_discrete)
+            names = [name for name in dir(stats) if isinstance(getattr(stats, name), kinds)]
+            raise ValueError(
+                f'scipy = "{self.scipy}": is no distribution of a number in scipy.stats; {_nearest(self.scipy, names)}'
+            )
+        shapes = [name.strip() for name in found.shapes.split(",")] if found.shapes else []
+        known = [*shapes, "loc", *(["scale"] if isinstance(found, stats.rv_continuous) else [])]
+        given = self.__pydantic_extra__ or {}
+        for name in given:
+            if name not in known:
+                raise ValueError(
+                    f"{name} = {given[name]:g}: {self.scipy} has no such parameter; {_nearest(name, known)}"
+                )
+        missing = [name for name in shapes if name not in given]
+        if missing:
+            raise ValueError(f'scipy = "{self.scipy}": needs {" and ".join(missing)}; give {missing[0]} = ...')
+        if not all(x == x for x in found.support(**given)):
+            shown = ", ".join(f"{name} = {x:g}" for name, x in given.items())
+            raise ValueError(
+                f'scipy = "{self.scipy}": does not exist with {shown}; its documentation tells what may be given'
+            )
+        return self
+
+    def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
+        import numpy as np
+        from scipy import stats
+
+        found: Any = getattr(stats, self.scipy)
+        samples = np.asarray(found.ppf(u, **(self.__pydantic_extra__ or {})), float) * self.scale(nominal)
+        return samples
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(name.lower(), known, 1)
+    return f'the nearest is "{close[0]}"' if close else f"known are such as {', '.join(known[:5])}"

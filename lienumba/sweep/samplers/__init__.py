@@ -1,0 +1,1 @@
+"""The uniform numbers behind samples, one stream for each run and path."""
