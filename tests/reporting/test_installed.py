@@ -10,7 +10,7 @@ from shutil import copytree
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ASSETS = {path.relative_to(ROOT).as_posix() for path in (ROOT / "lienumba" / "reporting" / "assets").iterdir()}
+ASSETS = {path.relative_to(ROOT).as_posix() for path in (ROOT / "lienumba" / "present" / "html" / "assets").iterdir()}
 BUILD = "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
 
 
