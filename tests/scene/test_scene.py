@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from batch.sweeps import loop, top
 
 import lienumba
 from lienumba import ScenarioError
@@ -13,8 +12,8 @@ from lienumba.scenario.reading.loading import load
 from lienumba.scenario.start.build import geometry
 from lienumba.scene import Moving, Scene, scene
 from lienumba.scene.mechanism import AXIS, ROD, Segment
-
-from .gallery import FOLDER, gallery
+from tests.rigs.sweeps import loop, top
+from tests.scene.gallery import FOLDER, gallery
 
 
 def joints_of(shown: Scene) -> dict[str, list[Any]]:
