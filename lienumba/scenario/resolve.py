@@ -192,14 +192,14 @@ def _resolved(
     except ValidationError as error:
         found += sentences(error, raw)
     report = check(raw, parameters)
-    problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
+    problems += wrong + [parameters.explain(str(problem)) for problem in [*found, *report.problems]]
     if problems or data is None:
         raise ScenarioError("\n".join(map(_as_written, problems)))
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
     elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
-    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
+    warnings = [*map(parameters.explain, map(str, report.warnings)), *parameters.unused(elsewhere)]
     return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 
 
