@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
-from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check
