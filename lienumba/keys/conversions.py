@@ -1,23 +1,25 @@
-"""From the forms in which a scenario gives numbers to those of the model: inertias, rotations, formulas.
+"""From the forms in which keys give numbers to those of the model: inertias, rotations, formulas.
 
 A number is a float, or an array (runs,) where the sweep varies it; every conversion here works on both.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.model import Matrix3, Number, Timed, Vec3
 from lienumba.numerics.expressions import Formula
+from lienumba.numerics.number import Matrix, Number
 from lienumba.numerics.operations import cos, sin, sqrt
-from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION
+
+Vec3 = tuple[Number, Number, Number]
 
 
-def vec3(values: list[Any]) -> Vec3:
+def vec3(values: Sequence[Number]) -> Vec3:
     """A vector."""
     return values[0], values[1], values[2]
 
 
-def timed(value: Any) -> Timed:
+def timed(value: Any) -> Any:
     """A number, or the function of time that a text describes; a text without t is a number too."""
     if not isinstance(value, str):
         return value
@@ -39,24 +41,12 @@ def inertia_of(inertia: list[Any]) -> tuple[Number, ...]:
     return xx, yy, zz, _mean(xy, yx), _mean(xz, zx), _mean(yz, zy)
 
 
-def nominal_numbers(value: Any, shape: str) -> Any:
-    """The number of a varied path, or those that the design table has of it: a quaternion w x y z for a rotation, the
-    elements xx yy zz xy xz yz of an inertia, the components of a vector."""
-    if shape == NUMBER:
-        return timed(value)
-    if shape == INERTIA:
-        return inertia_of(value)
-    if shape == ROTATION and (isinstance(value, dict) or isinstance(value[0], list)):
-        return so3.to_quaternion(rotation_of(value))
-    return tuple(map(timed, value))
-
-
 def _mean(a: Number, b: Number) -> Number:
     """Of two nearly equal numbers; of one and the same, that number itself."""
     return a if a is b else 0.5 * (a + b)
 
 
-def rotation_of(rotation: Any) -> Matrix3:
+def rotation_of(rotation: Any) -> Matrix:
     """The matrix, row major, of a rotation in any of its five forms."""
     if isinstance(rotation, list):
         if isinstance(rotation[0], list):
@@ -75,7 +65,7 @@ def rotation_of(rotation: Any) -> Matrix3:
     return matrix
 
 
-def elementary(axis: int, angle: Number) -> Matrix3:
+def elementary(axis: int, angle: Number) -> Matrix:
     """The rotation about a coordinate axis (0, 1, 2) by an angle in rad."""
     c, s = cos(angle), sin(angle)
     if axis == 0:
@@ -85,7 +75,7 @@ def elementary(axis: int, angle: Number) -> Matrix3:
     return (c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 
 
-def _orthonormal(rows: list[list[float]]) -> Matrix3:
+def _orthonormal(rows: list[list[float]]) -> Matrix:
     """The rotation nearest to a matrix that is orthogonal within 1e-6 (two steps R <- R (3 I - R^T R)/2).
 
     Unlike a singular value decomposition, exact zeros that the structure of R implies stay exact.
