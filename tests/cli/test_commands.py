@@ -16,9 +16,8 @@ from lienumba import __version__
 from lienumba.cli import app
 from lienumba.engine import runner
 from lienumba.store.files import WriteError
+from tests.rigs.places import ROOT, SCENARIOS
 
-ROOT = Path(__file__).parents[2]
-SCENARIOS = ROOT / "scenarios"
 SHORT = ("--set", "integrator.end_time=0.02")
 HEAVY = ("numba", "llvmlite", "xarray", "pandas", "netCDF4", "scipy", "matplotlib")
 
