@@ -70,9 +70,22 @@ class Summary:
 
 
 def summarise(ds: xr.Dataset) -> Summary:
-    """Summarise a dataset that `lienumba run` made, or a selection of its runs. It may be larger than the memory.
+    """Summarise a dataset, or a selection of its runs; it may be larger than the memory.
 
-    Printed, or at the end of a cell, it shows itself.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a sweep.
+
+    Returns
+    -------
+    Summary
+        How the runs ended, where, and how well the constraints held. Printed, or at the end of a cell, it shows itself.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset has no runs, or is of a study.
     """
     import numpy as np
 

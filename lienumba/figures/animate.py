@@ -56,8 +56,20 @@ def animate(
 ) -> None:
     """Write a scene as GIF or MP4, or, as PNG, SVG or PDF, how it ends.
 
-    fps: frames per second; duration: how long it takes to watch (s), by default the time of the simulation, but
-    between 4 and 8 s; progress: told how many frames of how many are drawn.
+    Parameters
+    ----------
+    scene : Scene
+        What `lienumba.scene.scene` made of a dataset.
+    target : path
+        The file; its suffix says which kind.
+    title : str
+        Stands above the picture.
+    fps : int
+        Frames per second.
+    duration : float, optional
+        How long it takes to watch, in s; by default the time of the simulation, but between 4 and 8 s.
+    progress : callable
+        Told how many frames of how many are drawn.
     """
     path = Path(target)
     check_target(path)

@@ -25,9 +25,19 @@ if TYPE_CHECKING:
 
 
 def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[str] = ()) -> Figure:
-    """The figure of a dataset, or of its file; a notebook shows it.
+    """The figure of a dataset; a notebook shows it.
 
-    names: what to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+    Parameters
+    ----------
+    dataset : xarray.Dataset or path
+        What `lienumba.run` returned, or its file.
+    names : str or sequence of str
+        What to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each name.
     """
     wanted = [names] if isinstance(names, str) else names
     if not isinstance(dataset, str | os.PathLike):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
-from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check
@@ -192,14 +192,14 @@ def _resolved(
     except ValidationError as error:
         found += sentences(error, raw)
     report = check(raw, parameters)
-    problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
+    problems += wrong + [parameters.explain(str(problem)) for problem in [*found, *report.problems]]
     if problems or data is None:
         raise ScenarioError("\n".join(map(_as_written, problems)))
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
     elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
-    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
+    warnings = [*map(parameters.explain, map(str, report.warnings)), *parameters.unused(elsewhere)]
     return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 
 

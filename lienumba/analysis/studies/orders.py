@@ -41,11 +41,19 @@ class Fit:
 
 
 def orders(ds: xr.Dataset) -> xr.Dataset:
-    """The observed orders of a study: `order` between `low` and `high` from so many `points`, for steps (s) from
-    `finest` to `coarsest`.
+    """The observed orders of a study, each with its 95 % confidence interval.
 
-    Dimensions: `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or
-    tolerance; of several grids `curve`. Of a sweep, the median error of the runs counts.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a scenario with [study]. Of a sweep, the median error of the runs counts.
+
+    Returns
+    -------
+    xarray.Dataset
+        `order` between `low` and `high` from so many `points`, for steps (s) from `finest` to `coarsest`. Dimensions:
+        `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or tolerance; of
+        several grids `curve`.
     """
     import numpy as np
     import xarray as xr

@@ -36,7 +36,15 @@ class Curve:
 def work_precision(ds: xr.Dataset) -> xr.Dataset:
     """Errors and costs of every point of a study: medians over the runs that succeeded, and how many failed.
 
-    Dimensions: those of the grid. Times are those of one core per run; runs go eight at a time.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a scenario with [study].
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the grid. Times are those of one core per run; runs go eight at a time.
     """
     check_study(ds)
     names = [name for name in (*(f"{name}_error" for name in ERRORS), *COSTS) if name in ds]

@@ -46,11 +46,32 @@ def merge(
     overwrite: bool = False,
     progress: Tell | bool | None = None,
 ) -> "xr.Dataset":
-    """Write the runs of these datasets (paths or patterns), which are of one sweep, into one, and return it.
+    """Write the runs of datasets of one sweep into one dataset, and return it.
 
-    Runs that none of them has are a warning; `run(..., resume=True)` adds them. allow_code: run the Python code that
-    they bring, without which it is not known what their dataset looks like. Raises ScenarioError where datasets do not
-    belong together or have runs in common, before anything is written.
+    Runs that none of them has are a warning; `run(..., resume=True)` adds them.
+
+    Parameters
+    ----------
+    files : sequence of paths
+        Datasets, or patterns such as "part*.nc".
+    output : path
+        The netCDF file to write.
+    allow_code : bool
+        Run the Python code that they bring, without which it is not known what their dataset looks like.
+    overwrite : bool
+        Whether `output` may be replaced.
+    progress : callable or bool, optional
+        As for `lienumba.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset, read from the file when values are asked for.
+
+    Raises
+    ------
+    ScenarioError
+        Where datasets do not belong together or have runs in common, before anything is written.
     """
     with shown(progress) as tell:
         dataset = merged(files, Path(output), allow_code, overwrite, tell)

@@ -48,7 +48,8 @@ def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
     with ThreadPoolExecutor(2) as threads:
         compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
-        driver = import_module(f"lienumba.integrators.drivers.{'variable_step' if program.free else 'fixed_step'}")  # meanwhile
+        name = "variable_step" if program.free else "fixed_step"
+        driver = import_module(f"lienumba.integrators.drivers.{name}")  # meanwhile
         objects = {name: future.result() for name, future in compiling.items()}
     from lienumba.integrators.drivers.stages import ORDER
     from lienumba.integrators.drivers.workspace import Sizes, layout

@@ -39,8 +39,22 @@ def report(
 ) -> None:
     """Write the report of a dataset: one HTML file that opens anywhere, offline, with the mechanism moving.
 
-    dataset: what `lienumba.run` returned, or its file; output: the file, replaced if it exists; allow_code: run the
-    Python code that the dataset brings, where the courses to be shown are not stored and have to be simulated again.
+    Parameters
+    ----------
+    dataset : xarray.Dataset or path
+        What `lienumba.run` returned, or its file.
+    output : path
+        The HTML file, replaced if it exists.
+    allow_code : bool
+        Run the Python code that the dataset brings, where the courses to be shown are not stored and have to be
+        simulated again.
+    progress : callable, optional
+        Called with a `Progress` while runs are simulated again.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset is none of lienumba, or plotly is not installed.
     """
     from lienumba.store.files import read
 

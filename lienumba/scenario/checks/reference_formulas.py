@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter, ValidationError
 
 from lienumba.groups import so3
+from lienumba.keys.conversions import rotation_of
 from lienumba.keys.formulas import explained
 from lienumba.keys.types import Rotation, Vec3
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.numerics.jets import Jet, lift
-from lienumba.scenario.base.conversions import rotation_of
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.formulas.parameters import TIME

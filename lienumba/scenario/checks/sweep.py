@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.checks.ranges import check_range
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from lienumba.keys.conversions import inertia_of, rotation_of, timed, vec3
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
@@ -14,7 +15,6 @@ from lienumba.mechanics.system.applied_forces import FORCE_TYPES
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import PYTHON, function_of
-from lienumba.scenario.base.conversions import inertia_of, rotation_of, timed, vec3
 from lienumba.scenario.checks.code import code_of, tried
 from lienumba.scenario.resolve import Scenario
 from lienumba.sweep.distributions.base import NUMBER
