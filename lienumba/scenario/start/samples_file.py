@@ -13,6 +13,7 @@ from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw
 from lienumba.store import files
 from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.words import Written
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,19 +36,21 @@ class Spread:
 def check_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is drawn, a file that could not be written or must not be replaced."""
     if target.suffix.lower() not in (".csv", *ENDINGS):
-        raise ScenarioError(f"output = {target}: must be a table; end its name with .csv or .nc")
+        raise ScenarioError.at("output", "must be a table", "end its name with .csv or .nc", Written(target))
     old = target.suffix.lower() == ".csv" and overwrite and target.is_file()
     if not old:
         files.check_target(target, overwrite)
     elif not target.read_bytes().startswith(RUN.encode()):
-        raise ScenarioError(f"output = {target}: is a file of another kind, no samples to be replaced; choose another")
+        raise ScenarioError.at(
+            "output", "is a file of another kind, no samples to be replaced", "choose another", Written(target)
+        )
 
 
 def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Spread]:
     """Draw the samples of these runs into a file; how each input spreads."""
     samples = draw(scenario, labels)
     if not samples:
-        raise ScenarioError("sweep.vary: is empty, so there is nothing to draw; vary at least one number")
+        raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
     model = scenario.data.model.model_dump()
     of = {path: units(path, model) for path in samples}
     if target.suffix.lower() == ".csv":
