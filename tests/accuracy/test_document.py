@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from lienumba.integrators.methods import METHODS
+
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 try:
@@ -59,7 +61,7 @@ def test_orders(name: str) -> None:
 def test_the_order_does_not_drop_with_projection(name: str) -> None:
     """In the document: the slope at the finest steps is that of the method, or more."""
     for method, *cells in rows(f"orders, {name}"):
-        order = work.TABLEAUS[method].order
+        order = METHODS[method].order
         for cell in cells:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 

@@ -11,7 +11,7 @@ import pytest
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.system import System
 
@@ -19,7 +19,7 @@ from .mechanisms import TOP, chain
 from .test_landing import END, TIMES, exact, off, rod
 
 ARM = Path(__file__).parents[2] / "scenarios" / "arm_sampled.toml"
-PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
+PAIRS = [name for name, tableau in METHODS.items() if tableau.errors]
 TOLERANCES = {"bs32": range(4, 9), "dp54": range(4, 13), "tsit54": range(4, 13), "dop853": range(4, 13)}
 SWEEP: dict[str, Any] = {
     "runs": 21,

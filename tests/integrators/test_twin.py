@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reference import naive
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 
 from .mechanisms import LOOP, PENDULUM, chain, scenario, simulate, state_at, twin_of
 
@@ -17,7 +17,7 @@ MECHANISMS = {"pendulum": PENDULUM, "chain of 5": chain(5), "loop": LOOP}
 def twin_run(data: dict[str, Any], projection: tuple[str, str]) -> Any:
     """The twin's state after STEPS steps of RK4."""
     (bodies, joints, gravity), state = twin_of(data)
-    tableau = TABLEAUS["rk4"]
+    tableau = METHODS["rk4"]
     for _ in range(STEPS):
         r, R, v, w = naive.step(bodies, joints, gravity, state, STEP, tableau.A, tableau.b, truncation=2)
         if projection[0] != "none":
