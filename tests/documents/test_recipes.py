@@ -5,7 +5,6 @@ What an element needs stands in its record alone; everything else (keys, message
 
 import numpy as np
 import pytest
-from integrators.test_tableaus import holds, trees
 
 import lienumba
 from lienumba.analysis import orders
@@ -17,6 +16,7 @@ from lienumba.present.citation.cite import cite_dataset
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.scenario import Integrator, json_schema
+from tests.integrators.methods.test_tableaus import holds, trees
 
 TOP = "scenarios/heavy_top.toml"
 SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
