@@ -11,9 +11,8 @@ from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES
-
-from .pages import ROOT, blocks
-from .player import COMMANDS
+from tests.documents.pages import ROOT, blocks
+from tests.documents.player import COMMANDS
 
 
 def files(page: str) -> dict[str, str]:

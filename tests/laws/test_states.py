@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lienumba.integrators.methods.tableaus import TABLEAUS
-
-from .rigs import angle, exact, order, own, pendulum, rate, run
+from tests.laws.rigs import angle, exact, order, own, pendulum, rate, run
 
 STEPS = (0.02, 0.01, 0.005)
 GAINS = {"kp": 30, "kd": 2, "target": 1.0}

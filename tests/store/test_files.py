@@ -12,23 +12,22 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from store_example import example
 
 from lienumba.errors import ScenarioError
 from lienumba.store import files
 from lienumba.store.files import WriteError, check_target, write
+from tests.rigs.places import ROOT
+from tests.store.store_example import example
 
-ROOT = os.geteuid() == 0
+IS_ROOT = os.geteuid() == 0
 NOBODY = 65534
 
 
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
     """Run `code`, which may use `example`, in a process of its own."""
-    here = Path(__file__).parent
-    search = os.pathsep.join([str(here), str(here.parents[1])])
     return subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)],
-        env=os.environ | {"PYTHONPATH": search},
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -41,7 +40,7 @@ def small_disk(tmp_path):
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", folder]
-    if not ROOT or subprocess.run(mount, check=False, capture_output=True).returncode:
+    if not IS_ROOT or subprocess.run(mount, check=False, capture_output=True).returncode:
         pytest.skip("mounting a small disk needs root")
     yield folder
     subprocess.run(["umount", "-l", folder], check=True)
@@ -50,7 +49,7 @@ def small_disk(tmp_path):
 FULL_DISK = """
     import os, resource, sys
     from lienumba.store.files import WriteError, write
-    from store_example import example
+    from tests.store.store_example import example
 
     folder, limit = sys.argv[1], int(sys.argv[2])
     write(example(runs=2), f"{folder}/out.nc")
@@ -92,7 +91,7 @@ def test_a_full_disk_leaves_the_old_file(small_disk):
 WRITE_FOR_EVER = """
     import sys
     from lienumba.store.files import write
-    from store_example import example
+    from tests.store.store_example import example
 
     big = example(runs=600)
     print("ready", flush=True)
@@ -184,7 +183,7 @@ def test_only_one_thread_at_a_time_touches_netcdf(tmp_path):
     code = """
         import sys, threading
         from lienumba.store.files import write
-        from store_example import example
+        from tests.store.store_example import example
 
         data = example(runs=20)
         def work(k):
@@ -279,7 +278,7 @@ def test_a_folder_without_write_permission(tmp_path):
         except ScenarioError as error:
             problems.append(str(error))
 
-    if ROOT:  # root may write anywhere: ask as somebody else
+    if IS_ROOT:  # root may write anywhere: ask as somebody else
         parents = [parent for parent in folder.parents if parent.stat().st_mode & 0o001 == 0]
         modes = [parent.stat().st_mode for parent in parents]
         for parent in parents:
