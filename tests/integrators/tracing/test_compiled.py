@@ -32,13 +32,15 @@ def arm(**changes: Any) -> Data:
                  "rotation": {"axis": [0, 1, 0], "angle": 0.4}},
             ],
             "joints": [
-                {"name": "hinge", "type": "revolute", "bodies": ["ground", "arm"], "points": [[0, 0, 0], [0.1, 0.2, 0.5]],
-                 "axes": [[0, 1, 0], [0, 1, 0]], "references": [[1, 0, 0], [1, 0, 0]], "rate": 2.0},
+                {"name": "hinge", "type": "revolute", "bodies": ["ground", "arm"],
+                 "points": [[0, 0, 0], [0.1, 0.2, 0.5]], "axes": [[0, 1, 0], [0, 1, 0]],
+                 "references": [[1, 0, 0], [1, 0, 0]], "rate": 2.0},
             ],
             "forces": [
                 {"name": "spring", "type": "spring_damper", "bodies": ["ground", "arm"],
                  "points": [[0.4, 0.1, -0.3], [0.2, 0.3, 0.7]], "stiffness": 40, "damping": 0.5, "free_length": 0.3},
-                {"name": "push", "type": "force", "body": "arm", "point": [0.1, 0.3, 0.2], "value": ["0.3*sin(7*t)", 2, 0]},
+                {"name": "push", "type": "force", "body": "arm", "point": [0.1, 0.3, 0.2],
+                 "value": ["0.3*sin(7*t)", 2, 0]},
             ],
         },
         "integrator": {"step": 0.01, "end_time": 0.1},
