@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lienumba.keys.conversions import inertia_of, rotation_of, timed, vec3
+from lienumba.keys.types import Section
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
-from lienumba.mechanics.system.applied_forces import FORCE_TYPES
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import PYTHON, function_of
@@ -65,7 +66,7 @@ class _Builder:
         model = Model(
             gravity=_timed3(data["gravity"]),
             bodies=self.masses(),
-            joints=tuple(map(self.joint, data["joints"])),
+            joints=tuple(map(self.joint_of, data["joints"])),
             drivers=tuple(map(self.driver, data["drivers"])),
             forces=tuple(map(self.force, data["forces"])),
             quantities=tuple(map(self.quantity, data["quantities"])),
@@ -75,12 +76,18 @@ class _Builder:
 
     def geometry(self) -> tuple[Model, Start]:
         drawn = [joint for joint in self.data["joints"] if joint["type"] != PYTHON and "joints" not in joint]
-        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(map(self.joint, drawn)))
+        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(map(self.joint_of, drawn)))
         return model, Start((), tuple(map(_joint_start, drawn)))
 
     def masses(self) -> tuple[m.Body, ...]:
         bodies = self.data["bodies"]
         return tuple(m.Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in bodies)
+
+    def body(self, name: str) -> int:
+        return self.bodies[name]
+
+    def joint(self, name: str) -> int:
+        return self.joints[name]
 
     def ends(self, names: Sequence[str]) -> tuple[int, ...]:
         return tuple(self.bodies[name] for name in names)
@@ -92,17 +99,20 @@ class _Builder:
     def ends_of_joint(self, name: str) -> tuple[int, ...]:
         return self.ends(self.data["joints"][self.joints[name]]["bodies"])
 
-    def code(self, place: str, law: Table, **more: Any) -> m.Code:
+    def code(self, law: Section, **more: Any) -> m.Code:
+        return self.code_at(f"model.forces.{vars(law)['name']}", vars(law), **more)
+
+    def code_at(self, place: str, law: Table, **more: Any) -> m.Code:
         known = [quantity["name"] for quantity in self.data["quantities"]]
         known += [force["name"] for force in self.data["forces"] if force.get("states")]
         return code_of(place, law, function_of(place, law["function"], self.files), known, **more)
 
-    def joint(self, joint: Table) -> m.Joint:
+    def joint_of(self, joint: Table) -> m.Joint:
         name, kind = joint["name"], joint["type"]
         if kind == PYTHON:
             letters = {"m": "m", "rad": "r"}
             rows = "".join(letters[row] for row in joint["rows"] or [])
-            code = self.code(f"model.joints.{name}", joint, returns=rows, level=joint["level"])
+            code = self.code_at(f"model.joints.{name}", joint, returns=rows, level=joint["level"])
             return m.Joint(name, kind, self.ends(joint["bodies"]), numbers=joint["parameters"], code=code)
         if "joints" not in joint:
             return m.Joint(
@@ -127,35 +137,8 @@ class _Builder:
             point=None if point is None else vec3(point), frame=driver.get("frame", "global"),
         )  # fmt: skip
 
-    def own_force(self, force: Table) -> m.Force:
-        joints = tuple(self.joints[name] for name in force["joints"])
-        code = self.code(
-            f"model.forces.{force['name']}", force, returns=force["returns"], joints=joints, every=force["every"]
-        )
-        numbers = {name: timed(x) for name, x in force["parameters"].items()}
-        return m.Force(
-            force["name"], PYTHON, self.ends(force["bodies"]), numbers=numbers, code=code, initial=force["states"]
-        )
-
     def force(self, force: Table) -> m.Force:
-        if force["type"] == PYTHON:
-            return self.own_force(force)
-        kind = FORCE_TYPES[force["type"]]
-        points: list[Any] = force.get("points") or ([force["point"]] if "point" in force else [])
-        given = {name: force[name] for name in kind.numbers if force[name] is not None}
-        numbers = {name: _timed3(x) if isinstance(x, list) else timed(x) for name, x in given.items()}
-        of_joint = kind.ends == "joint"
-        return m.Force(
-            name=force["name"],
-            type=force["type"],
-            bodies=self.ends_of_joint(force["joint"])
-            if of_joint
-            else self.ends(force.get("bodies") or [force["body"]]),
-            points=tuple(map(vec3, points)),
-            coordinate=self.coordinate(force["joint"], force["coordinate"]) if of_joint else None,
-            frame=force.get("frame", "global"),
-            numbers=numbers,
-        )
+        return FORCES[force["type"]].model_construct(**force).to_model(self)
 
     def quantity(self, quantity: Table) -> m.Quantity:
         given = {key: x for key, x in quantity.items() if x is not None}
@@ -227,7 +210,7 @@ def _joint_start(joint: Table) -> JointStart:
 
 
 def unphysical(model: Model, start: Start, samples: Mapping[str, "np.ndarray"], runs: int) -> "np.ndarray":
-    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or speed of friction that
+    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or number of a force that
     nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
@@ -251,9 +234,10 @@ def unphysical(model: Model, start: Start, samples: Mapping[str, "np.ndarray"], 
         if joint.length is not None:
             bad |= ~(np.asarray(joint.length) > 0.0)
     for force in model.forces:
-        speed = force.numbers.get("velocity") if force.type == "friction" else None  # at which it sets in
-        if speed is not None and not callable(speed):
-            bad |= ~(np.asarray(speed) > 0.0)
+        for key, number in FORCES[force.type].numbers().items():
+            x = force.numbers.get(key)
+            if number.sign is not None and number.sign.refused and x is not None and not callable(x):
+                bad |= number.sign.broken(np.asarray(x)) | np.isnan(x)
     for pose in start.poses:
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0
