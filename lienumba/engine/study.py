@@ -15,7 +15,7 @@ from lienumba.batch.statuses import GOOD
 from lienumba.engine.memory import Memory
 from lienumba.engine.programs import method_of
 from lienumba.engine.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
@@ -146,7 +146,7 @@ def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
     for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
         found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
     per_run = {name: arrays[name] for name in SAME}
-    stages = len(TABLEAUS[data.integrator.method].b)
+    stages = len(METHODS[data.integrator.method].b)
     most = {f"max_{name}": np.fmax.reduce(arrays[name], axis=1) for name in ITERATIONS}
     return found | per_run | most | {"evaluations": stages * (per_run["steps"] + per_run["rejected_steps"])}
 

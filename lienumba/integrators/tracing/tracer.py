@@ -8,9 +8,9 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
-from lienumba.integrators.methods.charts import LARGEST_STAGE, SE3, Chart, R3xSO3
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import GROUPS, LARGEST_STAGE, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
-from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.integrators.tracing.augmented_state import Held, counted_angles
 from lienumba.integrators.tracing.law_states import Carried
 from lienumba.integrators.tracing.row_selection import Choice
@@ -29,7 +29,7 @@ class Method:
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
-    group: str = "R3xSO3"  # or "SE3"
+    group: str = "R3xSO3"  # or another of GROUPS
     coordinates: str = "lie"  # or one of COORDINATES
     baumgarte: float | None = None  # rate (1/s)
     free: bool = False  # whether every lane has its own time
@@ -39,10 +39,10 @@ class Method:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
         if self.coordinates != "lie":
             return COORDINATES[self.coordinates]
-        tableau = TABLEAUS[self.tableau]
-        terms = 0 if tableau.first else max(tableau.order - 2, 0)
+        tableau = METHODS[self.tableau]
+        terms = 0 if tableau.composed else max(tableau.order - 2, 0)
         given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
-        return SE3(given) if self.group == "SE3" else R3xSO3(given)
+        return GROUPS[self.group](given)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Tracer:
         self.template, self.values = split(model)
         self.whole = kkt.Structure.of(model, choice.rows, (), choice.singular)
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
-        self.tableau = TABLEAUS[method.tableau]
+        self.tableau = METHODS[method.tableau]
         self.method = method
         self.chart = method.chart()
         self.stages = len(self.tableau.b)

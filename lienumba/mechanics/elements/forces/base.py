@@ -9,7 +9,7 @@ radians; or, on the velocity level, quasi-velocities. The effort along a coordin
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
@@ -20,9 +20,10 @@ from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, ZERO, BodyPair, CoordinateKind, Name, Section, Two, Vec3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.forces.numbers import ForceNumber, numbers_of
+from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism.kinematics import Motion, View, is_zero, moving
-from lienumba.mechanics.mechanism.model import Code, Coordinate, Force, Model
+from lienumba.mechanics.mechanism.model import Force, Model
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import sqrt
@@ -56,20 +57,6 @@ class Given:
         """What the start has decided."""
         assert self.force.rest is not None
         return self.force.rest
-
-
-class Names(Protocol):
-    """What the names in a scenario mean: indices into the model."""
-
-    def body(self, name: str) -> int: ...
-
-    def joint(self, name: str) -> int: ...
-
-    def ends_of_joint(self, name: str) -> tuple[int, ...]: ...
-
-    def coordinate(self, joint: str, kind: str | None) -> Coordinate: ...
-
-    def code(self, law: Section, **more: Any) -> Code: ...
 
 
 # ---------------------------------------------------------------- what every type has
@@ -159,7 +146,7 @@ class OnBody(ForceLaw):
     body: str = Field(description="the name of the body")
 
     def to_model(self, names: Names) -> Force:
-        return self._force((names.body(self.body),), frame=getattr(self, "frame", "global"))
+        return self._force((names.bodies[self.body],), frame=getattr(self, "frame", "global"))
 
 
 class OnPoint(OnBody):
@@ -187,7 +174,7 @@ class BetweenPoints(ForceLaw):
         return (_length(apart(given.force, view)[2]),)
 
     def to_model(self, names: Names) -> Force:
-        return self._force(tuple(map(names.body, self.bodies)), points=tuple(map(vec3, self.points)))
+        return self._force(tuple(names.bodies[name] for name in self.bodies), points=tuple(map(vec3, self.points)))
 
 
 class AlongJoint(ForceLaw):
@@ -208,7 +195,7 @@ class AlongJoint(ForceLaw):
         return (joints.coordinate(given.model, given.force.coordinate, view),)
 
     def to_model(self, names: Names) -> Force:
-        return self._force(names.ends_of_joint(self.joint), coordinate=names.coordinate(self.joint, self.coordinate))
+        return self._force(names.ends(self.joint), coordinate=names.coordinate(self.joint, self.coordinate))
 
 
 def apart(force: Force, view: View) -> tuple[Motion, Motion, so3.Vec3]:

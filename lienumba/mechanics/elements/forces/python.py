@@ -6,7 +6,8 @@ from pydantic import Field
 
 from lienumba.keys.conversions import timed
 from lienumba.keys.types import OR_FORMULA, Number, Positive, Timed
-from lienumba.mechanics.elements.forces.base import FORCES, ForceLaw, Names
+from lienumba.mechanics.elements.forces.base import FORCES, ForceLaw
+from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism.model import Force
 
 
@@ -30,7 +31,16 @@ class PythonForce(ForceLaw):
     )
 
     def to_model(self, names: Names) -> Force:
-        code = names.code(self, returns=self.returns, joints=tuple(map(names.joint, self.joints)), every=self.every)
+        code = names.code(
+            f"model.forces.{self.name}",
+            self.function,
+            [*self.bodies, *self.joints],
+            self.parameters,
+            returns=self.returns,
+            joints=tuple(names.joints[name] for name in self.joints),
+            states=list(self.states),
+            every=self.every,
+        )
         numbers = {name: timed(x) for name, x in self.parameters.items()}
-        bodies = tuple(map(names.body, self.bodies))
-        return Force(self.name, self.type, bodies, numbers=numbers, code=code, initial=dict(self.states))
+        bodies = tuple(names.bodies[name] for name in self.bodies)
+        return Force(self.name, self.type, bodies, numbers=numbers, code=code, initial={**self.states})
