@@ -18,13 +18,13 @@ from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
-from lienumba.scenario.checks.code import code_of, tried
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.forces import OrientationDriver
 from lienumba.scenario.schema.joints import Between, Coupler, Gear, PythonJoint
 from lienumba.scenario.schema.quantities import Event
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
 from lienumba.scenario.start import elements
+from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
 if TYPE_CHECKING:
