@@ -36,7 +36,9 @@ INSIDE = {  # the floors of rooms, lowest first
     "sweep": [
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
-    "store": [{"files", "layout", "provenance"}, {"finished", "study_layout", "windows"}, {"stream"}, {"shards"}],
+    "store": [
+        {"files", "layout", "provenance"}, {"finished", "study_layout", "targets", "windows"}, {"stream"}, {"shards"},
+    ],
     "scenario": [
         {"base", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
         {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
@@ -46,8 +48,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
     ],
     "analysis": [
-        {"components"}, {"studies"}, {"labels", "summary", "summary_shown"}, {"sensitivities", "statistics"},
-        {"panels"},
+        {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
