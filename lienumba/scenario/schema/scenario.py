@@ -28,7 +28,9 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
-from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
@@ -104,7 +106,9 @@ class ModelSection(Gravity):
         default=[], description="the joints, each as [[model.joints]]"
     )
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
-    forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
+    forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
+        default=[], description="force laws, each as [[model.forces]]"
+    )
     quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
 
@@ -331,7 +335,7 @@ def _derive() -> None:
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, METHODS, GROUPS, COORDINATES, SAMPLERS):
+for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS):
     registry.listeners.append(_derive)
 
 
