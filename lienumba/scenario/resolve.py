@@ -138,11 +138,9 @@ class Scenario:
             content["study"]["reference"].pop("file", None)  # its checksum stays
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
-        decisive = [
-            q
-            for q in content.pop("quantities", [])
-            if own or q["name"] in used or QUANTITIES[q["type"]].reads_coordinates
-        ]
+        turns = [name for name, kind in QUANTITIES.items() if kind.reads_coordinates]  # which they make a joint count
+        quantities = content.pop("quantities", [])
+        decisive = [q for q in quantities if own or q["name"] in used or q["type"] in turns]
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
