@@ -10,7 +10,7 @@ from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital, number
-from lienumba.present.citation.source import Source
+from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed, plural
 
 PACKAGES = {
@@ -20,9 +20,9 @@ CITED = {"numpy": "harris2020", "scipy": "virtanen2020", "numba": "lam2015", "xa
 ABSOLUTE_UNITS = {"position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s", "state": ""}
 
 
-def paragraph(source: Source) -> str:
+def paragraph(source: CitedScenario) -> str:
     """Plain text; references are marked [@key]."""
-    parts: tuple[Callable[[Source], str], ...] = (
+    parts: tuple[Callable[[CitedScenario], str], ...] = (
         _model,
         _group,
         _method,
@@ -37,7 +37,7 @@ def paragraph(source: Source) -> str:
     return " ".join(filter(None, (part(source) for part in parts)))
 
 
-def _model(source: Source) -> str:
+def _model(source: CitedScenario) -> str:
     model, title = source.content["model"], source.content["title"]
     kinds = {
         "bodies": ("rigid body", "rigid bodies"), "joints": ("joint", "joints"), "drivers": ("driver", "drivers"),
@@ -48,11 +48,11 @@ def _model(source: Source) -> str:
     return f"The multibody system{name} ({listed(parts)}) was simulated with lienumba {_version(source)} [@lienumba]."
 
 
-def _version(source: Source) -> str:
+def _version(source: CitedScenario) -> str:
     return source.versions["lienumba"]
 
 
-def _group(source: Source) -> str:
+def _group(source: CitedScenario) -> str:
     coordinates, groups = source.values("integrator.coordinates"), source.values("integrator.group")
     model = source.content["model"]
     constrained = model["joints"] or model["drivers"]
@@ -68,7 +68,7 @@ def _group(source: Source) -> str:
     return f"{start}{', and for comparison '.join(ways)}."
 
 
-def _method(source: Source) -> str:
+def _method(source: CitedScenario) -> str:
     methods = [METHODS[name] for name in source.values("integrator.method")]
     named = listed([f"{method.words} of order {method.order}" for method in methods])
     lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
@@ -78,7 +78,7 @@ def _method(source: Source) -> str:
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
 
 
-def _series(source: Source) -> str:
+def _series(source: CitedScenario) -> str:
     given = source.values("integrator.dexpinv")
     if not given:
         return ""
@@ -88,7 +88,7 @@ def _series(source: Source) -> str:
     return f" with the inverse of dexp {_or(ways)}"
 
 
-def _steps(source: Source) -> str:
+def _steps(source: CitedScenario) -> str:
     integrator, ways = source.content["integrator"], []
     if source.values("integrator.step"):
         ways.append(f"with a fixed step of {_seconds(source, 'integrator.step')}")
@@ -115,7 +115,7 @@ def _tolerance(given: Any) -> str:
     return f"{relative} relative and {listed(said)} absolute"
 
 
-def _constraints(source: Source) -> str:
+def _constraints(source: CitedScenario) -> str:
     model = source.content["model"]
     if not model["joints"] and not model["drivers"]:
         return ""
@@ -140,7 +140,7 @@ def _constraints(source: Source) -> str:
     return " ".join(said) or "Violations of the constraints were neither projected nor damped."
 
 
-def _projected(source: Source) -> list[str]:
+def _projected(source: CitedScenario) -> list[str]:
     """How positions and velocities were brought back."""
     forms = {"local": "in local coordinates of the rotations", "embedded": "in the elements of the rotation matrices"}
     weights = {"mass": "the mass matrix", "identity": "the identity"}
@@ -156,7 +156,7 @@ def _projected(source: Source) -> list[str]:
     return found
 
 
-def _study(source: Source) -> str:
+def _study(source: CitedScenario) -> str:
     if not source.grids:
         return ""
     grids = "; ".join(
@@ -178,7 +178,7 @@ def _reference(reference: Mapping[str, Any]) -> str:
     return f"a reference solution ({settings}{f'; {method.words}' if method else ''})"
 
 
-def _software(source: Source) -> str:
+def _software(source: CitedScenario) -> str:
     named = [
         f"{name} {source.versions[key]}" + (f" [@{CITED[key]}]" if key in CITED else "")
         for key, name in PACKAGES.items()
@@ -187,7 +187,7 @@ def _software(source: Source) -> str:
     return f"lienumba ran on {listed(named)}."
 
 
-def _seconds(source: Source, path: str) -> str:
+def _seconds(source: CitedScenario, path: str) -> str:
     return f"{_or(map(number, source.values(path)))} s"
 
 
