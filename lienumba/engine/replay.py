@@ -82,11 +82,12 @@ def replay(
     ScenarioError
         Where the dataset has no such run, or brings code that may not run.
     """
-    from lienumba.store.files import check_target, read, write
+    from lienumba.store.files import read, write
+    from lienumba.store.targets import check_dataset_target
 
     path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
     if output is not None:
-        check_target(output, overwrite, resumable=False)
+        check_dataset_target(output, overwrite, resumable=False)
     ds: Any = dataset if path is None else read(path)
     where = "the dataset" if path is None else str(path)
     try:
@@ -117,8 +118,8 @@ def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_cod
     difference, times = first_difference(one, other), times_of(one)
     if difference:
         return Replay(dataset, False, f"not the same as run {run} of {where}: {difference}; {_reason(there, dataset)}")
-    known = f"at {times:,} common times" if times else "in all that it keeps of a run"
-    return Replay(dataset, True, f"the same bits as run {run} of {where} {known}")
+    extent = f"at {times:,} common times" if times else "in all that it keeps of a run"
+    return Replay(dataset, True, f"the same bits as run {run} of {where} {extent}")
 
 
 def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:

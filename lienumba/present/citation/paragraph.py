@@ -3,31 +3,16 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital, number
-from lienumba.present.citation.source import Source
+from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed, plural
 
-METHODS = {
-    "euler": "the explicit Euler method",
-    "midpoint": "the explicit midpoint rule [@runge1895]",
-    "heun": "Heun's method [@heun1900]",
-    "kutta3": "Kutta's method [@kutta1901]",
-    "bs32": "the Bogacki-Shampine pair 3(2) [@bogacki1989]",
-    "rk4": "the classical Runge-Kutta method [@kutta1901]",
-    "rk38": "Kutta's 3/8 rule [@kutta1901]",
-    "cf4": "the commutator-free method of Celledoni, Marthinsen and Owren [@celledoni2003]",
-    "dp54": "the Dormand-Prince pair 5(4) [@dormand1980]",
-    "tsit54": "the Tsitouras pair 5(4) [@tsitouras2011]",
-    "dop853": "the method DOP853 of Dormand and Prince [@hairer1993]",
-}
-COORDINATES = {
-    "matrix": "the nine elements of their matrices",
-    "tait_bryan": "Tait-Bryan angles",
-    "rotation_vector": "rotation vectors",
-    "quaternion": "quaternions",
-}
 PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",
 }  # fmt: skip
@@ -35,9 +20,9 @@ CITED = {"numpy": "harris2020", "scipy": "virtanen2020", "numba": "lam2015", "xa
 ABSOLUTE_UNITS = {"position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s", "state": ""}
 
 
-def paragraph(source: Source) -> str:
+def paragraph(source: CitedScenario) -> str:
     """Plain text; references are marked [@key]."""
-    parts: tuple[Callable[[Source], str], ...] = (
+    parts: tuple[Callable[[CitedScenario], str], ...] = (
         _model,
         _group,
         _method,
@@ -52,7 +37,7 @@ def paragraph(source: Source) -> str:
     return " ".join(filter(None, (part(source) for part in parts)))
 
 
-def _model(source: Source) -> str:
+def _model(source: CitedScenario) -> str:
     model, title = source.content["model"], source.content["title"]
     kinds = {
         "bodies": ("rigid body", "rigid bodies"), "joints": ("joint", "joints"), "drivers": ("driver", "drivers"),
@@ -63,11 +48,11 @@ def _model(source: Source) -> str:
     return f"The multibody system{name} ({listed(parts)}) was simulated with lienumba {_version(source)} [@lienumba]."
 
 
-def _version(source: Source) -> str:
+def _version(source: CitedScenario) -> str:
     return source.versions["lienumba"]
 
 
-def _group(source: Source) -> str:
+def _group(source: CitedScenario) -> str:
     coordinates, groups = source.values("integrator.coordinates"), source.values("integrator.group")
     model = source.content["model"]
     constrained = model["joints"] or model["drivers"]
@@ -75,27 +60,25 @@ def _group(source: Source) -> str:
     start = f"Its equations of Newton and Euler, formulated {form} [@terze2015], were integrated "
     ways = []
     if "lie" in coordinates:
-        named = {"R3xSO3": "R^3 x SO(3)", "SE3": "SE(3) [@mueller2014]"}
-        ways.append(f"on the Lie group of the states of all bodies, each with the group {_or(map(named.get, groups))}")
-    vectors = [COORDINATES[name] for name in coordinates if name != "lie"]
+        named = _or(GROUPS[name].words for name in groups)
+        ways.append(f"on the Lie group of the states of all bodies, each with the group {named}")
+    vectors = [COORDINATES[name].words for name in coordinates if name != "lie"]
     if vectors:
         ways.append(f"with rotations as vectors, namely {_or(vectors)}, which each step began anew")
     return f"{start}{', and for comparison '.join(ways)}."
 
 
-def _method(source: Source) -> str:
-    from lienumba.integrators.methods.tableaus import TABLEAUS
-
-    methods = source.values("integrator.method")
-    named = listed([f"{METHODS[name]} of order {TABLEAUS[name].order}" for name in methods])
-    lie = "lie" in source.values("integrator.coordinates") and any(name != "cf4" for name in methods)
+def _method(source: CitedScenario) -> str:
+    methods = [METHODS[name] for name in source.values("integrator.method")]
+    named = listed([f"{method.words} of order {method.order}" for method in methods])
+    lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
-    stopped = any(event["action"] == "stop" for event in source.content.get("events", []))
+    stopped = any(ends_run(event["action"]) for event in source.content.get("events", []))
     duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
 
 
-def _series(source: Source) -> str:
+def _series(source: CitedScenario) -> str:
     given = source.values("integrator.dexpinv")
     if not given:
         return ""
@@ -105,7 +88,7 @@ def _series(source: Source) -> str:
     return f" with the inverse of dexp {_or(ways)}"
 
 
-def _steps(source: Source) -> str:
+def _steps(source: CitedScenario) -> str:
     integrator, ways = source.content["integrator"], []
     if source.values("integrator.step"):
         ways.append(f"with a fixed step of {_seconds(source, 'integrator.step')}")
@@ -132,7 +115,7 @@ def _tolerance(given: Any) -> str:
     return f"{relative} relative and {listed(said)} absolute"
 
 
-def _constraints(source: Source) -> str:
+def _constraints(source: CitedScenario) -> str:
     model = source.content["model"]
     if not model["joints"] and not model["drivers"]:
         return ""
@@ -157,7 +140,7 @@ def _constraints(source: Source) -> str:
     return " ".join(said) or "Violations of the constraints were neither projected nor damped."
 
 
-def _projected(source: Source) -> list[str]:
+def _projected(source: CitedScenario) -> list[str]:
     """How positions and velocities were brought back."""
     forms = {"local": "in local coordinates of the rotations", "embedded": "in the elements of the rotation matrices"}
     weights = {"mass": "the mass matrix", "identity": "the identity"}
@@ -173,7 +156,7 @@ def _projected(source: Source) -> list[str]:
     return found
 
 
-def _study(source: Source) -> str:
+def _study(source: CitedScenario) -> str:
     if not source.grids:
         return ""
     grids = "; ".join(
@@ -191,11 +174,11 @@ def _reference(reference: Mapping[str, Any]) -> str:
     if all(isinstance(x, dict) for x in reference.values()) and not any("." in key for key in reference):
         return "formulas of the motion"
     settings = ", ".join(f"{key.removeprefix('integrator.')} = {_plain(x)}" for key, x in reference.items())
-    method = METHODS.get(str(reference.get("method", reference.get("integrator.method"))), "")
-    return f"a reference solution ({settings}{f'; {method}' if method else ''})"
+    method = METHODS.get(str(reference.get("method", reference.get("integrator.method"))))
+    return f"a reference solution ({settings}{f'; {method.words}' if method else ''})"
 
 
-def _software(source: Source) -> str:
+def _software(source: CitedScenario) -> str:
     named = [
         f"{name} {source.versions[key]}" + (f" [@{CITED[key]}]" if key in CITED else "")
         for key, name in PACKAGES.items()
@@ -204,7 +187,7 @@ def _software(source: Source) -> str:
     return f"lienumba ran on {listed(named)}."
 
 
-def _seconds(source: Source, path: str) -> str:
+def _seconds(source: CitedScenario, path: str) -> str:
     return f"{_or(map(number, source.values(path)))} s"
 
 

@@ -2,22 +2,26 @@
 
 from typing import TYPE_CHECKING
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import DEFAULT_PAIR, METHODS
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.words import listed
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
 BOUNDS = ("first_step", "max_step", "min_step")
 MOST_STEPS = 1e12  # of a run: so many take hours at least
 
 
+def pairs() -> list[str]:
+    """The methods that estimate their error."""
+    return [name for name, tableau in METHODS.items() if tableau.errors]
+
+
 def method_of(integrator: Integrator) -> str:
-    """The method, which may be omitted: with a tolerance the one of the highest order."""
+    """The method, which may be omitted: a pair with a tolerance."""
     if "method" not in integrator.model_fields_set and integrator.tolerance is not None:
-        return PAIRS[-1]
+        return DEFAULT_PAIR
     return integrator.method
 
 
@@ -30,7 +34,7 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
             "integrator.step",
             (
                 "give the time step in s, above 0, or integrator.tolerance, the error of one step, with one of "
-                f"{', '.join(PAIRS)}"
+                f"{', '.join(pairs())}"
             ),
         )
     elif integrator.step is not None and integrator.tolerance is not None:
@@ -61,11 +65,11 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
 
 
 def _check_bounds(integrator: Integrator, given: list[str], report: "Report") -> None:
-    if method_of(integrator) not in PAIRS:
+    if method_of(integrator) not in pairs():
         report.add(
             "integrator.tolerance",
             f'the method "{integrator.method}" does not estimate its error',
-            f"take {listed(PAIRS, 'or')}, or give integrator.step instead",
+            f"take {listed(pairs(), 'or')}, or give integrator.step instead",
         )
     steps = {key: float(getattr(integrator, key)) for key in given}
     for key, step in steps.items():

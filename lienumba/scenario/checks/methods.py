@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import R3xSO3
 from lienumba.scenario.schema.scenario import Integrator, Projection
 from lienumba.words import show
 
@@ -13,19 +15,19 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension."""
     chosen, value = "integrator.coordinates", integrator.coordinates
-    as_vectors = integrator.coordinates != "lie"
-    if as_vectors and integrator.group != "R3xSO3":
+    as_vectors, method = integrator.coordinates != "lie", METHODS[integrator.method]
+    if as_vectors and integrator.group != R3xSO3.__name__:
         report.add(
             chosen,
             f'are coordinates of rotations alone, not of integrator.group = "{integrator.group}"',
             "leave one of the two out",
             value,
         )
-    if as_vectors and integrator.method == "cf4":
+    if as_vectors and method.composed:
         report.add(
             chosen,
-            'have no exponentials for integrator.method = "cf4" to compose',
-            'give the method "rk4", which it is in a vector space',
+            f'have no exponentials for integrator.method = "{method.name}" to compose',
+            f'give the method "{method.flat}", which it is in a vector space',
             value,
         )
     between = "integrator.tolerance" if integrator.tolerance is not None else "[[events]]" if events else None
@@ -36,12 +38,12 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'give "lie", or leave {between} out',
             value,
         )
-    if between == "[[events]]" and integrator.method == "cf4":
+    if between == "[[events]]" and method.composed:
         report.add(
             "integrator.method",
             "says where a body is at the ends of steps only, but [[events]] asks for more",
-            'give "rk4", or leave [[events]] out',
-            "cf4",
+            f'give "{method.flat}", or leave [[events]] out',
+            method.name,
         )
     if integrator.dexpinv is None:
         return
@@ -50,9 +52,12 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
         report.add(
             "integrator.dexpinv", f"is not used with {chosen} = {show(value)}", "leave one of the two out", given
         )
-    if integrator.method == "cf4":
+    if method.composed:
         report.add(
-            "integrator.dexpinv", 'is not used by integrator.method = "cf4", which needs none', "leave it out", given
+            "integrator.dexpinv",
+            f'is not used by integrator.method = "{method.name}", which needs none',
+            "leave it out",
+            given,
         )
 
 

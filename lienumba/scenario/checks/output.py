@@ -38,7 +38,7 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
     try:
         parse_ranges(output.full_runs, "output.full_runs = ")
     except ScenarioError as error:
-        report.problems.append(str(error))
+        report.problems += error.problems
 
 
 def check_stop(stop: Stop, runs: int, report: Report) -> None:

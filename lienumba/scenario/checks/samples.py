@@ -8,32 +8,33 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.sweep.distributions.base import Kind
 from lienumba.sweep.distributions.external import Column
+from lienumba.sweep.samplers import DEFAULT, SAMPLERS
+from lienumba.sweep.samplers.independent import TABLE
 from lienumba.sweep.table import SampleTable
 from lienumba.words import show, suggestion
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-TABLE = "table"
-
 
 def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report") -> None:
     """Check the table with what varies by its columns."""
-    sampler = sweep.get("sampler", "random")
+    sampler = sweep.get("sampler", DEFAULT)
+    given = sampler in SAMPLERS and SAMPLERS[sampler].from_table
     raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
-    if sampler == TABLE and raw is None:
+    if given and raw is None:
         report.miss("sweep.table", 'give { file = "design.csv" }, a table of samples')
         return
     if raw is None:
         for path in names:
-            remedy = f'give sweep.sampler = "{TABLE}" and sweep.table'
+            remedy = f'give sweep.sampler = "{TABLE.name}" and sweep.table'
             report.add(f'sweep.vary."{path}".column', "there is no table", remedy)
         return
-    if sampler != TABLE:
+    if not given:
         report.add(
             "sweep.sampler",
             "takes nothing from sweep.table",
-            f'give sampler = "{TABLE}", or leave the table out',
+            f'give sampler = "{TABLE.name}", or leave the table out',
             sampler,
         )
     table = read(SampleTable, raw)

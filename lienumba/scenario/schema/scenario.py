@@ -5,11 +5,14 @@ also the remedy in its error messages, which read "give <description>".
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
-from lienumba.keys.choices import OneOf
+from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
+from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
     NAME_RULE,
     WRITTEN,
@@ -25,22 +28,25 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.events import ACTIONS, Event, described
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.scenario.base import paths
-from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
+from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
+from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
 from lienumba.sweep.distributions.registry import Distribution
-from lienumba.sweep.samplers.samplers import SAMPLERS, Sampler
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
-
-Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
 
 
 class Matter(Section):
@@ -103,8 +109,12 @@ class ModelSection(Gravity):
         default=[], description="the joints, each as [[model.joints]]"
     )
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
-    forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
-    quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
+    forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
+        default=[], description="force laws, each as [[model.forces]]"
+    )
+    quantities: list[Annotated[QuantityType, OneOf(QUANTITIES)]] = Field(
+        default=[], description="named quantities, each as [[quantities]]"
+    )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
 
 
@@ -145,13 +155,15 @@ AnyTolerance = Annotated[
 ]
 
 
-class Integrator(Section):
-    method: Method = Field(
-        default="rk4",
-        description="the Runge-Kutta method: "
-        + ", ".join(get_args(Method))
-        + " (or omit it: rk4 with a step, dop853 with a tolerance)",
+def _methods() -> str:
+    return (
+        f"the Runge-Kutta method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a "
+        "tolerance)"
     )
+
+
+class Integrator(Section):
+    method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,
@@ -166,11 +178,11 @@ class Integrator(Section):
         description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
         "as the order of the method needs)",
     )
-    group: Literal["R3xSO3", "SE3"] = Field(
+    group: Annotated[str, NameOf(GROUPS)] = Field(
         default="R3xSO3",
         description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
     )
-    coordinates: Literal["lie", "matrix", "tait_bryan", "rotation_vector", "quaternion"] = Field(
+    coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
         default="lie",
         description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
         '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
@@ -216,6 +228,10 @@ class SampleFile(Section):
     file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
 
 
+def _samplers() -> str:
+    return "how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
+
+
 class Sweep(Section):
     runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
         default=1, description="a whole number of runs, at least 1"
@@ -224,9 +240,7 @@ class Sweep(Section):
         default=0, description="a whole number from 0 to 2^63 - 1"
     )
     stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
-    sampler: Sampler = Field(
-        default="random", description="how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
-    )
+    sampler: Annotated[str, NameOf(SAMPLERS)] = Field(default=samplers.DEFAULT, description=_samplers())
     nominal: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="whether the nominal run, -1, is simulated, too: true or false"
     )
@@ -315,14 +329,17 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
 
 def _derive() -> None:
     """What follows from the registries."""
-    for section in (ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    Integrator.model_fields["method"].description = _methods()
+    Sweep.model_fields["sampler"].description = _samplers()
+    Event.model_fields["action"].description = described()
+    for section in (Event, Integrator, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS,):
+for registry in (JOINTS, FORCES, QUANTITIES, ACTIONS, METHODS, GROUPS, COORDINATES, SAMPLERS):
     registry.listeners.append(_derive)
 
 

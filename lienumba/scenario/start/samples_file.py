@@ -1,6 +1,5 @@
 """The design table alone, as a CSV or netCDF file that may serve as the table of a sweep."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,17 +11,19 @@ from lienumba.scenario.reading.sample_table import RUN
 from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw
 from lienumba.store import files
+from lienumba.store.targets import CHOOSE, DATASET_STARTS, check_target
 from lienumba.sweep.design import NOMINAL_RUN
-from lienumba.words import Written
 
 if TYPE_CHECKING:
     import numpy as np
 
     from lienumba.scenario.resolve import Scenario
 
+CSV = ".csv"
+
 
 @dataclass(frozen=True)
-class Spread:
+class InputStatistics:
     """Of the samples of one input, the nominal run left out."""
 
     path: str
@@ -33,34 +34,27 @@ class Spread:
     high: float
 
 
-def check_target(target: Path, overwrite: bool) -> None:
+def check_samples_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is drawn, a file that could not be written or must not be replaced."""
-    if target.suffix.lower() not in (".csv", *ENDINGS):
-        raise ScenarioError.at("output", "must be a table", "end its name with .csv or .nc", Written(target))
-    old = target.suffix.lower() == ".csv" and overwrite and target.is_file()
-    if not old:
-        files.check_target(target, overwrite)
-    elif not target.read_bytes().startswith(RUN.encode()):
-        raise ScenarioError.at(
-            "output", "is a file of another kind, no samples to be replaced", "choose another", Written(target)
-        )
+    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
+    check_target(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
 
 
-def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Spread]:
-    """Draw the samples of these runs into a file; how each input spreads."""
+def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[InputStatistics]:
+    """Draw the samples of these runs into a file; how each input statistics."""
     samples = draw(scenario, labels)
     if not samples:
         raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
     model = scenario.data.model.model_dump()
     of = {path: units(path, model) for path in samples}
-    if target.suffix.lower() == ".csv":
+    if target.suffix.lower() == CSV:
         _write_csv(labels, samples, target)
     else:
         _write_netcdf(scenario, labels, samples, of, target)
     drawn = [label != NOMINAL_RUN for label in labels]
     spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
     return [
-        Spread(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+        InputStatistics(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
         for path, x in spread.items()
     ]
 
@@ -70,14 +64,8 @@ def _write_csv(labels: Sequence[int], samples: "dict[str, np.ndarray]", target: 
     lines = [",".join([RUN, *samples])]
     columns = [map(repr, column.tolist()) for column in samples.values()]
     lines += [",".join(row) for row in zip(map(str, labels), *columns, strict=True)]
-    partial = target.with_name(f"{target.name}.partial")
-    try:
+    with files.whole(target) as partial:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        raise files.WriteError(f"output = {target}: could not be written ({error.strerror})") from error
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _write_netcdf(

@@ -224,18 +224,11 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
         if quantity.name in code.quantities:
             names = [quantities.joined(quantity.name, c) for c in quantities.components(model, quantity)]
             level = max(quantities.level(model, name) for name in names)
-            if quantity.type == "joint" and allowed == quantities.VELOCITY:
-                continue
             if level > allowed:
-                reads = f"reads the quantity {quantity.name}"
-                if level == quantities.OBSERVED:
-                    rule, remedy = f"{reads}, which follows from the forces themselves", "read positions and velocities"
-                elif quantity.type == "joint":
-                    rule = f"{reads}, of which rates are a part, and this law may depend on positions only"
-                    remedy = f"give it joints = [{show(model.joints[quantity.joint].name)}] instead"
-                else:
-                    rule, remedy = f"{reads}, a velocity, which this law may not depend on", "read positions"
-                raise ScenarioError.at(place, rule, remedy)
+                why, remedy = "which follows from the forces themselves", "read positions and velocities"
+                if level != quantities.OBSERVED:
+                    why, remedy = quantities.QUANTITIES[quantity.type].instead(model, quantity)
+                raise ScenarioError.at(place, f"reads the quantity {quantity.name}, {why}", remedy)
 
 
 def _refuse_velocities(place: str, rows: Sequence[Any], why: str, remedy: str) -> None:
