@@ -145,7 +145,7 @@ def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
 def angle_joints(model: Model) -> set[int]:
     """The joints (indices) of which a quantity is the angle, over several turns."""
     of_joints = {q.joint for q in model.quantities if q.type == "joint"}
-    return {j for j in of_joints if "angle" in joints.COORDINATES.get(model.joints[j].type, ())}
+    return {j for j in of_joints if "angle" in joints.coordinate_kinds(model.joints[j].type)}
 
 
 # ---------------------------------------------------------------- types
@@ -185,7 +185,7 @@ def _point(model: Model, quantity: Quantity, view: View, observed: Observed | No
 
 
 def _joint_parts(model: Model, quantity: Quantity) -> tuple[Part, ...]:
-    kinds = joints.COORDINATES.get(model.joints[quantity.joint].type, ())
+    kinds = joints.coordinate_kinds(model.joints[quantity.joint].type)
     return tuple(
         Part(name, UNITS[name], f"{name} of the joint {model.joints[quantity.joint].name}")
         for name, kind in COORDINATE_OF.items()

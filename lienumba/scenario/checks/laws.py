@@ -15,7 +15,7 @@ from lienumba.keys.formulas import (
 )
 from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.forces import FORCE_TYPES
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
@@ -148,7 +148,7 @@ def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Ta
         found = find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
         if found is not None and found[1] not in kind.coordinate_kinds:
             type_of_joint = joints[checked.joint]["type"]
-            if "angle" in COORDINATES[type_of_joint]:
+            if "angle" in JOINTS[type_of_joint].coordinate_kinds:
                 report.problems.append(f'{place}.coordinate = "{found[1]}": a {name} acts on an angle; give "angle"')
             else:
                 report.problems.append(

@@ -4,8 +4,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from lienumba.keys.types import NAME_RULE, Name, Number, Positive, Section, Timed, Timed3, Vec3
-from lienumba.scenario.schema.joints import BodyPair, CoordinateKind, Two
+from lienumba.keys.types import (
+    NAME_RULE,
+    BodyPair,
+    CoordinateKind,
+    Name,
+    Number,
+    Positive,
+    Section,
+    Timed,
+    Timed3,
+    Two,
+    Vec3,
+)
 
 OrFormula = '(or a formula of t in quotes, such as "0.3*sin(2*t)")'
 ZERO: Any = [0.0, 0.0, 0.0]

@@ -25,8 +25,8 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
-from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema.stop import Stop
@@ -91,7 +91,7 @@ class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
-AnyJoint = Annotated[Section, OneOf(JOINTS)]
+AnyJoint = Annotated[JointType, OneOf(JOINTS)]
 
 
 class ModelSection(Gravity):
