@@ -66,7 +66,13 @@ class BadValueError(ValueError):
 
 
 class ScenarioError(Exception):
-    """Bad input: `problems`, at least one; `str(error)` has a sentence for each, in a line of its own."""
+    """Bad input: `str(error)` has a sentence for each problem, in a line of its own.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        At least one: place, value, rule and remedy of each.
+    """
 
     def __init__(self, *problems: Problem | str) -> None:
         super().__init__(*problems)
@@ -76,7 +82,18 @@ class ScenarioError(Exception):
         return "\n".join(map(str, self.problems))
 
     def within(self, place: str) -> Self:
-        """The same, where the input of which it tells is a part of another, which is at this place."""
+        """The same, where the input of which it tells is a part of another.
+
+        Parameters
+        ----------
+        place : str
+            Where in the other one, such as a point of a study.
+
+        Returns
+        -------
+        ScenarioError
+            Whose sentences begin with the place.
+        """
         return type(self)(*(replace(x, within=(place, *x.within)) for x in self.problems))
 
 

@@ -172,7 +172,7 @@ def test_the_reader_of_imports_sees_them_all(tmp_path):
 
 
 def test_the_documentation_lists_the_same_floors():
-    page = (PACKAGE.parent / "docs" / "how_it_works.md").read_text(encoding="utf-8")
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
     section = page.partition("## Floors\n")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| (`[^|]*`) \|", section, flags=re.MULTILINE)
     assert [set(re.findall(r"`(\w+)`", row)) for row in rows] == FLOORS

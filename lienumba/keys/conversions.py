@@ -4,12 +4,16 @@ A number is a float, or an array (runs,) where the sweep varies it; every conver
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lienumba.groups import so3
+from lienumba.keys.types import AxisAngle, Euler, Inertia, Rotation, RotationVector
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Matrix, Number
 from lienumba.numerics.operations import cos, sin, sqrt
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
 Vec3 = tuple[Number, Number, Number]
 
@@ -27,15 +31,20 @@ def timed(value: Any) -> Any:
     return formula if formula.constant is None else formula.constant
 
 
-def tensor_of(inertia: list[Any]) -> list[list[Any]]:
+def timed3(values: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Three of them."""
+    return timed(values[0]), timed(values[1]), timed(values[2])
+
+
+def tensor_of(inertia: Inertia) -> list[list[float]]:
     """The 3x3 matrix of an inertia in any of its three forms."""
-    if isinstance(inertia[0], list):
+    if has_rows(inertia):
         return inertia
     xx, yy, zz, xy, xz, yz = inertia if len(inertia) == 6 else [*inertia, 0.0, 0.0, 0.0]
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
-def inertia_of(inertia: list[Any]) -> tuple[Number, ...]:
+def inertia_of(inertia: Inertia) -> tuple[Number, ...]:
     """The elements xx yy zz xy xz yz of an inertia in any of its three forms."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = tensor_of(inertia)
     return xx, yy, zz, _mean(xy, yx), _mean(xz, zx), _mean(yz, zy)
@@ -46,23 +55,28 @@ def _mean(a: Number, b: Number) -> Number:
     return a if a is b else 0.5 * (a + b)
 
 
-def rotation_of(rotation: Any) -> Matrix:
+def rotation_of(rotation: Rotation) -> Matrix:
     """The matrix, row major, of a rotation in any of its five forms."""
-    if isinstance(rotation, list):
-        if isinstance(rotation[0], list):
-            return _orthonormal(rotation)
-        w, x, y, z = rotation
-        return so3.from_quaternion((w, x, y, z))
-    if "axis" in rotation:
-        x, y, z = rotation["axis"]
+    if isinstance(rotation, AxisAngle):
+        x, y, z = rotation.axis
         length = sqrt(x * x + y * y + z * z)
-        return so3.exp(so3.scale(rotation["angle"] / length, (x, y, z)))
-    if "rotation_vector" in rotation:
-        return so3.exp(vec3(rotation["rotation_vector"]))
-    matrix = so3.IDENTITY
-    for axis, angle in zip(rotation["euler"], rotation["angles"], strict=True):
-        matrix = so3.multiply(matrix, elementary("XYZ".index(axis), angle))
-    return matrix
+        return so3.exp(so3.scale(rotation.angle / length, (x, y, z)))
+    if isinstance(rotation, RotationVector):
+        return so3.exp(vec3(rotation.rotation_vector))
+    if isinstance(rotation, Euler):
+        matrix: Matrix = so3.IDENTITY
+        for axis, angle in zip(rotation.euler, rotation.angles, strict=True):
+            matrix = so3.multiply(matrix, elementary("XYZ".index(axis), angle))
+        return matrix
+    if has_rows(rotation):
+        return _orthonormal(rotation)
+    w, x, y, z = rotation
+    return so3.from_quaternion((w, x, y, z))
+
+
+def has_rows(value: object) -> "TypeIs[list[list[float]]]":
+    """Whether a rotation or an inertia is written as a matrix."""
+    return isinstance(value, list) and isinstance(value[0], list)
 
 
 def elementary(axis: int, angle: Number) -> Matrix:

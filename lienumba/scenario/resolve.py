@@ -97,7 +97,7 @@ class Scenario:
 
     def nominal(self) -> dict[str, Any]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
-        data = {**self.data.model.model_dump(), "parameters": self.parameters.values()}
+        data = {**dict(self.data.model), "parameters": self.parameters.values()}
         return {
             path: nominal_numbers(paths.get(data, paths.parse(path)), kind.shape)
             for path, kind in self.data.sweep.vary.items()
@@ -223,7 +223,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         output = output.model_copy(update={"variables": [*VARIABLES, *own]})
-    model = data.model.model_dump()
+    model = dict(data.model)
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     correlate = [
         group.model_copy(update={"paths": [paths.canonical(path, model) for path in group.paths]})

@@ -1,9 +1,6 @@
 """Ctrl-C: exit code 130, no file, and nothing goes on computing."""
 
-import os
 import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -11,13 +8,13 @@ from typing import Any
 import pytest
 
 import lienumba
-from tests.rigs.places import SCENARIOS
+from tests.process.programs import PATIENCE, started, until
+from tests.rigs.places import ROOT, SCENARIOS
 from tests.rigs.sweeps import top
 
 TOP = SCENARIOS / "heavy_top_monte_carlo.toml"
 HOURS = ("--set", "sweep.runs=5000", "--set", "integrator.end_time=20000", "--set", "output.every=100")
 ONE_OUTPUT = (*HOURS[:-1], "output.every=20000")
-PATIENCE = 60.0  # s, for a machine that has other things to do
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -25,25 +22,27 @@ PATIENCE = 60.0  # s, for a machine that has other things to do
 def test_an_interrupted_run_ends_with_130_and_leaves_no_file(
     options: tuple[str, ...], workers: int, tmp_path: Path
 ) -> None:
-    command = [sys.executable, "-m", "lienumba", "run", TOP, "-o", tmp_path / "top.nc", "-j", str(workers), *options]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, cwd=tmp_path,
-                               start_new_session=True)  # fmt: skip
-    try:
-        assert process.stderr is not None
-        for line in process.stderr:
-            if "simulating" in line:
-                break
-        assert process.poll() is None
+    command = ["run", TOP, "-o", tmp_path / "top.nc", "-j", workers, *options]
+    with started(*command, folder=tmp_path) as process:
+        until(process, "simulating")
         threading.Event().wait(0.5)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE)
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
     assert process.returncode == 130
     assert "interrupted: no dataset was written" in errors
     assert "Traceback" not in errors
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_ends_with_130_and_no_file(tmp_path: Path) -> None:
+    """As soon as threads simulate, before any is done."""
+    options = ["-o", tmp_path / "top.nc", "--set", "sweep.runs=100000", "--set", "output.every=1"]
+    with started("run", TOP, *options, folder=ROOT) as process:
+        until(process, "simulating")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1] == "interrupted: no dataset was written"
     assert list(tmp_path.iterdir()) == []
 
 

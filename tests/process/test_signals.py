@@ -1,9 +1,6 @@
 """Ctrl-C and a request to terminate: what was computed is kept, and told; --resume goes on with it."""
 
-import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -11,10 +8,8 @@ import pytest
 
 import lienumba
 from lienumba.scenario.base import toml
+from tests.process.programs import PATIENCE, started
 from tests.rigs.disturbed import assert_same_data, sweep
-from tests.rigs.places import ROOT
-
-PATIENCE = 60.0  # s, for a machine that has other things to do
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=["interrupt", "terminate"])
@@ -22,13 +17,8 @@ def test_what_is_computed_is_kept(sent: signal.Signals, tmp_path: Path) -> None:
     data = sweep(3000, end=0.4, every=0.1)
     data["integrator"]["step"] = 2e-5  # some seconds of two cores
     (tmp_path / "top.toml").write_text(toml.dumps(data))
-    command = [sys.executable, "-m", "lienumba", "run", "top.toml"]
-    process = subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, cwd=tmp_path, start_new_session=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
     folder = tmp_path / "top.nc.runs"
-    try:
+    with started("run", "top.toml", folder=tmp_path) as process:
         deadline = time.monotonic() + PATIENCE
         while not list(folder.glob("run-*.npy")):
             assert process.poll() is None, "it ended before anything was safe"
@@ -36,10 +26,6 @@ def test_what_is_computed_is_kept(sent: signal.Signals, tmp_path: Path) -> None:
             time.sleep(0.01)
         process.send_signal(sent)
         _, errors = process.communicate(timeout=PATIENCE)
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
     assert process.returncode == 130
     assert f"of 3000 runs are kept in {folder.name}; go on with --resume" in errors
     assert "Traceback" not in errors

@@ -1,47 +1,46 @@
-"""What stands behind the names of a scenario: the indices by which a model knows bodies and joints."""
+"""What an element's keys ask for while they become a part of the model."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol
 
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate
-
-if TYPE_CHECKING:
-    from lienumba.mechanics.elements.joints.base import JointType
+from lienumba.mechanics.mechanism.model import Code, Coordinate
 
 
-@dataclass(frozen=True)
-class Names:
-    """bodies: the names of all, in their order; joints: all by their names, in their order."""
+class Names(Protocol):
+    """The indices behind the names of a mechanism, and the code behind its functions.
 
-    bodies: tuple[str, ...]
-    joints: "Mapping[str, JointType]"
+    The keys themselves hold the numbers of the runs by then: each is a float, an array (runs,) where the sweep varies
+    it, or where it may vary in time the text of a formula or a `Law` (see `lienumba.keys.conversions.timed`).
+    """
 
-    @cached_property
-    def _bodies(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.bodies)} | {"ground": GROUND}
+    @property
+    def bodies(self) -> Mapping[str, int]:
+        """Of every body, "ground" included."""
 
-    @cached_property
-    def _joints(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.joints)}
+    @property
+    def joints(self) -> Mapping[str, int]: ...
 
-    def body(self, name: str) -> int:
-        """The index of a body."""
-        return self._bodies[name]
+    @property
+    def drivers(self) -> Mapping[str, int]: ...
 
-    def ends(self, names: Iterable[str]) -> tuple[int, ...]:
-        """The indices of bodies."""
-        return tuple(map(self.body, names))
-
-    def joint(self, name: str) -> int:
-        """The index of a joint."""
-        return self._joints[name]
-
-    def ends_of_joint(self, name: str) -> tuple[int, ...]:
+    def ends(self, joint: str) -> tuple[int, ...]:
         """The bodies of a joint."""
-        return self.joints[name].ends(self)
 
     def coordinate(self, joint: str, kind: str | None) -> Coordinate:
-        """A coordinate of a joint; its only one where no kind is given."""
-        return Coordinate(self.joint(joint), kind or self.joints[joint].coordinate_kinds[0])
+        """A coordinate of a joint: the first where its kind is omitted."""
+
+    def code(
+        self,
+        place: str,
+        reference: str,
+        seen: Sequence[str],
+        parameters: Iterable[str],
+        *,
+        returns: str,
+        level: str = "position",
+        joints: tuple[int, ...] = (),
+        states: Sequence[str] = (),
+        every: float | None = None,
+    ) -> Code:
+        """The code of a law of the user's own; place: of the law in the scenario; reference: "arm.py:pd"; seen: what it
+        gets, bodies before joints; parameters: their names."""

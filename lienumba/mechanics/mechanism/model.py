@@ -48,10 +48,10 @@ def reads_state(x: Timed) -> bool:
 class Code:
     """A law of the user's own (`lienumba.mechanics.elements.user_laws`).
 
-    returns: "loads" or "potential" of a force, one letter for each row of a joint ("m" for a length, "r" for an angle); level: of these,
-    "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and joints, none if
-    it takes any number of them; wants: of t, states and interval what the function asks for; quantities: those that
-    it asks for; states: their names; every: the interval (s) of a sampled law.
+    returns: "loads" or "potential" of a force, one letter for each row of a joint ("m" for a length, "r" for an angle);
+    level: of these, "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and
+    joints, none if it takes any number of them; wants: of t, states and interval what the function asks for;
+    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law.
     """
 
     function: Callable[..., Any]

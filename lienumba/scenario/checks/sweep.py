@@ -179,7 +179,7 @@ def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
         raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)
-        return nominal_numbers(adapter.dump_python(adapter.validate_python(value)), shape)
+        return nominal_numbers(adapter.validate_python(value), shape)
     except ValidationError:
         if keys:
             return None  # the schema says so

@@ -98,9 +98,7 @@ class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
-    joints: list[Annotated[Section, OneOf(JOINTS)]] = Field(
-        default=[], description="the joints, each as [[model.joints]]"
-    )
+    joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
     quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")

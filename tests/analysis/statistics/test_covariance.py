@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 import lienumba
-from lienumba.analysis import ellipsoid, mean_rotation, rotation_covariance
-from lienumba.analysis.statistics import covariance
+from lienumba.analysis import covariance, ellipsoid, mean_rotation, rotation_covariance
 from tests.analysis.statistics.attitudes import AXES, attitudes, spread
 
 

@@ -4,19 +4,20 @@ A type is one class: its fields are its keys, its `residual` is its mathematics.
 an answer here, which a type overrides where its own is another.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import asin
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
+from lienumba.keys.conversions import vec3
 from lienumba.keys.facts import Unit, facts, is_positive
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
 from lienumba.mechanics.elements.names import Names
-from lienumba.mechanics.elements.values import pair, vec3
 from lienumba.mechanics.mechanism.kinematics import Motion, View
-from lienumba.mechanics.mechanism.model import Joint, JointStart, Model, Number, Start
+from lienumba.mechanics.mechanism.model import Joint, JointStart, Model, Number, Start, Vec3
 from lienumba.numerics.number import Vector
 
 AXIS, RAIL, ROD, NOTHING = "axis", "rail", "rod", ""  # what is drawn of a joint beside its points
@@ -90,20 +91,23 @@ class JointType(Section):
 
     def to_model(self, names: Names) -> Joint:
         """The joint as kernels see it."""
-        points = pair(getattr(self, "points", None))
+        points = _pair(getattr(self, "points", None))
         return Joint(self.name, self.type, self.ends(names), points, numbers=self.numbers())
 
     def start(self) -> JointStart:
         """What it says of the start."""
-        says: dict[str, Any] = {key: getattr(self, key, None) for key in JointStart.__dataclass_fields__}
-        axes, axis, at = says["axes"], says["axis"], says["at"]
+        given = dict(self)
+        axes, axis, at = given.get("axes"), given.get("axis"), given.get("at")
         if axes is not None and len(axes) == 1:
             axes = [axes[0], [0.0, 0.0, 1.0]]  # of the first body alone
         if axis is not None:
-            axis = pair(axis) if isinstance(axis[0], list) else (vec3(axis),)
-        at = None if at is None else vec3(at)
+            axis = _pair(axis) if isinstance(axis[0], list) else (vec3(axis),)
         return JointStart(
-            **{**says, "axes": pair(axes), "axis": axis, "at": at, "references": pair(says["references"])}
+            axes=_pair(axes),
+            references=_pair(given.get("references")),
+            at=None if at is None else vec3(at),
+            axis=axis,
+            **{name: given.get(name) for name in ("angle", "rate", "displacement", "speed")},
         )
 
     @classmethod
@@ -130,7 +134,7 @@ class JointType(Section):
         return ""
 
     @classmethod
-    def missed(cls, joint: Joint, a: Motion, b: Motion, size: float, turning: bool) -> float:
+    def missed(cls, joint: Joint, view: View, size: float, turning: bool) -> float:
         """The distance (m) or angle (rad) by which a residual of this size misses."""
         return asin(min(size, 1.0)) if turning else size
 
@@ -175,6 +179,10 @@ class JointType(Section):
                   "guess": {"position": [0.4, 0.1, 0.3], "velocity": [0.0, 0.3, 0.1],
                             "angular_velocity": [0.6, 1.0, -0.8]}}  # fmt: skip
         return {"model": {"bodies": [first, second], "joints": [cls.example_keys()]}}
+
+
+def _pair(vectors: Sequence[Sequence[Number]] | None) -> tuple[Vec3, Vec3] | None:
+    return None if vectors is None else (vec3(vectors[0]), vec3(vectors[1]))
 
 
 JOINTS: Registry[type[JointType]] = Registry("joint", literal("type"))

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
+from lienumba.errors import BadValueError
 from lienumba.keys.types import BodyPair, CoordinateKind, Number
 from lienumba.mechanics.elements.joints import parts
 from lienumba.mechanics.elements.joints.base import JOINTS, JointType, Own
@@ -12,7 +13,7 @@ from lienumba.mechanics.elements.joints.keys import Angle, Displacement, OneAxis
 from lienumba.mechanics.elements.joints.pairs import Cylindrical, Revolute
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism import model as m
-from lienumba.mechanics.mechanism.kinematics import Motion, View
+from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Coordinate, Joint, Model, Start
 from lienumba.numerics.number import Vector
 
@@ -22,7 +23,7 @@ def not_zero(remedy: str) -> AfterValidator:
 
     def check(x: float) -> float:
         if x == 0.0:
-            raise ValueError(f"must not be 0; {remedy}")
+            raise BadValueError("must not be 0", remedy)
         return x
 
     return AfterValidator(check)
@@ -60,10 +61,10 @@ class Coupling(JointType):
         return {c.joint for c in _pair(joint) if c.kind == "angle"}
 
     def ends(self, names: Names) -> tuple[int, ...]:
-        return tuple(dict.fromkeys(i for name in self.joints for i in names.ends_of_joint(name)))
+        return tuple(dict.fromkeys(i for name in self.joints for i in names.ends(name)))
 
     def to_model(self, names: Names) -> Joint:
-        first, second = map(names.coordinate, self.joints, self.coordinates or (None, None))
+        first, second = (names.coordinate(*x) for x in zip(self.joints, self.coordinates or (None, None), strict=True))
         return Joint(self.name, self.type, self.ends(names), coordinates=(first, second), numbers=self.numbers())
 
     @classmethod
@@ -84,7 +85,7 @@ class Coupling(JointType):
         return {"offset": _difference(model, model.joints[index], view)}
 
     @classmethod
-    def missed(cls, joint: Joint, a: Motion, b: Motion, size: float, turning: bool) -> float:
+    def missed(cls, joint: Joint, view: View, size: float, turning: bool) -> float:
         return size  # of angles, not of their sines
 
     @classmethod

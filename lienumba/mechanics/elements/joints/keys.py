@@ -19,7 +19,7 @@ class Between(JointType):
     bodies: BodyPair = Field(description='the names of the two bodies it joins; the fixed world is "ground"')
 
     def ends(self, names: Names) -> tuple[int, ...]:
-        return names.ends(self.bodies)
+        return tuple(names.bodies[name] for name in self.bodies)
 
     @classmethod
     def example_keys(cls) -> dict[str, Any]:

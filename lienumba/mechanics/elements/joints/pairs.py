@@ -1,5 +1,6 @@
 """The types of joints between two bodies."""
 
+from math import hypot
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -186,9 +187,8 @@ class Distance(AtPoints):
         )
 
     @classmethod
-    def missed(cls, joint: Joint, a: Motion, b: Motion, size: float, turning: bool) -> float:
-        d = parts.separation(joint, a, b)
-        return abs(float(sqrt(so3.dot(d, d))) - float(joint.numbers["length"]))
+    def missed(cls, joint: Joint, view: View, size: float, turning: bool) -> float:
+        return abs(hypot(*parts.separation(joint, *(view[i] for i in joint.bodies))) - float(joint.numbers["length"]))
 
     @classmethod
     def unmet(cls, turning: bool) -> tuple[str, str]:

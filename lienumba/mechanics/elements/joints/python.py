@@ -14,7 +14,6 @@ CAM = "def touches(body, *, radius):\n    return body.position.norm() - radius\n
 
 @JOINTS.add
 class PythonJoint(JointType):
-    # Its function is loaded by the scenario, and gives the joint of the model its `code`.
     leaves = "a function of your own returns what vanishes, see docs/your_own_laws.md"
 
     type: Literal["python"]
@@ -31,15 +30,14 @@ class PythonJoint(JointType):
     )
 
     def ends(self, names: Names) -> tuple[int, ...]:
-        return names.ends(self.bodies)
-
-    @property
-    def returns(self) -> str:
-        """One letter for each row, as far as it says so."""
-        return "".join({"m": "m", "rad": "r"}[row] for row in self.rows or [])
+        return tuple(names.bodies[name] for name in self.bodies)
 
     def to_model(self, names: Names) -> Joint:
-        return Joint(self.name, self.type, self.ends(names), numbers=self.parameters)
+        letters = {"m": "m", "rad": "r"}
+        rows = "".join(letters[row] for row in self.rows or [])
+        place = f"model.joints.{self.name}"
+        code = names.code(place, self.function, self.bodies, self.parameters, returns=rows, level=self.level)
+        return Joint(self.name, self.type, self.ends(names), numbers={**self.parameters}, code=code)
 
     @classmethod
     def example_keys(cls) -> dict[str, Any]:
