@@ -46,8 +46,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
     ],
     "analysis": [
-        {"components"}, {"studies"}, {"labels", "summary", "summary_shown"}, {"sensitivities", "statistics"},
-        {"panels"},
+        {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}

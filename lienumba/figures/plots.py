@@ -8,12 +8,10 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.labels import fates
+from lienumba.analysis.outcomes import counts
 from lienumba.analysis.panels.quantiles import Courses
 from lienumba.analysis.panels.run_windows import nominal_run
 from lienumba.analysis.panels.select_panels import STATUS, Choice, Panel, asked, good_runs, telling
-from lienumba.analysis.summary import of_sweep
-from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
@@ -95,13 +93,15 @@ def _is_of_good_runs(panel: Panel) -> bool:
 
 def _count(ds: xr.Dataset, panels: Sequence[Panel], courses: Sequence[Courses]) -> str:
     """Of how many runs it is, and what became of those that did not reach the end."""
-    sampled = of_sweep(ds)
+    ran = counts(ds)
     read = min((x.runs for x in courses), default=len(ds["run"]))
-    which = plural(int(sampled.sum()), "run", "runs") + ("" if sampled.all() else " and the nominal run")
-    if not ds["status"].isin(GOOD).values[~sampled].all():
+    which = plural(ran.runs, "run", "runs") + ran.beside
+    if ran.nominal and not ran.nominal.good:
         which += ", which failed"
     some = f"courses of {read:,}" if read < good_runs(ds).sum() else ""
     inputs = any(panel.sampled for panel in panels)
     remark = " and shown among the inputs only" if inputs else " and not shown"
     hidden = any(_is_of_good_runs(panel) for panel in panels)
-    return "; ".join(filter(None, [which, some, fates(ds, remark if hidden else "")]))
+    failed = ran.failed + (remark if ran.failed and hidden else "")
+    stopped = f"{ran.stopped:,} stopped by events" if ran.stopped else ""
+    return "; ".join(filter(None, [which, some, failed, stopped]))

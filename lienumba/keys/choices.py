@@ -28,9 +28,10 @@ class OneOf:
 
 @dataclass(frozen=True)
 class NameOf:
-    """A name of a registry: `Annotated[str, NameOf(REGISTRY)]`."""
+    """A name of a registry: `Annotated[str, NameOf(REGISTRY)]`; besides: names that are known, too."""
 
     registry: Mapping[str, Any]
+    besides: tuple[str, ...] = ()
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return handler.generate_schema(Literal[tuple(self.registry)])
+        return handler.generate_schema(Literal[(*self.besides, *self.registry)])

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Generic, TypeVar, get_args
+from typing import ClassVar, Generic, TypeVar, get_args
 
 from pydantic import BaseModel
 
@@ -15,8 +15,10 @@ class Registry(Mapping[str, T], Generic[T]):
     """Records by name, in the order in which they were added.
 
     what: a record of it, in words ("joint"); name: of a record. Every function among `listeners` is called whenever
-    the records have changed.
+    the records have changed. `changes`: how often those of any registry have.
     """
+
+    changes: ClassVar[int] = 0
 
     def __init__(self, what: str, name: Callable[[T], str]) -> None:
         self.what = what
@@ -60,6 +62,7 @@ class Registry(Mapping[str, T], Generic[T]):
             self._tell()
 
     def _tell(self) -> None:
+        Registry.changes += 1
         for listener in self.listeners:
             listener()
 

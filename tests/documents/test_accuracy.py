@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from lienumba.integrators.methods import METHODS
 from tests.rigs.places import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -59,7 +60,7 @@ def test_orders(name: str) -> None:
 def test_the_order_does_not_drop_with_projection(name: str) -> None:
     """In the document: the slope at the finest steps is that of the method, or more."""
     for method, *cells in rows(f"orders, {name}"):
-        order = work.TABLEAUS[method].order
+        order = METHODS[method].order
         for cell in cells:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from tests.oracles.reference import naive
 from tests.rigs.scenarios import LOOP, PENDULUM, chain, scenario, simulate, state_at, twin_of
 
@@ -16,7 +16,7 @@ MECHANISMS = {"pendulum": PENDULUM, "chain of 5": chain(5), "loop": LOOP}
 def twin_run(data: dict[str, Any], projection: tuple[str, str]) -> Any:
     """The twin's state after STEPS steps of RK4."""
     (bodies, joints, gravity), state = twin_of(data)
-    tableau = TABLEAUS["rk4"]
+    tableau = METHODS["rk4"]
     for _ in range(STEPS):
         r, R, v, w = naive.step(bodies, joints, gravity, state, STEP, tableau.A, tableau.b, truncation=2)
         if projection[0] != "none":

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.integrators.methods import munthe_kaas
+from lienumba.integrators.methods import METHODS, munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
-from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, embedded, kkt, projection
 from lienumba.scenario.resolve import resolve
@@ -23,7 +22,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
     structure = kkt.Structure.of(model)
     x: Bodies = tuple(tuple(body) for body in states.tolist())
     most = (0, 0)
-    tableau = TABLEAUS[settings.integrator.method]
+    tableau = METHODS[settings.integrator.method]
     chart = R3xSO3(max(tableau.order - 2, 0))
 
     def stage(x: Bodies, u: Any, t: float) -> Any:

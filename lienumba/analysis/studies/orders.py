@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.studies.study import REFINING, check, curves, other_dims
+from lienumba.analysis.studies.study import REFINING, check_study, curves, other_dims, steps_of
 from lienumba.errors import ScenarioError
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
 
@@ -58,13 +58,12 @@ def orders(ds: xr.Dataset) -> xr.Dataset:
     import numpy as np
     import xarray as xr
 
-    check(ds)
+    check_study(ds)
     lines = curves(ds)
     if not lines:
         raise ScenarioError(f"the study has no grid over {' or '.join(REFINING)}, so there is no order to observe")
     names = [name for name in ERRORS if f"{name}_error" in ds]
-    steps = (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
-    usable = _all_succeeded(ds)
+    steps, usable = steps_of(ds), _all_succeeded(ds)
     fits = []
     for name in names:
         error, floor = (typical(ds, f"{kind}{name}_error").values.ravel() for kind in ("", "reference_"))
@@ -102,7 +101,7 @@ def _all_succeeded(ds: xr.Dataset) -> np.ndarray:
 
 
 def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
-    """The order of errors over steps (s, each once), as the head of this file says; floor: the errors of the
+    """The order of errors over steps (s, each once), as said at the top of this file; floor: the errors of the
     reference."""
     import numpy as np
 

@@ -5,11 +5,19 @@ that u then belongs to.
 """
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from lienumba.groups import se3, so3, state
+from lienumba.keys.literature import Reference
+from lienumba.keys.registry import Registry
 from lienumba.numerics.operations import at_most
 
+MUELLER = Reference(
+    "mueller2014", "article", "Müller, Andreas and Terze, Zdravko", 2014,
+    "The significance of the configuration space Lie group for the constraint satisfaction in numerical time "
+    "integration of multibody systems",
+    "Mechanism and Machine Theory", "82:173--202",
+)  # fmt: skip
 LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
 
 State = tuple[Any, ...]
@@ -47,6 +55,12 @@ class Exponential(Chart, Protocol):
         """u' at u about x, from the slope at 0 about the element that u leads to."""
 
 
+# Of each body: chart(terms), terms of the series of dexpinv. `words`: what a citation calls it, with [@key] for each of
+# its `references`.
+GROUPS: Registry[Any] = Registry("group", lambda chart: chart.__name__)
+
+
+@GROUPS.add
 @dataclass(frozen=True)
 class R3xSO3:
     """The paper's: x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F), its series cut behind ad^terms or in
@@ -55,6 +69,8 @@ class R3xSO3:
     terms: int | None
     size: int = state.ALGEBRA
     plain: bool = True
+    words: ClassVar[str] = "R^3 x SO(3)"
+    references: ClassVar[tuple[Reference, ...]] = ()
 
     def moved(self, x: State, u: Coordinates) -> State:
         return state.product(x, state.exp(u))
@@ -73,6 +89,7 @@ class R3xSO3:
         return promised(u[3:6])
 
 
+@GROUPS.add
 @dataclass(frozen=True)
 class SE3:
     """x exp(u) on SE(3) x R^6, where the velocities are the body's twist (R^T v, w): it stays in every subalgebra to
@@ -81,6 +98,8 @@ class SE3:
     terms: int | None
     size: int = state.ALGEBRA
     plain: bool = False
+    words: ClassVar[str] = "SE(3) [@mueller2014]"
+    references: ClassVar[tuple[Reference, ...]] = (MUELLER,)
 
     def moved(self, x: State, u: Coordinates) -> State:
         g = se3.product(x[0:12], se3.exp(u[0:6]))

@@ -6,7 +6,7 @@ from typing import Any
 
 from lienumba.integrators import codes
 from lienumba.integrators.methods.charts import LARGEST_STAGE, Chart
-from lienumba.integrators.methods.tableaus import Row, Tableau
+from lienumba.integrators.methods.tableau import Row, Tableau
 from lienumba.mechanics.mechanism.kinematics import is_zero
 from lienumba.numerics.operations import kernel, maximum, where
 

@@ -28,7 +28,7 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses in the drivers' order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of all stages; `free`: see `Program`; `drive`: the driver."""
+    `nodes`: c of all stages; `free`: see `Program`; `drive`: the driver; `engines`: which hold the machine code."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
@@ -39,6 +39,7 @@ class Machine:
     free: bool
     drive: Any
     buffer_rows: int
+    engines: tuple[Any, ...]
 
     def buffer(self) -> np.ndarray:
         return aligned(self.buffer_rows * W)
@@ -57,8 +58,10 @@ def compile_program(program: Program) -> Machine:
     order = [*ORDER, *(f"combine{s}" for s in range(len(program.nodes)))]
     kernels = np.zeros(len(order), np.int64)
     prepares: list[int] = []
+    engines: list[Any] = []
     for name, code in objects.items():
-        addresses = native.load(code, [name, f"{name}_prepare"])
+        engine, addresses = native.load(code, [name, f"{name}_prepare"])
+        engines.append(engine)
         kernels[order.index(name)] = addresses[name]
         prepares.append(addresses[f"{name}_prepare"])
     held = program.held
@@ -71,7 +74,7 @@ def compile_program(program: Program) -> Machine:
     rows = layout.py_func(sizes).work + max(k.work_rows for k in program.kernels.values())
     nodes = np.array(program.nodes)
     return Machine(
-        kernels, tuple(prepares), nodes, sizes, program.carried, held, program.free, driver.drive, rows
+        kernels, tuple(prepares), nodes, sizes, program.carried, held, program.free, driver.drive, rows, tuple(engines)
     )  # fmt: skip
 
 

@@ -23,7 +23,6 @@ own, so that what is observed can never change how a step is computed.
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
@@ -31,7 +30,7 @@ from lienumba.integrators.tracing import extension_kernels, position_kernels, st
 from lienumba.integrators.tracing.augmented_state import Held
 from lienumba.integrators.tracing.law_states import Carried
 from lienumba.integrators.tracing.row_selection import UNIQUE, Choice
-from lienumba.integrators.tracing.tracer import Method, Tracer
+from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints
 
@@ -41,10 +40,9 @@ __all__ = ["Method", "Program", "build"]
 @dataclass
 class Program:
     """`elements`: of S, those of the bodies first; `slope`: the coordinates of each in a step; `stages`, `slots`: see
-    `Tracer`; `events`: conditions; `parameters`: the model's numbers behind the slots (floats, arrays, or what tables
-    hold); `nodes`: c of all stages; `observed`: name -> (first row, rows); `correction`: rows of an iterate of the
-    position projection between its state and its violation; `kept`: behind its code; `free`: whether every lane has its
-    own time.
+    `Tracer`; `events`: conditions; `parameter_rows`: of the model's numbers, and of what is hoisted; `nodes`: c of all
+    stages; `observed`: name -> (first row, rows); `correction`: rows of an iterate of the position projection between
+    its state and its violation; `kept`: behind its code; `free`: whether every lane has its own time.
     """
 
     elements: int
@@ -54,7 +52,6 @@ class Program:
     events: int
     held: Held
     carried: Carried
-    parameters: list[Any]
     parameter_rows: int
     kernels: dict[str, Kernel]
     nodes: list[float]
@@ -66,14 +63,15 @@ class Program:
 
 @uncollected()
 def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = True) -> Program:
-    """Trace every kernel that this mechanism and method need.
+    """Trace every kernel that this mechanism and method need. Of the model, all but the numbers in its slots counts.
 
     choice: of the rows of C that say the same; fixed: only the rows in use are compiled, which is faster, and a run
     that needs others ends with `codes.EXCHANGED`; else each run exchanges them on its way.
     """
-    tracer = Tracer(model, method, choice, fixed)
+    template, values = split(model)
+    tracer = Tracer(template, len(values), method, choice, fixed)
     kernels = step_kernels.step(tracer)
-    levels = {constraint.level for constraint in constraints.constraints_of(model)}
+    levels = {constraint.level for constraint in constraints.constraints_of(tracer.graph()[1])}
     kept = 0
     if "position" in levels and method.position != "none":
         projecting, kept = position_kernels.position(tracer)
@@ -82,19 +80,19 @@ def build(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = T
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.held.masks:
         kernels["exchange"] = state_kernels.exchange(tracer)
-    if any(force.code is not None and force.code.every is not None for force in model.forces):
+    if any(force.code is not None and force.code.every is not None for force in template.forces):
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     if method.free:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.paced:
         kernels["close"] = extension_kernels.close(tracer)
-    if model.events:
+    if template.events:
         kernels["events"] = state_kernels.events(tracer)
     nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
         elements=tracer.elements, slope=tracer.chart.size, stages=tracer.stages, slots=tracer.slots,
-        events=len(model.events), held=tracer.held, carried=tracer.carried, parameters=tracer.values,
-        parameter_rows=tracer.rows, kernels=kernels, nodes=nodes, observed=observed,
-        correction=sum(position_kernels.correction_rows(tracer)), kept=kept, free=method.free,
+        events=len(template.events), held=tracer.held, carried=tracer.carried, parameter_rows=tracer.rows,
+        kernels=kernels, nodes=nodes, observed=observed, correction=sum(position_kernels.correction_rows(tracer)),
+        kept=kept, free=method.free,
     )  # fmt: skip

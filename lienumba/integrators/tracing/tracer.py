@@ -8,9 +8,9 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
-from lienumba.integrators.methods.charts import LARGEST_STAGE, SE3, Chart, R3xSO3
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import GROUPS, LARGEST_STAGE, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
-from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.integrators.tracing.augmented_state import Held, counted_angles
 from lienumba.integrators.tracing.law_states import Carried
 from lienumba.integrators.tracing.row_selection import Choice
@@ -29,7 +29,7 @@ class Method:
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
-    group: str = "R3xSO3"  # or "SE3"
+    group: str = "R3xSO3"  # or another of GROUPS
     coordinates: str = "lie"  # or one of COORDINATES
     baumgarte: float | None = None  # rate (1/s)
     free: bool = False  # whether every lane has its own time
@@ -39,10 +39,10 @@ class Method:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
         if self.coordinates != "lie":
             return COORDINATES[self.coordinates]
-        tableau = TABLEAUS[self.tableau]
-        terms = 0 if tableau.first else max(tableau.order - 2, 0)
+        tableau = METHODS[self.tableau]
+        terms = 0 if tableau.composed else max(tableau.order - 2, 0)
         given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
-        return SE3(given) if self.group == "SE3" else R3xSO3(given)
+        return GROUPS[self.group](given)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,8 @@ class Slot:
 
 
 def split(model: Model) -> tuple[Model, list[Any]]:
-    """The model with slots for its parameters, and their values. Exact 0, 1, -1 in structural places stay."""
+    """The template of a model, with slots for its parameters, and their values. Exact 0, 1, -1 in structural places
+    stay."""
     values: list[Any] = []
 
     def slot(value: Any) -> Slot:
@@ -67,27 +68,38 @@ def split(model: Model) -> tuple[Model, list[Any]]:
     return map_numbers(model, number, slot), values
 
 
-class Tracer:
-    """`structure`: of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`;
-    `values`: of the parameters; k: the number of bodies, of the elements of S with what is `carried` behind them;
-    `stages` of a step; `slots`: slopes kept of each element: of the stages, where lanes are free also of F at the end
-    and of the extension's stages; there the last one is F at the end as the next step has it."""
+def symbolic(template: Model) -> tuple[Graph, Model]:
+    """A graph, and the model with its inputs in the slots."""
+    graph = Graph()
 
-    def __init__(self, model: Model, method: Method, choice: Choice, fixed: bool) -> None:
-        self.template, self.values = split(model)
+    def number(x: Any, structural: bool = False) -> Any:
+        return graph.input("parameters", x.row) if isinstance(x, Slot) else x
+
+    return graph, map_numbers(template, number, number)
+
+
+class Tracer:
+    """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
+    of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`; k: the number of
+    bodies, of the elements of S with what is `carried` behind them; `stages` of a step; `slots`: slopes kept of each
+    element: of the stages, where lanes are free also of F at the end and of the extension's stages; there the last one
+    is F at the end as the next step has it."""
+
+    def __init__(self, template: Model, parameters: int, method: Method, choice: Choice, fixed: bool) -> None:
+        self.template = template
+        graph, model = self.graph()
         self.whole = kkt.Structure.of(model, choice.rows, (), choice.singular)
         self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
-        self.tableau = TABLEAUS[method.tableau]
+        self.tableau = METHODS[method.tableau]
         self.method = method
         self.chart = method.chart()
         self.stages = len(self.tableau.b)
         self.slots = len(self.tableau.stages) + 1 if method.free else self.stages
         self.k = len(model.bodies)
-        graph, symbolic = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
-        self.carried = Carried.of(symbolic, Instant(bodies, graph.input("clock", 0)))
+        self.carried = Carried.of(model, Instant(bodies, graph.input("clock", 0)))
         self.elements = self.k + self.carried.elements
-        self.rows = len(self.values)  # of parameters and what is hoisted behind them
+        self.rows = parameters  # and what is hoisted behind them
         self.held = Held(
             angles=counted_angles(model),
             work=False,
@@ -123,12 +135,7 @@ class Tracer:
         return dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows)))
 
     def graph(self) -> tuple[Graph, Model]:
-        graph = Graph()
-
-        def number(x: Any, structural: bool = False) -> Any:
-            return graph.input("parameters", x.row) if isinstance(x, Slot) else x
-
-        return graph, map_numbers(self.template, number, number)
+        return symbolic(self.template)
 
     @property
     def state_rows(self) -> int:

@@ -5,11 +5,14 @@ also the remedy in its error messages, which read "give <description>".
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
-from lienumba.keys.choices import OneOf
+from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
+from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
     NAME_RULE,
     WRITTEN,
@@ -38,8 +41,6 @@ from lienumba.sweep.samplers.samplers import SAMPLERS, Sampler
 from lienumba.sweep.table import SampleTable
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
-
-Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
 
 
 class Matter(Section):
@@ -142,13 +143,15 @@ AnyTolerance = Annotated[
 ]
 
 
-class Integrator(Section):
-    method: Method = Field(
-        default="rk4",
-        description="the Runge-Kutta method: "
-        + ", ".join(get_args(Method))
-        + " (or omit it: rk4 with a step, dop853 with a tolerance)",
+def _methods() -> str:
+    return (
+        f"the Runge-Kutta method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a "
+        "tolerance)"
     )
+
+
+class Integrator(Section):
+    method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,
@@ -163,11 +166,11 @@ class Integrator(Section):
         description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
         "as the order of the method needs)",
     )
-    group: Literal["R3xSO3", "SE3"] = Field(
+    group: Annotated[str, NameOf(GROUPS)] = Field(
         default="R3xSO3",
         description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
     )
-    coordinates: Literal["lie", "matrix", "tait_bryan", "rotation_vector", "quaternion"] = Field(
+    coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
         default="lie",
         description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
         '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
@@ -314,14 +317,15 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
 
 def _derive() -> None:
     """What follows from the registries."""
-    for section in (ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    Integrator.model_fields["method"].description = _methods()
+    for section in (Integrator, ModelSection, ScenarioData):  # those that hold them, the inner ones first
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS,):
+for registry in (JOINTS, METHODS, GROUPS, COORDINATES):
     registry.listeners.append(_derive)
 
 

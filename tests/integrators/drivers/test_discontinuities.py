@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 
 import lienumba
 from lienumba.batch.integrate import _landings
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
 from lienumba.mechanics.system.discontinuities import Landing
 from tests.rigs.scenarios import chain
@@ -102,7 +102,7 @@ STEPS = {1: 4e-4, 2: 2e-3, 3: 4e-3, 4: 4e-3}
 @pytest.mark.parametrize("method", ["euler", "heun", "kutta3", "rk4"])
 @pytest.mark.parametrize("kind", ["hold", "linear"])
 def test_the_order_is_kept(kind, method):
-    order = TABLEAUS[method].order
+    order = METHODS[method].order
     errors = []
     for halvings in range(3):
         data = rod(STEPS[order] / 2**halvings, kind)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import program, step_kernels
 from lienumba.integrators.tracing.machine import compile_program
 from tests.rigs.scenarios import LOOP, TOP, chain, scenario, simulate, start_of, state_at
@@ -25,7 +25,7 @@ def test_which_mechanisms_are_large() -> None:
     assert kernels_of(chain(24), "euler") == {"first", "stage", "advance"} | always
 
 
-@pytest.mark.parametrize("method", TABLEAUS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mechanism", [TOP, LOOP], ids=["top", "loop"])
 def test_both_give_the_same_numbers(mechanism: dict[str, Any], method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keywords: Any = {"method": method, "projection": ("none", "mass"), "output": {"every": 0.01}}

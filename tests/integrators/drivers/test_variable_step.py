@@ -10,7 +10,7 @@ import pytest
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.system import System
 from tests.integrators.drivers.test_discontinuities import END, TIMES, exact, off, rod
@@ -18,7 +18,7 @@ from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import TOP, chain
 
 ARM = SCENARIOS / "arm_sampled.toml"
-PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
+PAIRS = [name for name, tableau in METHODS.items() if tableau.errors]
 TOLERANCES = {"bs32": range(4, 9), "dp54": range(4, 13), "tsit54": range(4, 13), "dop853": range(4, 13)}
 SWEEP: dict[str, Any] = {
     "runs": 21,

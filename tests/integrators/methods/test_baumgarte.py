@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods import munthe_kaas
+from lienumba.integrators.methods import METHODS, munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
-from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from tests.integrators.methods.test_convergence import END, reference
@@ -47,7 +46,7 @@ def test_a_violation_decays_as_it_should(drivers: list[dict[str, Any]]) -> None:
 
     phi, rate = violations(x, 0.0)
     for n in range(steps):
-        x, *_ = munthe_kaas.step(chart, TABLEAUS["rk4"], x, n * h, h, stage)
+        x, *_ = munthe_kaas.step(chart, METHODS["rk4"], x, n * h, h, stage)
     t = steps * h
     decay = np.exp(-RATE * t)
     levels = [c.level for c in constraints.constraints_of(model) for _ in range(c.rows)]

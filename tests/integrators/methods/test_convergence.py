@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from tests.oracles.reference import naive
 from tests.rigs.scenarios import LOOP, PENDULUM, TOP, exact_top, scenario, simulate, state_at, twin_of
 
@@ -23,7 +23,7 @@ STEPS: dict[str, dict[int | str, float]] = {  # the coarsest, in the asymptotic 
 CASES = [
     (name, method)
     for name, steps in STEPS.items()
-    for method, tableau in TABLEAUS.items()
+    for method, tableau in METHODS.items()
     if method in steps or tableau.order in steps
 ]
 
@@ -54,7 +54,7 @@ def reference(name: str) -> np.ndarray:
 @pytest.mark.parametrize("projection", PROJECTIONS, ids="+".join)
 @pytest.mark.parametrize(("name", "method"), CASES)
 def test_measured_order(name: str, method: str, projection: tuple[str, str]) -> None:
-    order, exact = TABLEAUS[method].order, reference(name)
+    order, exact = METHODS[method].order, reference(name)
     errors = []
     for halvings in range(3 if name == "top" else 2):
         step = STEPS[name].get(method, STEPS[name].get(order, 0.0)) / 2**halvings

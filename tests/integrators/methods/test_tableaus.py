@@ -6,7 +6,8 @@ from functools import cache
 
 import pytest
 
-from lienumba.integrators.methods.tableaus import TABLEAUS, Tableau
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.tableau import Tableau
 
 Tree = tuple["Tree", ...]  # a root's branches, sorted
 NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20, 48, 115, 286]  # of order 1, 2, ... (A000081)
@@ -71,13 +72,13 @@ PRINTED = {"tsit54": 1e-15, "dop853": 1e-26}  # digits of these
 
 @pytest.mark.parametrize("name", ERRORS)
 def test_estimates_see_the_error_of_their_order_and_nothing_below(name: str) -> None:
-    tableau = TABLEAUS[name]
+    tableau = METHODS[name]
     for weights, first in zip(tableau.errors, ERRORS[name], strict=True):
         assert all(most(weights, tableau, order, 0) <= PRINTED.get(name, 0) for order in range(1, first))
         assert most(weights, tableau, first, 0) > 1e-4
 
 
-@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+@pytest.mark.parametrize("tableau", METHODS.values(), ids=METHODS)
 def test_extensions_have_their_order_everywhere_in_the_step(tableau: Tableau) -> None:
     order = EXTENSIONS.get(tableau.name, min(tableau.order, 3))
     assert tableau.extension(Fraction(0)) == (0,) * len(tableau.stages)
@@ -95,14 +96,14 @@ def test_there_are_as_many_trees_as_there_should_be() -> None:
     assert [density(tree) for tree in trees(4)] == [4, 8, 12, 24]
 
 
-@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+@pytest.mark.parametrize("tableau", METHODS.values(), ids=METHODS)
 def test_all_conditions_up_to_the_order_hold_and_one_of_the_next_fails(tableau: Tableau) -> None:
     for order in range(1, tableau.order + 1):
         assert all(holds(tableau, tree) for tree in trees(order)), order
     assert not all(holds(tableau, tree) for tree in trees(tableau.order + 1))
 
 
-@pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
+@pytest.mark.parametrize("tableau", METHODS.values(), ids=METHODS)
 def test_tableaus_are_explicit_and_exact(tableau: Tableau) -> None:
     assert all(len(row) <= stage for stage, row in enumerate(tableau.A))
     assert len(tableau.A) == len(tableau.b) == len(tableau.c)
@@ -111,15 +112,15 @@ def test_tableaus_are_explicit_and_exact(tableau: Tableau) -> None:
 
 
 def test_the_methods_and_their_orders() -> None:
-    orders = {name: tableau.order for name, tableau in TABLEAUS.items()}
+    orders = {name: tableau.order for name, tableau in METHODS.items()}
     assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4, "cf4": 4} | {
         "bs32": 3, "dp54": 5, "tsit54": 5, "dop853": 8,
     }  # fmt: skip
 
 
 def test_classical_stages() -> None:
-    assert [float(c) for c in TABLEAUS["rk4"].c] == [0, 0.5, 0.5, 1]
-    assert TABLEAUS["rk38"].c == (0, Fraction(1, 3), Fraction(2, 3), 1)
-    assert TABLEAUS["kutta3"].c == (0, Fraction(1, 2), 1)
-    assert TABLEAUS["midpoint"].c == (0, Fraction(1, 2))
-    assert TABLEAUS["heun"].c == (0, 1)
+    assert [float(c) for c in METHODS["rk4"].c] == [0, 0.5, 0.5, 1]
+    assert METHODS["rk38"].c == (0, Fraction(1, 3), Fraction(2, 3), 1)
+    assert METHODS["kutta3"].c == (0, Fraction(1, 2), 1)
+    assert METHODS["midpoint"].c == (0, Fraction(1, 2))
+    assert METHODS["heun"].c == (0, 1)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from tests.rigs.scenarios import TOP, exact_top, scenario, state_at
 
 END = 0.1
@@ -38,4 +38,4 @@ def test_a_cut_costs_what_it_should(method, terms):
 @pytest.mark.parametrize("method", ["rk4", "dop853"])
 def test_by_default_it_is_cut_where_the_method_no_longer_sees_it(method):
     step = STEPS[method][0]
-    assert (end(method, step, TABLEAUS[method].order - 2) == end(method, step)).all()
+    assert (end(method, step, METHODS[method].order - 2) == end(method, step)).all()

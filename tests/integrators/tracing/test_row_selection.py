@@ -13,9 +13,10 @@ from lienumba.batch.integrate import Batch
 from lienumba.batch.records import Layout, per_run
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
-from lienumba.integrators.tracing.machine import compile_program
-from lienumba.integrators.tracing.program import Method, build
+from lienumba.integrators.tracing.compiled import compiled
+from lienumba.integrators.tracing.program import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, Choice, choose_rows, first_choice
+from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.start import assembly
@@ -46,12 +47,12 @@ def choice_at(model: Model, now: Instant) -> Choice:
 
 def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: int, *, fixed: bool = False) -> Any:
     """Status, last good step, the masks at every tenth step, and all variables there, of one run."""
-    program = build(model, RK4, choice, fixed)
+    program, machine = compiled(model, RK4, choice, fixed)
     held = program.held
     states = np.concatenate([np.ravel(now.bodies)[None], held.start(now.angles, choice, 1)], axis=1)
     outputs = np.arange(0, steps + 1, 10)
-    machine, codes = compile_program(program), np.zeros(1, np.int8)
-    batch = Batch(machine, program.parameters, states, codes, step * steps, step, step * outputs, 1e-11, 10)
+    codes = np.zeros(1, np.int8)
+    batch = Batch(machine, split(model)[1], states, codes, step * steps, step, step * outputs, 1e-11, 10)
     (chunk,) = execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None)
     first = ELEMENT * program.elements + held.first_mask
     layout = Layout.of(model)

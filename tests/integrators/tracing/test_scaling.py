@@ -15,7 +15,7 @@ from lienumba.groups import so3
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Method, build
 from lienumba.integrators.tracing.row_selection import UNIQUE, first_choice
-from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.integrators.tracing.tracer import Tracer, split
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system import dynamics
@@ -34,7 +34,8 @@ def operations(kernels):
 
 def acceleration_map(model, choice=UNIQUE):
     """Operations from a state to the accelerations and multipliers."""
-    tracer = Tracer(model, RK4, choice, fixed=True)
+    template, values = split(model)
+    tracer = Tracer(template, len(values), RK4, choice, fixed=True)
     graph, symbols = tracer.graph()
     now, mask = tracer.now(graph)
     expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
@@ -148,7 +149,7 @@ def programs(name):
     assert less.rank == less.rows == found.rank < found.rows
     choice = first_choice(model, found.exchangeable, now)
     made = build(by_hand, RK4), build(model, RK4, choice, True), build(model, RK4, choice, False)
-    return now, choice, made
+    return (by_hand, model, model), now, choice, made
 
 
 def of_a_step(program):
@@ -163,7 +164,7 @@ def of_a_step(program):
 @pytest.mark.parametrize("name", REDUNDANT)
 def test_redundant_rows_cost_little(name):
     """Reactions that are not unique make an observation dear: it finds the smallest. A step knows nothing of that."""
-    _, _, made = programs(name)
+    *_, made = programs(name)
     by_hand, fixed, exchanging = map(of_a_step, made)
     print(f"\n{name}: step {by_hand[0]} by hand, {fixed[0]} with fixed rows, {exchanging[0]} with exchanged rows; "
           f"observation {by_hand[1]}, {fixed[1]}, {exchanging[1]}", end="")  # fmt: skip
@@ -171,13 +172,13 @@ def test_redundant_rows_cost_little(name):
     assert sum(fixed) < 2.5 * sum(by_hand)
 
 
-def timed(now, choice, program, machine, runs=64, steps=200):
+def timed(model, now, choice, program, machine, runs=64, steps=200):
     """A function that takes `steps` steps with all runs on one core and returns its time (ns per step and run)."""
     bodies = np.tile(np.ravel(now.bodies), (runs, 1))
     held = program.held.start(now.angles, choice, runs)
     states, codes = np.concatenate([bodies, held], axis=1), np.zeros(runs, np.int8)
     ends = np.array([0, 1e-3 * steps])
-    batch = Batch(machine, program.parameters, states, codes, 1e-3 * steps, 1e-3, ends, 1e-11, 10)
+    batch = Batch(machine, split(model)[1], states, codes, 1e-3 * steps, 1e-3, ends, 1e-11, 10)
 
     def run():
         start = perf_counter()
@@ -192,8 +193,11 @@ def timed(now, choice, program, machine, runs=64, steps=200):
 @pytest.mark.parametrize("name", REDUNDANT)
 def test_redundant_rows_run(name):
     """Prints times, asserts none."""
-    now, choice, made = programs(name)
-    runs = [timed(now, choice if n else UNIQUE, program, compile_program(program)) for n, program in enumerate(made)]
+    models, now, choice, made = programs(name)
+    runs = [
+        timed(model, now, choice if n else UNIQUE, program, compile_program(program))
+        for n, (model, program) in enumerate(zip(models, made, strict=True))
+    ]
     times = np.array([[run() for run in runs] for _ in range(9)])[1:]
     by_hand, fixed, exchanging = (median(column) for column in times.T.tolist())
     print(f"\n{name}: {by_hand:.0f} ns per step and run by hand, with fixed rows x {fixed / by_hand:.2f}, "
@@ -210,6 +214,6 @@ def test_fifty_revolutes_compile_and_run(monkeypatch):
     traced = perf_counter()
     machine = compile_program(program)
     compiled = perf_counter()
-    run = timed(now, UNIQUE, program, machine, 8, 100)
+    run = timed(model, now, UNIQUE, program, machine, 8, 100)
     print(f"\n50 revolutes: traced in {traced - start:.1f} s, compiled in {compiled - traced:.1f} s, "
           f"{run():.0f} ns per step and run; {operations(program.kernels)}", end="")  # fmt: skip

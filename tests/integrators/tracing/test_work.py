@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import program, step_kernels
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
@@ -60,7 +60,7 @@ def residuals(case: str, method: str, projection: tuple[str, str] = ("local", "m
     """The largest energy residual with the coarsest step and with two halved ones."""
     mechanism, found = double_pendulum(**CASES[case]), []
     for halvings in range(3):
-        step = STEPS[TABLEAUS[method].order] / 2**halvings
+        step = STEPS[METHODS[method].order] / 2**halvings
         here = simulate(mechanism, step, END, method=method, projection=projection, output={"every": 0.04})
         found.append(float(np.abs(here["energy_residual"]).max()))
         assert (np.abs(here["work"]).max() < 1e-300) == (case in AT_REST)
@@ -71,7 +71,7 @@ def residuals(case: str, method: str, projection: tuple[str, str] = ("local", "m
 @pytest.mark.parametrize("case", CASES)
 def test_the_residual_falls_with_the_order(case: str, method: str) -> None:
     found = residuals(case, method)
-    order = TABLEAUS[method].order
+    order = METHODS[method].order
     slopes = np.log2(np.divide(found[:-1], found[1:]))
     assert slopes[-1] > order - 0.25, found
     assert found[0] > 1e-10  # above rounding, where slopes mean something
@@ -81,7 +81,7 @@ def test_the_residual_falls_with_the_order(case: str, method: str) -> None:
 def test_without_projection_too(method: str) -> None:
     for case in ("driven and damped", "actuated"):
         found = residuals(case, method, ("none", "none"))
-        assert np.log2(found[1] / found[2]) > TABLEAUS[method].order - 0.25, found
+        assert np.log2(found[1] / found[2]) > METHODS[method].order - 0.25, found
 
 
 def test_work_is_the_time_integral_of_the_drivers_power() -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from lienumba.analysis.summary import Outcome, Quantiles, Summary
+from lienumba.analysis.outcomes import Outcome
+from lienumba.analysis.summary import Quantiles, Summary
 from lienumba.engine import progress
 from lienumba.present.terminal import console
 

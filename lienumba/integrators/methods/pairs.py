@@ -1,9 +1,30 @@
-"""Embedded pairs of higher order, with the digits that are published: A and b; E: weights of the error, that of F at
-the end of the step last; D: what lifts the continuous extension above Hermite's cubic; MORE: stages only it needs.
+"""Embedded pairs, whose steps a tolerance may choose, with the digits that are published.
 
-Dormand and Prince, J. Comput. Appl. Math. 6 (1980); Tsitouras, Comput. Math. Appl. 62 (2011); Hairer, Norsett and
-Wanner, Solving Ordinary Differential Equations I (1993), section II.5, method of order 8.
+A and b; E: weights of the error, that of F at the end of the step last; D: what lifts the continuous extension above
+Hermite's cubic; MORE: stages only it needs.
 """
+
+from lienumba.integrators.methods.tableau import Tableau, row
+from lienumba.keys.literature import Reference
+
+BOGACKI = Reference(
+    "bogacki1989", "article", "Bogacki, P. and Shampine, L. F.", 1989, "A 3(2) pair of Runge-Kutta formulas",
+    "Applied Mathematics Letters", "2(4):321--325", "10.1016/0893-9659(89)90079-7",
+)  # fmt: skip
+DORMAND = Reference(
+    "dormand1980", "article", "Dormand, J. R. and Prince, P. J.", 1980, "A family of embedded Runge-Kutta formulae",
+    "Journal of Computational and Applied Mathematics", "6(1):19--26", "10.1016/0771-050X(80)90013-3",
+)  # fmt: skip
+TSITOURAS = Reference(
+    "tsitouras2011", "article", "Tsitouras, Ch.", 2011,
+    "Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption",
+    "Computers & Mathematics with Applications", "62(2):770--775", "10.1016/j.camwa.2011.06.002",
+)  # fmt: skip
+HAIRER = Reference(
+    "hairer1993", "book", "Hairer, Ernst and Nørsett, Syvert P. and Wanner, Gerhard", 1993,
+    "Solving Ordinary Differential Equations I: Nonstiff Problems", "Springer", "",
+    "10.1007/978-3-540-78862-1",
+)  # fmt: skip
 
 DP54 = (
     "",
@@ -86,6 +107,7 @@ DOP853_HAT = (
     "0.244094488188976377952755905512 0 0 0 0 0 0 0 "
     "0.733846688281611857341361741547 0 0 0.220588235294117647058823529412e-1"
 )
+DOP853_E3 = " ".join(str(x - y) for x, y in zip(row(DOP853_B), row(DOP853_HAT), strict=True))
 DOP853_MORE = (
     "5.61675022830479523392909219681e-2 0 0 0 0 0 2.53500210216624811088794765333e-1 "
     "-2.46239037470802489917441475441e-1 -1.24191423263816360469010140626e-1 "
@@ -124,3 +146,21 @@ DOP853_D = (
     "-0.43533456590011143754432175058e+2 0.96324553959188282948394950600e+2 "
     "-0.39177261675615439165231486172e+2 -0.14972683625798562581422125276e+3",
 )
+
+PAIRS = (
+    Tableau.of(
+        "bs32", 3, "the Bogacki-Shampine pair 3(2) [@bogacki1989]", ["", "1/2", "0 3/4"], "2/9 1/3 4/9", BOGACKI,
+        errors=["-5/72 1/12 1/9 -1/8"],
+    ),
+    Tableau.of(
+        "dp54", 5, "the Dormand-Prince pair 5(4) [@dormand1980]", DP54, DP54_B, DORMAND, errors=[DP54_E], D=[DP54_D]
+    ),
+    Tableau.of(
+        "tsit54", 5, "the Tsitouras pair 5(4) [@tsitouras2011]", TSIT54, TSIT54_B, TSITOURAS,
+        errors=[TSIT54_E], D=[TSIT54_D],
+    ),
+    Tableau.of(
+        "dop853", 8, "the method DOP853 of Dormand and Prince [@hairer1993]", DOP853, DOP853_B, HAIRER,
+        errors=[DOP853_E5, DOP853_E3], D=DOP853_D, more=DOP853_MORE,
+    ),
+)  # fmt: skip
