@@ -33,6 +33,7 @@ class Coupling(JointType):
     """A joint of two joints; its bodies are those of both."""
 
     words, leaves = "tie two coordinates", "ties two coordinates of other joints: second = ratio * first + offset"
+    row_kinds = "m"  # or "r", as the second coordinate has it
 
     joints: BodyPair = Field(description="the names of the two joints whose coordinates it couples")
     coordinates: Annotated[list[CoordinateKind], Field(min_length=2, max_length=2)] | None = Field(
