@@ -36,7 +36,9 @@ INSIDE = {  # the floors of rooms, lowest first
     "sweep": [
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
-    "store": [{"files", "layout", "provenance"}, {"finished", "study_layout", "windows"}, {"stream"}, {"shards"}],
+    "store": [
+        {"files", "layout", "provenance"}, {"finished", "study_layout", "targets", "windows"}, {"stream"}, {"shards"},
+    ],
     "scenario": [
         {"base", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
         {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},

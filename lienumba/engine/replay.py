@@ -82,11 +82,12 @@ def replay(
     ScenarioError
         Where the dataset has no such run, or brings code that may not run.
     """
-    from lienumba.store.files import check_target, read, write
+    from lienumba.store.files import read, write
+    from lienumba.store.targets import check_dataset_target
 
     path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
     if output is not None:
-        check_target(output, overwrite, resumable=False)
+        check_dataset_target(output, overwrite, resumable=False)
     ds: Any = dataset if path is None else read(path)
     where = "the dataset" if path is None else str(path)
     try:

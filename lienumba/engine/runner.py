@@ -91,7 +91,8 @@ def run(
         For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
-    from lienumba.store.files import check_target, folder_of, read, write
+    from lienumba.store.files import folder_of, read, write
+    from lienumba.store.targets import check_dataset_target
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
@@ -110,7 +111,7 @@ def run(
     if dask is not None:
         connection.check(dask, workers)
     if output is not None:
-        check_target(output, overwrite, resume)
+        check_dataset_target(output, overwrite, resume)
     elif resume:
         raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
     workers = workers or usable_cores()

@@ -17,6 +17,7 @@ from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
 from lienumba.store.files import read
 from lienumba.store.study_layout import is_study
+from lienumba.store.targets import check_target
 from lienumba.words import plural, show, suggestion
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[s
 
 def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
-    canvas.check_target(target, canvas.STILLS, "figure")
+    check_target(target, "figure", canvas.STILLS)
     canvas.save(_figure(ds, names), target)
 
 

@@ -27,10 +27,10 @@ from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import BESIDE, LISTS, ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
-SEQUENCES = ("sobol", "halton", "saltelli")  # samplers to which it matters which path comes first
 
 
 @dataclass(frozen=True)
@@ -125,9 +125,10 @@ class Scenario:
         sweep = content["sweep"]
         del content["title"], content["output"], sweep["nominal"]
         sweep.pop("stop", None)
-        if sweep["sampler"] != "latin_hypercube":
+        sampler = SAMPLERS[self.data.sweep.sampler]
+        if not sampler.whole:
             del sweep["runs"]
-        if sweep["sampler"] in SEQUENCES:
+        if sampler.order_matters:
             sweep["order"] = list(sweep["vary"])
         if not sweep["correlate"]:
             del sweep["correlate"]

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-SAMPLER = "saltelli"
 RESAMPLES = 200
 SEED = 2010  # of the resampling: the same dataset gives the same intervals
 AT_ONCE = 1 << 22  # numbers of resampled outputs that are held

@@ -23,10 +23,11 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
-from lienumba.store.files import check_target, folder_of, read
+from lienumba.store.files import folder_of, read
 from lienumba.store.finished import Columns, Finished
 from lienumba.store.stream import Stream, pieces
 from lienumba.store.study_layout import is_study
+from lienumba.store.targets import check_dataset_target
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: 
     paths = _paths(files)
     if any(path.resolve() == target.resolve() for path in paths):
         raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
-    check_target(target, overwrite)
+    check_dataset_target(target, overwrite)
     parts = [Part.of(path) for path in paths]
     _check(parts)
     check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)

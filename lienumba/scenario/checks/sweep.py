@@ -11,7 +11,7 @@ from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
-from lienumba.scenario.checks.ranges import check_range
+from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
@@ -69,7 +69,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         if kind is not None:
             kinds[name] = kind
             if nominal is not None:
-                check_range(name, nominal, kind, runs, report)
+                check_range(name, nominal, kind, runs, refused_below(name, model), report)
     if len(kinds) == len(vary) and len(report.problems) == before:
         check_derived(kinds, parameters, report)
     check_table(sweep, kinds, report)

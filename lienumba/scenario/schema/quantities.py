@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from lienumba.keys.formulas import condition
-from lienumba.keys.types import NAME_RULE, Name, Rotation, Section, Timed, Vec3
-from lienumba.scenario.schema.forces import OrFormula
+from lienumba.keys.types import NAME_RULE, OR_FORMULA, Name, Rotation, Section, Timed, Vec3
 
 AXES = 'the axes along which it is given: "global", "body" for those of the body itself, or the name of a body'
 
@@ -78,7 +77,7 @@ class Momentum(_Named):
 
 class Expression(_Named):
     type: Literal["expression"]
-    value: Timed = Field(description=f"a number {OrFormula}, of other quantities and of parameters")
+    value: Timed = Field(description=f"a number {OR_FORMULA}, of other quantities and of parameters")
     units: str = Field(default="1", description='the units of the value as a text, such as "N m"')
 
 

@@ -1,15 +1,13 @@
-"""Drivers, forces and quantities: from their keys, with the numbers of the runs, to those of the model."""
+"""Drivers and quantities: from their keys, with the numbers of the runs, to those of the model."""
 
 from collections.abc import Sequence
 
 from lienumba.keys.conversions import rotation_of, timed, timed3, vec3
-from lienumba.mechanics.elements.forces import FORCE_TYPES
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.numerics.number import Number
-from lienumba.scenario.base.code import PYTHON
-from lienumba.scenario.schema.forces import Driver, Force, JointDriver, PointDriver, PythonForce
+from lienumba.scenario.schema.forces import Driver, JointDriver, PointDriver
 from lienumba.scenario.schema.quantities import (
     AngularVelocity,
     AnyQuantity,
@@ -23,7 +21,7 @@ from lienumba.scenario.schema.quantities import (
 )
 
 
-# ---------------------------------------------------------------- drivers and forces
+# ---------------------------------------------------------------- drivers
 def driver(keys: Driver, names: Names) -> m.Driver:
     """A driver of the model."""
     if isinstance(keys, JointDriver):
@@ -38,42 +36,6 @@ def driver(keys: Driver, names: Names) -> m.Driver:
         point=vec3(keys.point) if isinstance(keys, PointDriver) else None,
         frame=getattr(keys, "frame", "global"),
     )
-
-
-def force(keys: Force, names: Names) -> m.Force:
-    """A force of the model."""
-    if isinstance(keys, PythonForce):
-        return _own_force(keys, names)
-    kind, given = FORCE_TYPES[keys.type], dict(keys)
-    points = given.get("points") or ([given["point"]] if "point" in given else [])
-    numbers = {name: given[name] for name in kind.numbers if given[name] is not None}
-    of_joint = kind.ends == "joint"
-    ends = given.get("bodies") or ([] if of_joint else [given["body"]])
-    return m.Force(
-        name=keys.name,
-        type=keys.type,
-        bodies=names.ends(given["joint"]) if of_joint else tuple(names.bodies[name] for name in ends),
-        points=tuple(map(vec3, points)),
-        coordinate=names.coordinate(given["joint"], given["coordinate"]) if of_joint else None,
-        frame=given.get("frame", "global"),
-        numbers={name: timed3(x) if isinstance(x, list) else timed(x) for name, x in numbers.items()},
-    )
-
-
-def _own_force(keys: PythonForce, names: Names) -> m.Force:
-    code = names.code(
-        f"model.forces.{keys.name}",
-        keys.function,
-        [*keys.bodies, *keys.joints],
-        keys.parameters,
-        returns=keys.returns,
-        joints=tuple(names.joints[name] for name in keys.joints),
-        states=list(keys.states),
-        every=keys.every,
-    )
-    numbers = {name: timed(x) for name, x in keys.parameters.items()}
-    ends = tuple(names.bodies[name] for name in keys.bodies)
-    return m.Force(keys.name, PYTHON, ends, numbers=numbers, code=code, initial={**keys.states})
 
 
 # ---------------------------------------------------------------- quantities

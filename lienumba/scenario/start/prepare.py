@@ -6,8 +6,9 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.keys.formulas import at_start
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Driver, Model, Start, reads_state
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
@@ -124,10 +125,7 @@ def _check_forces(model: Model, now: Instant) -> None:
                 f"model.forces.{force.name}: divides by zero at the start; write it so that it is finite there"
             ) from None
         if not finite:
-            rule = "must be finite at the start; look for numbers that are far too large or too small"
-            if force.type == "point_mass_gravity":
-                rule = "is infinite at the start, because its two points coincide; move one of them"
-            raise ScenarioError(f"model.forces.{force.name}: {rule}")
+            raise ScenarioError(Problem(f"model.forces.{force.name}", *FORCES[force.type].infinite))
 
 
 def _check_start(model: Model, start: Start) -> None:

@@ -185,9 +185,9 @@ def test_the_command(tmp_path):
 @pytest.mark.parametrize(
     ("output", "sentence"),
     [
-        ("page.pdf", "output = page.pdf: is no page; give a name that ends in .html"),
+        ("page.pdf", "output = page.pdf: is no page; give a name that ends in .html or .htm"),
         ("no/page.html", "output = no/page.html: its folder no does not exist; create it or choose another"),
-        ("folder.html", "output = folder.html: is a folder; give the name of a file"),
+        ("folder.html", "output = folder.html: is a folder; give the name of a file in it, like folder.html/out.html"),
     ],
 )
 def test_refusals(tmp_path, monkeypatch, output, sentence):
