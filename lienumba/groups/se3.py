@@ -8,6 +8,7 @@ holds with the bracket of se(3), and each coefficient f(u.u) brings its derivati
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import kernel, where
 
 ELEMENT, ALGEBRA = 12, 6
@@ -18,32 +19,32 @@ IDENTITY: Motion = (0.0, 0.0, 0.0, *so3.IDENTITY)
 
 
 @kernel
-def product(a: Motion, b: Motion) -> Motion:
+def product(a: Vector, b: Vector) -> Motion:
     """(r, R) . (s, S) = (r + R s, R S)."""
     return so3.add(a[0:3], so3.rotate(a[3:12], b[0:3])) + so3.multiply(a[3:12], b[3:12])
 
 
 @kernel
-def inverse(a: Motion) -> Motion:
+def inverse(a: Vector) -> Motion:
     """(-R^T r, R^T)."""
     return so3.scale(-1.0, so3.rotate_back(a[3:12], a[0:3])) + so3.transpose(a[3:12])
 
 
 @kernel
-def bracket(x: Twist, y: Twist) -> Twist:
+def bracket(x: Vector, y: Vector) -> Twist:
     """[(p, u), (q, w)] = (u x q + p x w, u x w)."""
     return so3.add(so3.cross(x[3:6], y[0:3]), so3.cross(x[0:3], y[3:6])) + so3.cross(x[3:6], y[3:6])
 
 
 @kernel
-def _plus(s: Any, a: Twist, b: Twist) -> Twist:
+def _plus(s: Number, a: Vector, b: Vector) -> Twist:
     """s a + b."""
     return so3.axpy(s, a[0:3], b[0:3]) + so3.axpy(s, a[3:6], b[3:6])
 
 
 # ---------------------------------------------------------------- derivatives of the coefficients
 @kernel
-def _dexp_derivatives(x: Any) -> tuple[Any, Any]:
+def _dexp_derivatives(x: Number) -> tuple[Any, Any]:
     """Of both coefficients of dexp by x = angle**2."""
     b, d = so3.dexp_coefficients(x)
     p = -9 / 2432902008176640000 + x * (10 / 1124000727777607680000)
@@ -60,7 +61,7 @@ def _dexp_derivatives(x: Any) -> tuple[Any, Any]:
 
 
 @kernel
-def _dexpinv_derivative(x: Any) -> Any:
+def _dexpinv_derivative(x: Number) -> Any:
     """Of the coefficient of dexpinv by x = angle**2; infinite at angle = 2 pi."""
     c = so3.dexpinv_coefficient(x)
     p = 7 * 3617 / 10670622842880000 + x * (8 * 43867 / 5109094217170944000 + x * (9 * 174611 / 802857662698291200000))
@@ -72,20 +73,20 @@ def _dexpinv_derivative(x: Any) -> Any:
 
 # ---------------------------------------------------------------- exp, log, dexp
 @kernel
-def exp(z: Twist) -> Motion:
+def exp(z: Vector) -> Motion:
     """The screw motion (dexp_u(p), expm hat(u)) by a twist (p, u), at any angle."""
     return so3.dexp(z[3:6], z[0:3]) + so3.exp(z[3:6])
 
 
 @kernel
-def log(a: Motion) -> Twist:
+def log(a: Vector) -> Twist:
     """The twist z with exp(z) = a and a rotation of at most pi."""
     u = so3.log(a[3:12])
     return so3.dexpinv(u, a[0:3]) + u
 
 
 @kernel
-def dexp(z: Twist, y: Twist) -> Twist:
+def dexp(z: Vector, y: Vector) -> Twist:
     """dexp_z(y) = sum_j ad_z^j y / (j+1)!."""
     x = so3.dot(z[3:6], z[3:6])
     b, d = so3.dexp_coefficients(x)
@@ -98,7 +99,7 @@ def dexp(z: Twist, y: Twist) -> Twist:
 
 
 @kernel
-def dexpinv(z: Twist, y: Twist) -> Twist:
+def dexpinv(z: Vector, y: Vector) -> Twist:
     """dexp_z^{-1}(y) in closed form; singular where the angle is a multiple of 2 pi."""
     x = so3.dot(z[3:6], z[3:6])
     zy = bracket(z, y)
@@ -109,7 +110,7 @@ def dexpinv(z: Twist, y: Twist) -> Twist:
 
 
 @kernel
-def dexpinv_truncated(z: Twist, y: Twist, order: int) -> Twist:
+def dexpinv_truncated(z: Vector, y: Vector, order: int) -> Twist:
     """sum_{j <= order} B_j/j! ad_z^j y, order up to 10."""
     term, total = y, y
     for j in range(1, order + 1):

@@ -16,7 +16,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Method, build
-from lienumba.integrators.tracing.row_selection import UNIQUE, Choice, choose_rows, first_choice
+from lienumba.integrators.tracing.row_selection import UNIQUE, Choice, choose_rows, initial_selection
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.start import assembly
@@ -42,13 +42,13 @@ def dense(entries: kkt.Entries) -> np.ndarray:
 
 
 def choice_at(model: Model, now: Instant) -> Choice:
-    return first_choice(model, rank_of(model, now).exchangeable, now)
+    return initial_selection(model, rank_of(model, now).exchangeable, now)
 
 
 def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: int, *, fixed: bool = False) -> Any:
     """Status, last good step, the masks at every tenth step, and all variables there, of one run."""
     program = build(model, RK4, choice, fixed)
-    held = program.held
+    held = program.augmented
     states = np.concatenate([np.ravel(now.bodies)[None], held.start(now.angles, choice, 1)], axis=1)
     outputs = np.arange(0, steps + 1, 10)
     machine, codes = compile_program(program), np.zeros(1, np.int8)
@@ -68,7 +68,7 @@ def test_as_many_rows_are_chosen_as_the_rank_needs() -> None:
         assert set(choice.masks) == {0.0, 1.0}
         assert len(choice.dropped) == rank.rows - rank.rank
         assert choice.margin > 1e-4
-    assert first_choice(model, (), now) is UNIQUE
+    assert initial_selection(model, (), now) is UNIQUE
 
 
 def assembled(make: Any) -> tuple[Model, Instant]:
@@ -101,7 +101,7 @@ def test_a_program_without_the_rows_that_are_needed_says_so() -> None:
     model, now = bennett()
     choice = choice_at(model, now)
     status, steps, masks, values = integrate(model, now, choice, 1e-3, 1200, fixed=True)
-    assert status == codes.EXCHANGED
+    assert status == codes.RESELECT
     assert 0 < steps < 1200
     good = np.isfinite(values["energy"])
     assert (masks[good] == choice.masks).all()
@@ -216,7 +216,7 @@ def test_the_schur_complement_is_what_is_left_of_the_rows() -> None:
     metric = dynamics.shapes(model)
     C = dense(entries) / np.sqrt([metric[c, c] for c in range(6 * len(model.bodies))])
     masked = tuple(range(15, 20))
-    triangle, scales = kkt.exchange(kkt.Structure.of(model, masked), metric, entries)
+    triangle, scales = kkt.schur_complement(kkt.Structure.of(model, masked), metric, entries)
     S = np.zeros((5, 5))
     S[np.tril_indices(5)] = triangle
     needed, last = C[:15], C[15:]

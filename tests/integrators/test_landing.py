@@ -18,7 +18,7 @@ import lienumba
 from lienumba.batch.integrate import _landings
 from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.integrators.tracing import step_kernels
-from lienumba.mechanics.system.discontinuities import Landing
+from lienumba.mechanics.system.discontinuities import Discontinuity
 
 from .mechanisms import chain
 
@@ -242,8 +242,8 @@ def test_points_on_the_ends_of_steps_cut_nothing():
 
 def test_what_the_driver_gets():
     """Ends of steps to the bit where points are near; nothing from outside the run; each lane's own, ascending."""
-    shared = Landing(np.array([0.1 + 1e-16, 0.3 - 2e-12, -0.1, 0.9]))
-    own = [Landing(np.array([0.0]), -np.array(times)) for times in ([0.25, np.nan, 2e-12], [0.0, 0.05, 0.5])]
+    shared = Discontinuity(np.array([0.1 + 1e-16, 0.3 - 2e-12, -0.1, 0.9]))
+    own = [Discontinuity(np.array([0.0]), -np.array(times)) for times in ([0.25, np.nan, 2e-12], [0.0, 0.05, 0.5])]
     times = _landings(SimpleNamespace(landings=(shared, *own), h=0.1, end=0.5), slice(0, 3), 1)[0, :, :3]
     inf = np.inf
     assert times.T.tolist() == [

@@ -16,7 +16,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.groups import so3
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Method, build
-from lienumba.integrators.tracing.row_selection import UNIQUE, first_choice
+from lienumba.integrators.tracing.row_selection import UNIQUE, initial_selection
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.start import assembly
@@ -37,7 +37,7 @@ def acceleration_map(model, choice=UNIQUE):
     tracer = Tracer(model, RK4, choice, fixed=True)
     graph, symbols = tracer.graph()
     now, mask = tracer.now(graph)
-    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
+    expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", 1))
     solution = dynamics.accelerations(symbols, tracer.structure, now, mask, expected)
     return Kernel("map", (*solution.x, *solution.mu), tracer.rows).counts()["operations"]
 
@@ -105,7 +105,7 @@ def test_the_accelerations_cost_as_much_per_body_however_many_there_are(make, sh
     for size in (short, long):
         start = perf_counter()
         model, now = make(size)
-        choice = first_choice(model, rank_of(model, now).exchangeable, now) if make is four_bars else UNIQUE
+        choice = initial_selection(model, rank_of(model, now).exchangeable, now) if make is four_bars else UNIQUE
         count = acceleration_map(model, choice)
         per_body[size] = count / len(model.bodies)
         print(f"\n{make.__name__} {size}: {count} operations, {per_body[size]:.0f} per body, "
@@ -146,7 +146,7 @@ def programs(name):
     by_hand = without_redundance(name, model)
     found, less = rank_of(model, now), rank_of(by_hand, now)
     assert less.rank == less.rows == found.rank < found.rows
-    choice = first_choice(model, found.exchangeable, now)
+    choice = initial_selection(model, found.exchangeable, now)
     made = build(by_hand, RK4), build(model, RK4, choice, True), build(model, RK4, choice, False)
     return now, choice, made
 
@@ -174,7 +174,7 @@ def test_redundant_rows_cost_little(name):
 def timed(now, choice, program, machine, runs=64, steps=200):
     """A function that takes `steps` steps with all runs on one core and returns its time (ns per step and run)."""
     bodies = np.tile(np.ravel(now.bodies), (runs, 1))
-    held = program.held.start(now.angles, choice, runs)
+    held = program.augmented.start(now.angles, choice, runs)
     states, codes = np.concatenate([bodies, held], axis=1), np.zeros(runs, np.int8)
     ends = np.array([0, 1e-3 * steps])
     batch = Batch(machine, program.parameters, states, codes, 1e-3 * steps, 1e-3, ends, 1e-11, 10)

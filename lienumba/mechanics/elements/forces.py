@@ -13,10 +13,10 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.quantities import evaluate
-from lienumba.mechanics.mechanism.kinematics import AT_REST, Motion, View, is_zero, moving
+from lienumba.mechanics.mechanism.kinematics import AT_REST, Motion, View, moving
 from lienumba.mechanics.mechanism.model import Force, Model
 from lienumba.numerics.jets import lift
-from lienumba.numerics.operations import maximum, minimum, sqrt, tanh, where
+from lienumba.numerics.operations import is_zero, maximum, minimum, sqrt, tanh, where
 
 SQUARE_FLOOR = 1e-200  # m^2, below the square of every length that matters: zero divided by it is zero
 

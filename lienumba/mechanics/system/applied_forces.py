@@ -15,9 +15,10 @@ from lienumba.mechanics.elements.forces import FORCE_TYPES, ForceType, Given, Nu
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.elements.quantities import bodies_of
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, is_zero
+from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Force, Model
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.operations import is_zero
 
 __all__ = ["FORCE_TYPES", "ForceType", "Number", "angle_joints", "generalized", "potential", "power"]
 
