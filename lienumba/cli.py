@@ -106,14 +106,14 @@ def run(
         from lienumba.engine.part import Part
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
-        from lienumba.store.files import check_target
+        from lienumba.store.targets import check_dataset_target
 
         suffix = "" if part is None else Part.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
-        check_target(target, overwrite, resume)
+        check_dataset_target(target, overwrite, resume)
         if not quiet:
             console.print_warnings(resolved.warnings)
 
@@ -206,12 +206,13 @@ def replay(
     with console.exit_codes():
         from lienumba.engine.replay import again, warnings_of
         from lienumba.engine.select_run import chosen
-        from lienumba.store.files import check_target, read, write
+        from lienumba.store.files import read, write
+        from lienumba.store.targets import check_dataset_target
 
         with read(file) as dataset:
             choice = chosen(dataset, str(file), run, worst)
             target = output if output is not None else Path(f"{file.stem}.run{choice.run}.nc")
-            check_target(target, overwrite, resumable=False)
+            check_dataset_target(target, overwrite, resumable=False)
             if not quiet:
                 console.print_warnings(warnings_of(dataset, str(file)))
             with console.progress(quiet) as report:
@@ -247,12 +248,12 @@ def sample(
     with console.exit_codes():
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels
         from lienumba.scenario.resolve import resolve
-        from lienumba.scenario.start.samples_file import check_target, sample
+        from lienumba.scenario.start.samples_file import check_samples_target, sample
 
         target = output if output is not None else Path(scenario.stem + ".samples.csv")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
-        check_target(target, overwrite)
+        check_samples_target(target, overwrite)
         console.print_warnings(resolved.warnings)
         spreads = sample(resolved, labels, target)
 
@@ -350,12 +351,12 @@ def animate(
 ) -> None:
     """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres."""
     with console.exit_codes():
-        from lienumba.figures.animate import animate, check_target, runs_of
+        from lienumba.figures.animate import animate, check_film, runs_of
         from lienumba.scene import scene
         from lienumba.store.files import read
 
         target = output if output is not None else Path(file.stem + ".gif")
-        check_target(target)
+        check_film(target)
         with read(file) as dataset:
             labels = runs_of(runs, worst)
             with console.progress(quiet) as report:
@@ -428,9 +429,10 @@ def analyse(
         from lienumba.analysis.sensitivities.sensitivity import sensitivity
         from lienumba.present.terminal.sensitivity import print_sensitivity
         from lienumba.store.files import read
+        from lienumba.store.targets import CHOOSE, check_target
 
         if output is not None:
-            sensitivity_file.check_target(output)
+            check_target(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
         with read(file) as dataset:
             found = sensitivity(dataset, outputs or (), time)
         if output is not None:

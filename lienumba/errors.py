@@ -1,8 +1,100 @@
-"""Errors that a user of lienumba meets."""
+"""Errors that a user of lienumba meets, and the problems that they tell of: data, made into sentences at the end."""
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Final, Literal, Self
+
+from lienumba.words import show
+
+MISSING = "is missing"
+UNKNOWN = "is not a known key"
+
+
+class Nothing(Enum):
+    """Where no value belongs to a problem; None is one."""
+
+    NOTHING = 0
+
+
+NOTHING: Final = Nothing.NOTHING
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong, as a sentence says it: `place = value: rule; remedy`.
+
+    place: of a key, as the file has it; verb: what is said of the key itself, such as MISSING; formula: by which the
+    file writes the value; within: where that is, from the outermost on, such as a point of a study.
+    """
+
+    place: str
+    rule: str
+    remedy: str = ""
+    value: object = field(default=NOTHING, hash=False)
+    verb: str = field(default="", kw_only=True)
+    formula: str | Literal[Nothing.NOTHING] = field(default=NOTHING, kw_only=True)
+    within: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def __str__(self) -> str:
+        values = dict.fromkeys(show(x) for x in (self.formula, self.value) if x is not NOTHING)
+        key = " ".join(x for x in (" = ".join([self.place, *values]), self.verb) if x)
+        text = ": ".join(x for x in (*self.within, key, self.rule) if x)
+        return f"{text}; {self.remedy}" if self.remedy else text
+
+
+def missing(place: str, remedy: str, why: str = "") -> Problem:
+    """The problem of a key that must be there."""
+    return Problem(place, why, remedy, verb=MISSING)
+
+
+class BadValueError(ValueError):
+    """What is wrong with a value, said where it is not known at which place it stands."""
+
+    def __init__(self, rule: str, remedy: str = "", key: str = "", value: object = NOTHING, verb: str = "") -> None:
+        self.problem = Problem(key, rule, remedy, value, verb=verb)  # key: within the value, if it is a table
+        super().__init__(rule, remedy, key, value, verb)
+
+    def __str__(self) -> str:
+        return str(self.problem)
+
+    def at(self, place: str, value: object = NOTHING) -> Problem:
+        """The problem of this value at its place."""
+        inner = self.problem
+        if inner.place:
+            return replace(inner, place=f"{place}.{inner.place}")
+        return replace(inner, place=place, value=value)
 
 
 class ScenarioError(Exception):
-    """Bad input: `str(error)` is the finished message, one problem per line."""
+    """Bad input: `str(error)` has a sentence for each problem, in a line of its own.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        At least one: place, value, rule and remedy of each.
+    """
+
+    def __init__(self, *problems: Problem | str) -> None:
+        super().__init__(*problems)
+        self.problems = tuple(Problem("", x) if isinstance(x, str) else x for x in problems)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.problems))
+
+    def within(self, place: str) -> Self:
+        """The same, where the input of which it tells is a part of another.
+
+        Parameters
+        ----------
+        place : str
+            Where in the other one, such as a point of a study.
+
+        Returns
+        -------
+        ScenarioError
+            Whose sentences begin with the place.
+        """
+        return type(self)(*(replace(x, within=(place, *x.within)) for x in self.problems))
 
 
 class ClusterError(Exception):

@@ -29,7 +29,13 @@ acos, asin, atan, clip, sign, tan = (FUNCTIONS[name][2] for name in ("acos", "as
 
 
 class Vector:
-    """Three numbers, with + - * / and dot, cross, norm."""
+    """Three numbers, with + - * / and dot, cross, norm.
+
+    Parameters
+    ----------
+    x, y, z : number
+        Its components: numbers, or what stands for them while a law is compiled.
+    """
 
     __slots__ = ("x", "y", "z")
     __array_ufunc__ = None
@@ -39,7 +45,18 @@ class Vector:
 
     @staticmethod
     def of(numbers: "Vector | Sequence[Any]") -> "Vector":
-        """A vector of three numbers."""
+        """A vector of three numbers.
+
+        Parameters
+        ----------
+        numbers : Vector or sequence
+            Three of them.
+
+        Returns
+        -------
+        Vector
+            Of these.
+        """
         return Vector(*numbers)
 
     def __iter__(self) -> Iterator[Any]:
@@ -60,7 +77,20 @@ class Vector:
     __hash__ = None  # type: ignore[assignment]
 
     def where(self, condition: Any, x: Any, y: Any) -> "Vector":
-        """x where the condition holds, else y."""
+        """Choose between two vectors.
+
+        Parameters
+        ----------
+        condition : condition
+            Such as t < 1.
+        x, y : Vector or sequence
+            Three numbers each.
+
+        Returns
+        -------
+        Vector
+            x where the condition holds, else y.
+        """
         return Vector(*(where(condition, a, b) for a, b in zip(x, y, strict=True)))
 
     def __add__(self, other: Any) -> "Vector":
@@ -88,13 +118,43 @@ class Vector:
         return Vector(self.x / number, self.y / number, self.z / number)
 
     def dot(self, other: Any) -> Any:
+        """The scalar product.
+
+        Parameters
+        ----------
+        other : Vector or sequence
+            Three numbers.
+
+        Returns
+        -------
+        number
+            Their scalar product.
+        """
         return so3.dot(tuple(self), tuple(other))
 
     def cross(self, other: Any) -> "Vector":
+        """The vector product.
+
+        Parameters
+        ----------
+        other : Vector or sequence
+            Three numbers.
+
+        Returns
+        -------
+        Vector
+            This one times the other.
+        """
         return Vector(*so3.cross(tuple(self), tuple(other)))
 
     def norm(self) -> Any:
-        """The length. At length 0 it has no derivative."""
+        """The length. At length 0 it has no derivative.
+
+        Returns
+        -------
+        number
+            The root of the sum of squares.
+        """
         return sqrt(self.dot(self))
 
     def __repr__(self) -> str:
@@ -103,8 +163,23 @@ class Vector:
 
 @dataclass(frozen=True)
 class Load:
-    """What a law does. kind: "force" (N) at a point of a body, "torque" (N m) on a body, or "effort" along a coordinate
-    of a joint; target: the index of the body or joint; frame: "global" or "body"; at: in the body's frame."""
+    """What a law does to a body or a joint; made by their methods.
+
+    Attributes
+    ----------
+    kind : str
+        "force" (N) at a point of a body, "torque" (N m) on a body, or "effort" along a coordinate of a joint.
+    target : int
+        The index of the body or joint.
+    value : tuple
+        Three numbers; one for an effort.
+    frame : str
+        The axes of the value, "global" or "body".
+    at : tuple
+        The point in m, body frame.
+    coordinate : str
+        "angle" or "displacement" of an effort.
+    """
 
     kind: str
     target: int
@@ -116,8 +191,21 @@ class Load:
 
 @dataclass(frozen=True)
 class Body:
-    """A body as it is now. position, velocity: of the mass centre, global frame; angular_velocity: body frame;
-    rotation: from the body to the global frame, nine numbers row by row."""
+    """A body as it is now.
+
+    Attributes
+    ----------
+    index : int
+        Its number in the mechanism; -1 for the ground.
+    position : Vector
+        Of the mass centre in m, global frame.
+    rotation : tuple
+        Body to global, nine numbers row by row.
+    velocity : Vector
+        Of the mass centre in m/s, global frame.
+    angular_velocity : Vector
+        In rad/s, body frame.
+    """
 
     index: int
     position: Vector
@@ -126,34 +214,126 @@ class Body:
     angular_velocity: Vector
 
     def point(self, p: Vector | Sequence[Any]) -> Vector:
-        """The global position of a point that is given in the body's frame."""
+        """The position of a point of the body.
+
+        Parameters
+        ----------
+        p : Vector or sequence
+            The point in m, body frame.
+
+        Returns
+        -------
+        Vector
+            In m, global frame.
+        """
         return self.position + self.to_global(p)
 
     def velocity_of(self, p: Vector | Sequence[Any]) -> Vector:
-        """The global velocity of a point that is given in the body's frame."""
+        """The velocity of a point of the body.
+
+        Parameters
+        ----------
+        p : Vector or sequence
+            The point in m, body frame.
+
+        Returns
+        -------
+        Vector
+            In m/s, global frame.
+        """
         return self.velocity + self.to_global(self.angular_velocity.cross(p))
 
     def to_global(self, v: Vector | Sequence[Any]) -> Vector:
-        """A vector along the body's axes, along the global ones."""
+        """Turn a vector from the body's axes to the global ones.
+
+        Parameters
+        ----------
+        v : Vector or sequence
+            Along the body's axes.
+
+        Returns
+        -------
+        Vector
+            R v.
+        """
         return Vector(*so3.rotate(self.rotation, tuple(v)))
 
     def to_body(self, v: Vector | Sequence[Any]) -> Vector:
-        """A global vector along the body's axes."""
+        """Turn a vector from the global axes to the body's.
+
+        Parameters
+        ----------
+        v : Vector or sequence
+            Along the global axes.
+
+        Returns
+        -------
+        Vector
+            R^T v.
+        """
         return Vector(*so3.rotate_back(self.rotation, tuple(v)))
 
     def force(
         self, value: Vector | Sequence[Any], at: Vector | Sequence[Any] = (0.0, 0.0, 0.0), frame: str = "global"
     ) -> Load:
-        """A force (N) on the body at a point in its frame; frame: of the value, "global" or "body"."""
+        """A force on the body.
+
+        Parameters
+        ----------
+        value : Vector or sequence
+            In N.
+        at : Vector or sequence
+            The point where it acts, in m, body frame; the mass centre by default.
+        frame : str
+            The axes of the value, "global" or "body".
+
+        Returns
+        -------
+        Load
+            To be returned by the law.
+
+        Raises
+        ------
+        ValueError
+            For another frame.
+        """
         return Load("force", self.index, tuple(value), _checked(frame), tuple(at))
 
     def torque(self, value: Vector | Sequence[Any], frame: str = "global") -> Load:
-        """A torque (N m) on the body; frame: of the value, "global" or "body"."""
+        """A torque on the body.
+
+        Parameters
+        ----------
+        value : Vector or sequence
+            In N m.
+        frame : str
+            The axes of the value, "global" or "body".
+
+        Returns
+        -------
+        Load
+            To be returned by the law.
+
+        Raises
+        ------
+        ValueError
+            For another frame.
+        """
         return Load("torque", self.index, tuple(value), _checked(frame))
 
 
 class Joint:
-    """A joint as it is now: .angle (rad, over all turns) .rate .displacement (m) .speed, those that it has."""
+    """A joint as it is now.
+
+    Attributes
+    ----------
+    index : int
+        Its number in the mechanism.
+    angle, rate : number
+        In rad, over all turns, and rad/s, where it has an angle.
+    displacement, speed : number
+        In m and m/s, where it has a displacement.
+    """
 
     def __init__(self, index: int, **coordinates: Any) -> None:
         self.index, self._coordinates = index, coordinates
@@ -165,8 +345,27 @@ class Joint:
         raise AttributeError(f"the joint has no {name} here; {has}")
 
     def effort(self, value: Any, coordinate: str | None = None) -> Load:
-        """A torque about the joint's axis (N m) or a force along it (N), on the second body, and the opposite on the
-        first; coordinate: "angle" or "displacement" where it has both."""
+        """A torque about the joint's axis or a force along it, on the second body, and the opposite on the first.
+
+        Parameters
+        ----------
+        value : number
+            In N m or N.
+        coordinate : str, optional
+            "angle" or "displacement", where it has both.
+
+        Returns
+        -------
+        Load
+            To be returned by the law.
+
+        Raises
+        ------
+        ValueError
+            For another coordinate.
+        AttributeError
+            For one that the joint does not have.
+        """
         kind = coordinate or ("angle" if "angle" in self._coordinates else "displacement")
         if kind not in ("angle", "displacement"):
             raise ValueError(f'coordinate = {kind!r}: must be "angle" or "displacement"')

@@ -8,9 +8,11 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "lienumba"
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND_FLOOR = {"errors"}  # may be imported from anywhere
+TESTS = Path(__file__).parent
+APART = {"oracles", "documents", "process"}  # tests of the whole: other ways to the numbers, pages, processes
+GROUND_FLOOR = {"errors", "words"}  # may be imported from anywhere
 FLOORS = [
-    {"words", "numerics"},
+    {"numerics"},
     {"groups"},
     {"keys"},
     {"laws"},
@@ -34,7 +36,9 @@ INSIDE = {  # the floors of rooms, lowest first
     "sweep": [
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
-    "store": [{"files", "layout", "provenance"}, {"finished", "study_layout", "windows"}, {"stream"}, {"shards"}],
+    "store": [
+        {"files", "layout", "provenance"}, {"finished", "study_layout", "targets", "windows"}, {"stream"}, {"shards"},
+    ],
     "scenario": [
         {"base", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
         {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
@@ -44,8 +48,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
     ],
     "analysis": [
-        {"components"}, {"studies"}, {"labels", "summary", "summary_shown"}, {"sensitivities", "statistics"},
-        {"panels"},
+        {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
@@ -140,10 +144,21 @@ def test_no_room_is_crowded():
     assert crowded == {}
 
 
-def test_the_ground_floor_imports_nothing_of_ours():
+def test_tests_stand_in_the_mirror_of_the_tree():
+    """Those of lienumba/a/b.py in tests/a/test_b.py or in the folder tests/a/b; those of a room in its folder."""
+    for path in TESTS.rglob("test_*.py"):
+        place = path.relative_to(TESTS)
+        if place.parts[0] in APART or path == Path(__file__):
+            continue
+        mirrored = place.parent if len(place.parts) > 1 else Path(place.stem.removeprefix("test_"))
+        known = (PACKAGE / mirrored).is_dir() or (PACKAGE / mirrored).with_suffix(".py").exists()
+        assert known, f"{path}: there is no lienumba/{mirrored}, and it is in none of the folders {sorted(APART)}"
+
+
+def test_the_ground_floor_imports_nothing_else_of_ours():
     for name in GROUND_FLOOR:
         path = PACKAGE / f"{name}.py"
-        assert [m for _, m in imports(ast.parse(path.read_text()), path) if target(m)] == []
+        assert {target(m) for _, m in imports(ast.parse(path.read_text()), path)} <= GROUND_FLOOR | {None}
 
 
 def test_the_reader_of_imports_sees_them_all(tmp_path):
@@ -159,7 +174,7 @@ def test_the_reader_of_imports_sees_them_all(tmp_path):
 
 
 def test_the_documentation_lists_the_same_floors():
-    page = (PACKAGE.parent / "docs" / "how_it_works.md").read_text(encoding="utf-8")
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
     section = page.partition("## Floors\n")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| (`[^|]*`) \|", section, flags=re.MULTILINE)
     assert [set(re.findall(r"`(\w+)`", row)) for row in rows] == FLOORS
@@ -171,7 +186,7 @@ def test_no_file_is_long(path):
 
 
 def test_no_test_file_is_long():
-    too_long = [p for p in Path(__file__).parent.rglob("*.py") if len(p.read_text().splitlines()) > LONGEST]
+    too_long = [p for p in TESTS.rglob("*.py") if len(p.read_text().splitlines()) > LONGEST]
     assert too_long == []
 
 

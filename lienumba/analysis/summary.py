@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
+from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
-from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,17 +21,6 @@ if TYPE_CHECKING:
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
 AXES = ("axis", "body_axis")
-LABELS_SHOWN = 5
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The runs that ended in one way: how many, the first labels, and the times (s) that these reached."""
-
-    status: str
-    count: int
-    labels: tuple[int, ...]
-    end_times: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -75,15 +64,28 @@ class Summary:
     stopped: str = ""
 
     def __repr__(self) -> str:
-        from lienumba.analysis.summary_shown import text
+        from lienumba.analysis.summary_text import text
 
         return text(self)
 
 
 def summarise(ds: xr.Dataset) -> Summary:
-    """Summarise a dataset that `lienumba run` made, or a selection of its runs. It may be larger than the memory.
+    """Summarise a dataset, or a selection of its runs; it may be larger than the memory.
 
-    Printed, or at the end of a cell, it shows itself.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a sweep.
+
+    Returns
+    -------
+    Summary
+        How the runs ended, where, and how well the constraints held. Printed, or at the end of a cell, it shows itself.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset has no runs, or is of a study.
     """
     import numpy as np
 
@@ -114,13 +116,6 @@ def summarise(ds: xr.Dataset) -> Summary:
     )
 
 
-def of_sweep(ds: xr.Dataset | xr.DataArray, dim: str = RUN[0]) -> np.ndarray:
-    """Which runs tell how the sweep spreads (runs,): all but the nominal one, unless there is no other; dim: along
-    which the runs are."""
-    sampled: np.ndarray = ds[dim].values != NOMINAL_RUN
-    return sampled if sampled.any() else ~sampled
-
-
 def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[str, xr.DataArray]], float]:
     """The variables whose final values are told, the scenario's own first, by name, and at what time (s). Last states,
     which each run has one of, say it where runs that finished ended at that time, and where courses are not stored."""
@@ -130,22 +125,8 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
     own = [name for name in courses if name not in VARIABLES]
     asked = [name for name in FINAL if name in courses or not courses]
     last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
-    known = [name for name in (*own, *asked) if name in last or name in courses]
-    return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in known], time
-
-
-def outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
-    """One entry for each status that occurs, success first, then the most frequent failures."""
-    status = ds["status"]
-    names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
-    outcomes = []
-    for code in {int(code) for code in status.values}:
-        runs = (status.values == code).nonzero()[0]
-        shown = runs[:LABELS_SHOWN]
-        labels = tuple(int(label) for label in ds["run"].values[shown])
-        end_times = tuple(float(time) for time in ds["end_time"].values[shown]) if "end_time" in ds else ()
-        outcomes.append((code != 0, -len(runs), code, Outcome(names[code], len(runs), labels, end_times)))
-    return tuple(outcome for *_, outcome in sorted(outcomes, key=lambda entry: entry[:3]))
+    names = [name for name in (*own, *asked) if name in last or name in courses]
+    return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in names], time
 
 
 def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator[Quantiles]:
@@ -157,11 +138,11 @@ def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator
     columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
     places = product(*(map(str, variable[dim].values) for dim in dims))
     for column, place in zip(columns, places, strict=True):
-        known = column[~np.isnan(column)]
-        if len(known):
+        finite = column[~np.isnan(column)]
+        if len(finite):
             body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
             axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
-            low, median, high = np.quantile(known, QUANTILES).tolist()
+            low, median, high = np.quantile(finite, QUANTILES).tolist()
             yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high)
 
 

@@ -5,6 +5,7 @@ import hashlib
 import subprocess
 import sys
 from typing import Any
+from weakref import WeakValueDictionary
 
 from lienumba.compiler import cache
 
@@ -18,7 +19,7 @@ from lienumba.compiler.native import _emit
 sys.stdout.buffer.write(_emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
 """
 
-_loaded: dict[bytes, Any] = {}  # engines by object code: machine code lives as long as its engine
+_engines: WeakValueDictionary[bytes, Any] = WeakValueDictionary()  # by object code
 
 
 @functools.cache
@@ -75,15 +76,16 @@ def _machine(name: str, features: str) -> Any:
     return target.create_target_machine(cpu=name, features=features, opt=1, reloc="pic", codemodel="small", jit=True)
 
 
-def load(objects: bytes, names: list[str]) -> dict[str, int]:
-    """The addresses of functions in object code. Calls the C library's `fma` where the CPU has none."""
+def load(objects: bytes, names: list[str]) -> tuple[Any, dict[str, int]]:
+    """An engine with this object code, and the addresses of functions in it, which are good as long as the engine
+    lives. Calls the C library's `fma` where the CPU has none."""
     from llvmlite import binding
 
     key = hashlib.sha256(objects).digest()
-    if key not in _loaded:
+    engine = _engines.get(key)
+    if engine is None:
         engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(*cpu()))
         engine.add_object_file(binding.ObjectFileRef.from_data(objects))
         engine.finalize_object()
-        _loaded[key] = engine
-    engine = _loaded[key]
-    return {name: engine.get_function_address(name) for name in names}
+        _engines[key] = engine
+    return engine, {name: engine.get_function_address(name) for name in names}

@@ -6,7 +6,7 @@ what is stored cannot change what is computed, and the recorded graph fixes ever
 """
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from threading import Lock
 from typing import Any
@@ -57,6 +57,10 @@ class Graph:
             symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
             self.nodes.append(symbol)
         return symbol
+
+    def recorded(self) -> tuple[Hashable, ...]:
+        """All operations and their order, as a key."""
+        return tuple(self._memo)
 
 
 class Symbol:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from lienumba.batch.integrate import Batch, Pace
     from lienumba.integrators.tracing.augmented_state import AugmentedState
+    from lienumba.integrators.tracing.compiled import Compiled
     from lienumba.integrators.tracing.program import Method, Program
     from lienumba.integrators.tracing.row_selection import RowSelection
 
@@ -49,17 +50,25 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     return build(prepared.model, method_of(resolved), _selection(prepared), fixed)
 
 
+def compiled_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Compiled":
+    """The program of these runs, and that as machine code."""
+    from lienumba.integrators.tracing.compiled import compiled
+
+    return compiled(prepared.model, method_of(resolved), _selection(prepared), fixed)
+
+
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
     """The runs, ready to be executed."""
     import numpy as np
 
     from lienumba.batch.integrate import Batch
+    from lienumba.integrators.tracing.tracer import split
 
     data: Any = resolved.data
     law_states = program.law_states.start(prepared.model.forces, len(prepared.states))
     return Batch(
         machine=machine,
-        parameters=program.parameters,
+        parameters=split(prepared.model)[1],
         states=np.concatenate([prepared.states, law_states, _augmented(prepared, program.augmented)], axis=1),
         codes=prepared.codes,
         end=data.integrator.end_time,

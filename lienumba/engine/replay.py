@@ -50,18 +50,44 @@ def replay(
     overwrite: bool = False,
     progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
-    """Simulate one run of a dataset again, with its course at many times, and return that.
+    """Simulate one run of a dataset again, with its course at many times.
 
-    dataset: what `lienumba.run` returned, or its file; run: a label; every: the interval between stored times (s), by
-    default every step, and a thousandth of the run where a tolerance chooses steps; allow_code: run the Python code
-    that the dataset brings; output: write it to this netCDF file too.
     Warns if it is not the same run to the bit.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset or path
+        What `lienumba.run` returned, or its file.
+    run : int
+        The label of the run.
+    every : float, optional
+        The interval between stored times in s; by default every step, and a thousandth of the run where a tolerance
+        chooses steps.
+    allow_code : bool
+        Run the Python code that the dataset brings.
+    output : path, optional
+        Write the result to this netCDF file, too.
+    overwrite : bool
+        Whether `output` may be replaced.
+    progress : callable or bool, optional
+        As for `lienumba.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of this run alone.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset has no such run, or brings code that may not run.
     """
-    from lienumba.store.files import check_target, read, write
+    from lienumba.store.files import read, write
+    from lienumba.store.targets import check_dataset_target
 
     path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
     if output is not None:
-        check_target(output, overwrite, resumable=False)
+        check_dataset_target(output, overwrite, resumable=False)
     ds: Any = dataset if path is None else read(path)
     where = "the dataset" if path is None else str(path)
     try:

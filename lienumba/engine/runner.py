@@ -47,21 +47,52 @@ def run(
     dask: Any = None,
     progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
-    """Simulate a scenario (a path, a dict or a System) and return its dataset.
+    """Simulate a scenario and return its dataset.
 
-    output: write it to this netCDF file, which is read when values are asked for, its runs in the order of their
-    labels; without it the dataset is in memory, its runs as they are given;
-    workers: threads, by default one per core; runs: labels of the runs to simulate, by default all (-1: the nominal
-    run); part: such as "3/20", the third of twenty parts of these; resume: go on with what an interrupted sweep has
-    left beside `output`, or add runs to a finished one; dask: "local" for `workers` processes, the address of a
-    scheduler, or a distributed.Client, on whose workers the runs are computed; progress: called with a Progress a few
-    times per second; by default a run that takes more than a second shows itself on a terminal and in a notebook, not
-    elsewhere; False: nowhere, True: everywhere.
-    An interrupt (Ctrl-C, or that of a notebook's kernel) ends it, and says what is kept.
-    Raises ScenarioError for bad input, before anything runs; a failed run is data (`status`), never an exception.
+    A failed run is data (`status`, NaN after the failure), never an exception. An interrupt (Ctrl-C, or that of a
+    notebook's kernel) ends the sweep, and says what is kept.
+
+    Parameters
+    ----------
+    scenario : path, dict, System or Scenario
+        What to simulate: a TOML file, its keys and values, or a `lienumba.System`.
+    output : path, optional
+        Write the dataset to this netCDF file, from which values are read when they are asked for, its runs in the order
+        of their labels. Without it the dataset is in memory, its runs in the order of `runs`.
+    workers : int, optional
+        Threads; by default one for each core. With `dask="local"`: processes.
+    seed : int, optional
+        Instead of `sweep.seed`.
+    overrides : mapping, optional
+        New values by path, such as `{"integrator.step": 1e-4, "bodies.top.mass": 14.0}`.
+    runs : sequence of int, optional
+        The labels of the runs to simulate; all by default. -1 is the nominal run.
+    part : str or (int, int), optional
+        Such as "3/20", the third of twenty parts of these runs.
+    resume : bool
+        Go on with what an interrupted sweep has left beside `output`, or add runs to a finished one.
+    overwrite : bool
+        Whether `output` may be replaced.
+    dask : str or distributed.Client, optional
+        "local" for `workers` processes, the address of a scheduler, or a client, on whose workers runs are computed.
+    progress : callable or bool, optional
+        Called with a `Progress` a few times per second. By default a run that takes more than a second shows itself on
+        a terminal and in a notebook, not elsewhere; False: nowhere, True: everywhere.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables with units and frames on the dimensions run, time, body, ...; of a study errors and costs at each
+        point of its grid.
+
+    Raises
+    ------
+    ScenarioError
+        For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
-    from lienumba.store.files import check_target, folder_of, read, write
+    from lienumba.store.files import folder_of, read, write
+    from lienumba.store.targets import check_dataset_target
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
@@ -80,7 +111,7 @@ def run(
     if dask is not None:
         connection.check(dask, workers)
     if output is not None:
-        check_target(output, overwrite, resume)
+        check_dataset_target(output, overwrite, resume)
     elif resume:
         raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
     workers = workers or usable_cores()

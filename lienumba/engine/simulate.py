@@ -1,7 +1,7 @@
 """Simulates the runs of a scenario: prepared portion by portion, compiled once, dealt out in chunks."""
 
 from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -10,22 +10,18 @@ import numpy as np
 
 from lienumba.batch.execute import Cost, Task, execute, tasks
 from lienumba.batch.statuses import GOOD
-from lienumba.engine.programs import batch_of, program_of
+from lienumba.engine.programs import batch_of, compiled_of
 from lienumba.engine.results import Piece, Results
 from lienumba.integrators.codes import RESELECT
-from lienumba.integrators.tracing.tracer import split
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, Prepared, prepare
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
     from lienumba.batch.integrate import Chunk
-    from lienumba.integrators.tracing.machine import Machine
     from lienumba.integrators.tracing.program import Program
 
 PORTION = 2**15  # runs of one body that are prepared at a time
-
-Code = tuple["Program", "Machine"]
 
 
 @dataclass(frozen=True)
@@ -40,15 +36,6 @@ class Progress:
 
 
 Tell = Callable[[Progress], None]
-
-
-def compiled(resolved: Scenario, prepared: Prepared, fixed: bool) -> Code:
-    """The program of a scenario, and that as machine code; fixed: see `lienumba.integrators.tracing.program.build`."""
-    from lienumba.integrators.tracing.machine import compile_program
-
-    program = program_of(resolved, prepared, fixed)
-    machine = compile_program(program)
-    return replace(program, kernels={}), machine  # graphs are large, and have done their work
 
 
 @dataclass(frozen=True)
@@ -105,21 +92,19 @@ def simulate(
 class Threads:
     """Computes on threads of this process.
 
-    prepared, code: where portions and machine code come from, if they are known; results: what is kept of runs, if that
-    is not what the scenario says.
+    prepared: where portions come from, if they are known; results: what is kept of runs, if that is not what the
+    scenario says.
     """
 
     resolved: Scenario
     workers: int
     prepared: Callable[[Runs], Iterable[Prepared]] | None = None
-    code: Callable[[bool, Prepared], Code] | None = None
     results: Results | None = None
 
     def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
         prepared = iter((self.prepared or partial(portions, self.resolved))(runs))
         first = next(prepared)  # a sweep of which no run can be prepared ends here, before anything is compiled
-        code = self.code or (lambda fixed, first: compiled(self.resolved, first, fixed))
-        every = chunks(self.resolved, chain([first], prepared), code, fixed, self.workers, report, self.results)
+        every = chunks(self.resolved, chain([first], prepared), fixed, self.workers, report, self.results)
         return execute(every, self.workers, report)
 
 
@@ -132,7 +117,6 @@ def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
 def chunks(
     resolved: Scenario,
     portions: Iterable[Prepared],
-    code: Callable[[bool, Prepared], Code],
     fixed: bool,
     workers: int,
     report: Callable[[float], None],
@@ -142,12 +126,11 @@ def chunks(
     program, cost = None, Cost()
     for prepared in portions:
         if program is None:
-            program, machine = code(fixed, prepared)
+            program, machine = compiled_of(resolved, prepared, fixed)
             results = results or Results(resolved, prepared.nominal)
             report(0)
         assert results is not None
-        own = replace(program, parameters=split(prepared.model)[1])
-        batch = batch_of(resolved, prepared, own, machine)
+        batch = batch_of(resolved, prepared, program, machine)
         yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.memory import Memory
-from lienumba.engine.programs import method_of
-from lienumba.engine.simulate import Code, Progress, Runs, Tell, Threads, compiled, simulate
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.engine.programs import compiled_of
+from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
+from lienumba.integrators.methods import METHODS
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
@@ -73,7 +73,7 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
 
 
 class _Bench:
-    """The prepared runs and the kernels of all points, and how far the study has come."""
+    """The prepared runs of all points, and how far the study has come."""
 
     def __init__(self, scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> None:
         assert scenario.plan is not None
@@ -82,7 +82,6 @@ class _Bench:
         self.runs, self.done, self.failed = len(labels), 0, 0
         times = len(self.plan.points) * scenario.data.study.repeats + 2 * len(self.plan.references)
         self.total = times * self.runs
-        self.codes: dict[Any, Code] = {}
         self.prepared: dict[str, Prepared] = {
             point.problem: told(point, lambda scenario: prepare(scenario, labels)) for point in problems(self.plan)
         }
@@ -98,13 +97,7 @@ class _Bench:
         needed = [*((point.scenario, point.problem) for point in self.plan.points), *references]
         for scenario, problem in needed:
             self.tell(Progress("compile", 0, self.total, 0))
-            self.code(scenario, problem, True)
-
-    def code(self, scenario: Scenario, problem: str, fixed: bool) -> Code:
-        key = (problem, method_of(scenario), fixed)
-        if key not in self.codes:
-            self.codes[key] = compiled(scenario, self.prepared[problem], fixed)
-        return self.codes[key]
+            compiled_of(scenario, self.prepared[problem], True)
 
     def simulate(self, scenario: Scenario, problem: str, counted: bool = False) -> Memory:
         """The runs of a scenario that solves this problem; counted: whether those that fail are told."""
@@ -122,7 +115,7 @@ class _Bench:
         known = self.prepared[problem]
         runs = Runs(np.asarray(known.labels), known.samples, known.nominal)
         memory = Memory(known.labels)
-        threads = Threads(_lean(scenario), self.workers, portions, lambda fixed, _: self.code(scenario, problem, fixed))
+        threads = Threads(_lean(scenario), self.workers, portions)
         for piece in simulate(runs, report, threads):
             memory.take(piece)
         self.done += self.runs
@@ -146,7 +139,7 @@ def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
     for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
         found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
     per_run = {name: arrays[name] for name in SAME}
-    stages = len(TABLEAUS[data.integrator.method].b)
+    stages = len(METHODS[data.integrator.method].b)
     most = {f"max_{name}": np.fmax.reduce(arrays[name], axis=1) for name in ITERATIONS}
     return found | per_run | most | {"evaluations": stages * (per_run["steps"] + per_run["rejected_steps"])}
 

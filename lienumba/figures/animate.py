@@ -13,7 +13,8 @@ from lienumba.figures.movies import GIF, MP4, ffmpeg, write_gif, write_mp4
 from lienumba.figures.picture import Picture
 from lienumba.figures.playing import FPS, film
 from lienumba.scenario.base.arguments import parse_ranges
-from lienumba.store.files import discard, partial_of, settle
+from lienumba.store.files import whole
+from lienumba.store.targets import check_target
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,9 +39,9 @@ def runs_of(text: str | None, worst: str | None) -> list[int]:
     return list(dict.fromkeys(label for part in ranges for label in part))
 
 
-def check_target(target: Path) -> None:
+def check_film(target: Path) -> None:
     """Refuse, before anything is drawn, a file that cannot be written."""
-    canvas.check_target(target, FORMATS, "animation or picture")
+    check_target(target, "animation or picture", FORMATS)
     if target.suffix.lower() == MP4:
         ffmpeg()
 
@@ -56,25 +57,31 @@ def animate(
 ) -> None:
     """Write a scene as GIF or MP4, or, as PNG, SVG or PDF, how it ends.
 
-    fps: frames per second; duration: how long it takes to watch (s), by default the time of the simulation, but
-    between 4 and 8 s; progress: told how many frames of how many are drawn.
+    Parameters
+    ----------
+    scene : Scene
+        What `lienumba.scene.scene` made of a dataset.
+    target : path
+        The file; its suffix says which kind.
+    title : str
+        Stands above the picture.
+    fps : int
+        Frames per second.
+    duration : float, optional
+        How long it takes to watch, in s; by default the time of the simulation, but between 4 and 8 s.
+    progress : callable
+        Told how many frames of how many are drawn.
     """
     path = Path(target)
-    check_target(path)
+    check_film(path)
     times = film(scene.runs, fps, duration)
     kind = path.suffix.lower()
     picture = Picture(scene, times, title, DPI.get(kind, canvas.DPI))
     if kind not in MOVIES:
         canvas.save(picture.figure, path)
         return
-    partial = partial_of(path)
-    try:
+    with whole(path) as partial:
         MOVIES[kind](_frames(picture, progress), fps, partial)
-        settle(partial, path)
-    except OSError as error:
-        raise ScenarioError(f"output = {path}: cannot be written ({error.strerror}); choose another") from None
-    finally:
-        discard(partial)
 
 
 def _frames(picture: Picture, progress: Callable[[int, int], None]) -> Iterator[np.ndarray]:

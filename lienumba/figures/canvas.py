@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
-from lienumba.words import listed
+from lienumba.store.files import whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,22 +52,10 @@ def lines(text: str, width: float) -> str:
     return "\n".join(wrap(text, int(width / LETTER))).replace("$", r"\$")
 
 
-def check_target(target: Path, suffixes: Sequence[str], what: str) -> None:
-    """Refuse a file that is none of these kinds, or has no folder; what: is to be written."""
-    if target.suffix.lower() not in suffixes:
-        raise ScenarioError(f"output = {target}: is no {what}; give a name that ends in {listed(suffixes, 'or')}")
-    if not target.parent.is_dir():
-        raise ScenarioError(
-            f"output = {target}: its folder {target.parent} does not exist; create it or choose another"
-        )
-
-
-def save(drawn: Figure, target: Path, **more: Any) -> None:
+def save(drawn: Figure, target: Path) -> None:
     """Write a figure as PNG, SVG or PDF."""
     from matplotlib import rc_context
 
-    try:
-        with rc_context({"svg.hashsalt": "lienumba"}):
-            drawn.savefig(target, metadata=NAMELESS[target.suffix.lower()], **more)
-    except OSError as error:
-        raise ScenarioError(f"output = {target}: cannot be written ({error.strerror}); choose another") from None
+    ending = target.suffix.lower()
+    with whole(target) as partial, rc_context({"svg.hashsalt": "lienumba"}):
+        drawn.savefig(partial, format=ending[1:], metadata=NAMELESS[ending])

@@ -8,17 +8,16 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.labels import fates
+from lienumba.analysis.outcomes import counts
 from lienumba.analysis.panels.quantiles import Courses
 from lienumba.analysis.panels.run_windows import nominal_run
 from lienumba.analysis.panels.select_panels import STATUS, Choice, Panel, asked, good_runs, telling
-from lienumba.analysis.summary import of_sweep
-from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
 from lienumba.store.files import read
 from lienumba.store.study_layout import is_study
+from lienumba.store.targets import check_target
 from lienumba.words import plural, show, suggestion
 
 if TYPE_CHECKING:
@@ -27,9 +26,19 @@ if TYPE_CHECKING:
 
 
 def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[str] = ()) -> Figure:
-    """The figure of a dataset, or of its file; a notebook shows it.
+    """The figure of a dataset; a notebook shows it.
 
-    names: what to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+    Parameters
+    ----------
+    dataset : xarray.Dataset or path
+        What `lienumba.run` returned, or its file.
+    names : str or sequence of str
+        What to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each name.
     """
     wanted = [names] if isinstance(names, str) else names
     if not isinstance(dataset, str | os.PathLike):
@@ -40,7 +49,7 @@ def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[s
 
 def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
-    canvas.check_target(target, canvas.STILLS, "figure")
+    check_target(target, "figure", canvas.STILLS)
     canvas.save(_figure(ds, names), target)
 
 
@@ -85,13 +94,15 @@ def _is_of_good_runs(panel: Panel) -> bool:
 
 def _count(ds: xr.Dataset, panels: Sequence[Panel], courses: Sequence[Courses]) -> str:
     """Of how many runs it is, and what became of those that did not reach the end."""
-    sampled = of_sweep(ds)
+    ran = counts(ds)
     read = min((x.runs for x in courses), default=len(ds["run"]))
-    which = plural(int(sampled.sum()), "run", "runs") + ("" if sampled.all() else " and the nominal run")
-    if not ds["status"].isin(GOOD).values[~sampled].all():
+    which = plural(ran.runs, "run", "runs") + ran.beside
+    if ran.nominal and not ran.nominal.good:
         which += ", which failed"
     some = f"courses of {read:,}" if read < good_runs(ds).sum() else ""
     inputs = any(panel.sampled for panel in panels)
     remark = " and shown among the inputs only" if inputs else " and not shown"
     hidden = any(_is_of_good_runs(panel) for panel in panels)
-    return "; ".join(filter(None, [which, some, fates(ds, remark if hidden else "")]))
+    failed = ran.failed + (remark if ran.failed and hidden else "")
+    stopped = f"{ran.stopped:,} stopped by events" if ran.stopped else ""
+    return "; ".join(filter(None, [which, some, failed, stopped]))

@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.labels import axis_label
 from lienumba.analysis.studies.orders import orders
-from lienumba.analysis.studies.study import Curve, curves, labels_of
+from lienumba.analysis.studies.study import curves
+from lienumba.analysis.studies.study_rows import COSTS, EVALUATIONS, STEP, TIME, Line, doubtful, lines
 from lienumba.errors import ScenarioError
 from lienumba.figures.canvas import COLORS, blank, entitle
-from lienumba.store.study_layout import ERRORS, TRUSTED, typical
+from lienumba.store.study_layout import ERRORS, typical
 from lienumba.words import show
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
-COSTS = {"evaluations": ("evaluations per run", ""), "time_per_run": ("time of one core per run", "s")}
 HEIGHT = 4.4  # of a panel, inches
 IN_A_ROW = 6  # of the legend
 
@@ -35,23 +34,19 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
             raise ScenarioError('"status" is a code, not a number; name a variable such as position_error')
         if ds[name].dims != ds["status"].dims:
             raise ScenarioError(f"{show(name)} has no value for every run and point; name one such as position_error")
-    refined, steps = curves(ds), (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
-    lines = [*refined, *_single(ds, {point for curve in refined for point in curve.points})]
-    costs = {"evaluations": typical(ds, "evaluations"), "time_per_run": ds["time_per_run"]}
-    drawn, axes = blank(len(names), 3 if refined else 2, HEIGHT)
+    costs = [*([STEP] if curves(ds) else []), EVALUATIONS, TIME]
+    drawn, axes = blank(len(names), len(costs), HEIGHT)
     for row, name in zip(axes, names, strict=True):
-        values = typical(ds, name).values.ravel()
-        logarithmic = bool((values > 0.0).any() if name in _errors() else (values[np.isfinite(values)] > 0.0).all())
-        label = ("largest " if name in _errors() else "") + axis_label(name, ds[name].attrs["units"])
-        if refined:
-            _draw(row[0], steps, values, steps, refined, logarithmic)
-            _slopes(row[0], ds, name)
-            _finish(row[0], "mean step", "s", label, logarithmic)
-        for ax, cost in zip(row[-2:], costs, strict=True):
-            _draw(ax, costs[cost].values.ravel(), values, steps, lines, logarithmic)
+        values, error = typical(ds, name).values.ravel(), _error_of(name)
+        logarithmic = bool((values > 0.0).any() if error else (values[np.isfinite(values)] > 0.0).all())
+        label = ("largest " if error else "") + axis_label(name, ds[name].attrs["units"])
+        for ax, cost in zip(row, costs, strict=True):
+            _draw(ax, lines(ds, name, cost, logarithmic))
+            if error and cost == STEP:
+                _slopes(ax, ds, error)
             _finish(ax, *COSTS[cost], label, logarithmic)
-        for ax in row:
-            _shade(ax, ds, name)
+            if error:
+                _shade(ax, doubtful(ds, error))
     handles, labels = axes[0][-1].get_legend_handles_labels()
     if labels:
         drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), IN_A_ROW), fontsize="small")
@@ -61,41 +56,24 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     return drawn
 
 
-def _errors() -> set[str]:
-    return {f"{name}_error" for name in ERRORS}
+def _error_of(name: str) -> str:
+    """Of what a variable is the error, if it is one."""
+    kind = name.removesuffix("_error")
+    return kind if kind in ERRORS and kind != name else ""
 
 
-def _single(ds: xr.Dataset, others: set[int]) -> list[Curve]:
-    """Every point for itself, but for these others."""
-    labels = labels_of(ds)
-    return [
-        Curve({name: values[point] for name, values in labels.items()}, "", [point])
-        for point in range(ds["time_per_run"].size)
-        if point not in others
-    ]
-
-
-def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, steps: np.ndarray, lines: Sequence[Curve], logarithmic: bool) -> None:
-    """A line through the points of each curve that have a place on the axes, from small steps to large ones."""
-    import numpy as np
-
-    for n, line in enumerate(lines):
-        points = np.array(line.points)
-        good = points[((y[points] > 0.0) if logarithmic else np.isfinite(y[points])) & (x[points] > 0.0)]
-        good = good[np.argsort(steps[good])]
+def _draw(ax: Axes, shown: Sequence[Line]) -> None:
+    for n, line in enumerate(shown):
         color, marker = COLORS[n % len(COLORS)], MARKERS[n % len(MARKERS)]
-        ax.plot(x[good], y[good], color=color, marker=marker, lw=1.2, ms=4.5, label=line.name or None)
+        ax.plot(line.x, line.y, color=color, marker=marker, lw=1.2, ms=4.5, label=line.name or None)
     ax.margins(y=0.08)
 
 
-def _slopes(ax: Axes, ds: xr.Dataset, name: str) -> None:
+def _slopes(ax: Axes, ds: xr.Dataset, error: str) -> None:
     """Dashed lines of whole slopes beside the curves that show them."""
     import numpy as np
 
-    kind = name.removesuffix("_error")
-    if kind not in ERRORS or name not in _errors():
-        return
-    found = orders(ds).sel(error=kind)
+    found = orders(ds).sel(error=error)
     drawn: set[int] = set()
     for line, order, first, last in zip(
         list(ax.lines), *(found[key].values.ravel() for key in ("order", "finest", "coarsest")), strict=True
@@ -114,16 +92,11 @@ def _slopes(ax: Axes, ds: xr.Dataset, name: str) -> None:
         )  # fmt: skip
 
 
-def _shade(ax: Axes, ds: xr.Dataset, name: str) -> None:
+def _shade(ax: Axes, end: float) -> None:
     """Where the reference says little."""
-    import numpy as np
-
-    if name not in _errors():
-        return
-    floor = np.nanmax(typical(ds, f"reference_{name}").values)
     low, high = ax.get_ylim()
-    if TRUSTED * floor > low:
-        ax.axhspan(low, min(TRUSTED * floor, high), color="0.88", zorder=0)
+    if end > low:
+        ax.axhspan(low, min(end, high), color="0.88", zorder=0)
         ax.set_ylim(low, high)
 
 

@@ -8,7 +8,7 @@ holds with the bracket of se(3), and each coefficient f(u.u) brings its derivati
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import kernel, where
 
 ELEMENT, ALGEBRA = 12, 6
@@ -19,25 +19,58 @@ IDENTITY: Motion = (0.0, 0.0, 0.0, *so3.IDENTITY)
 
 
 @kernel
-def product(a: Vector, b: Vector) -> Motion:
-    """(r, R) . (s, S) = (r + R s, R S)."""
+def product(a: Motion, b: Motion) -> Motion:
+    """(r, R) . (s, S) = (r + R s, R S).
+
+    Parameters
+    ----------
+    a, b : Motion
+        Elements of SE(3).
+
+    Returns
+    -------
+    Motion
+        a b.
+    """
     return so3.add(a[0:3], so3.rotate(a[3:12], b[0:3])) + so3.multiply(a[3:12], b[3:12])
 
 
 @kernel
-def inverse(a: Vector) -> Motion:
-    """(-R^T r, R^T)."""
+def inverse(a: Motion) -> Motion:
+    """(-R^T r, R^T).
+
+    Parameters
+    ----------
+    a : Motion
+        An element of SE(3).
+
+    Returns
+    -------
+    Motion
+        Its inverse.
+    """
     return so3.scale(-1.0, so3.rotate_back(a[3:12], a[0:3])) + so3.transpose(a[3:12])
 
 
 @kernel
-def bracket(x: Vector, y: Vector) -> Twist:
-    """[(p, u), (q, w)] = (u x q + p x w, u x w)."""
+def bracket(x: Twist, y: Twist) -> Twist:
+    """[(p, u), (q, w)] = (u x q + p x w, u x w).
+
+    Parameters
+    ----------
+    x, y : Twist
+        Elements of se(3).
+
+    Returns
+    -------
+    Twist
+        Their bracket.
+    """
     return so3.add(so3.cross(x[3:6], y[0:3]), so3.cross(x[0:3], y[3:6])) + so3.cross(x[3:6], y[3:6])
 
 
 @kernel
-def _plus(s: Number, a: Vector, b: Vector) -> Twist:
+def _plus(s: Number, a: Twist, b: Twist) -> Twist:
     """s a + b."""
     return so3.axpy(s, a[0:3], b[0:3]) + so3.axpy(s, a[3:6], b[3:6])
 
@@ -73,21 +106,54 @@ def _dexpinv_derivative(x: Number) -> Any:
 
 # ---------------------------------------------------------------- exp, log, dexp
 @kernel
-def exp(z: Vector) -> Motion:
-    """The screw motion (dexp_u(p), expm hat(u)) by a twist (p, u), at any angle."""
+def exp(z: Twist) -> Motion:
+    """The screw motion (dexp_u(p), expm hat(u)) by a twist (p, u), at any angle.
+
+    Parameters
+    ----------
+    z : Twist
+        Translation in m, rotation in rad.
+
+    Returns
+    -------
+    Motion
+        exp(z).
+    """
     return so3.dexp(z[3:6], z[0:3]) + so3.exp(z[3:6])
 
 
 @kernel
-def log(a: Vector) -> Twist:
-    """The twist z with exp(z) = a and a rotation of at most pi."""
+def log(a: Motion) -> Twist:
+    """The inverse of exp.
+
+    Parameters
+    ----------
+    a : Motion
+        An element of SE(3).
+
+    Returns
+    -------
+    Twist
+        z with exp(z) = a and a rotation of at most pi.
+    """
     u = so3.log(a[3:12])
     return so3.dexpinv(u, a[0:3]) + u
 
 
 @kernel
-def dexp(z: Vector, y: Vector) -> Twist:
-    """dexp_z(y) = sum_j ad_z^j y / (j+1)!."""
+def dexp(z: Twist, y: Twist) -> Twist:
+    """dexp_z(y) = sum_j ad_z^j y / (j+1)!.
+
+    Parameters
+    ----------
+    z, y : Twist
+        Elements of se(3).
+
+    Returns
+    -------
+    Twist
+        dexp_z(y).
+    """
     x = so3.dot(z[3:6], z[3:6])
     b, d = so3.dexp_coefficients(x)
     db, dd = _dexp_derivatives(x)
@@ -99,8 +165,19 @@ def dexp(z: Vector, y: Vector) -> Twist:
 
 
 @kernel
-def dexpinv(z: Vector, y: Vector) -> Twist:
-    """dexp_z^{-1}(y) in closed form; singular where the angle is a multiple of 2 pi."""
+def dexpinv(z: Twist, y: Twist) -> Twist:
+    """dexp_z^{-1}(y) in closed form; singular where the angle is a multiple of 2 pi.
+
+    Parameters
+    ----------
+    z, y : Twist
+        Elements of se(3).
+
+    Returns
+    -------
+    Twist
+        dexp_z^{-1}(y).
+    """
     x = so3.dot(z[3:6], z[3:6])
     zy = bracket(z, y)
     zzy = bracket(z, zy)
@@ -110,8 +187,21 @@ def dexpinv(z: Vector, y: Vector) -> Twist:
 
 
 @kernel
-def dexpinv_truncated(z: Vector, y: Vector, order: int) -> Twist:
-    """sum_{j <= order} B_j/j! ad_z^j y, order up to 10."""
+def dexpinv_truncated(z: Twist, y: Twist, order: int) -> Twist:
+    """sum_{j <= order} B_j/j! ad_z^j y.
+
+    Parameters
+    ----------
+    z, y : Twist
+        Elements of se(3).
+    order : int
+        The last j, from 0 to 10.
+
+    Returns
+    -------
+    Twist
+        The truncated series.
+    """
     term, total = y, y
     for j in range(1, order + 1):
         term = bracket(z, term)

@@ -114,9 +114,19 @@ def multiply(A: Matrix, B: Matrix) -> Matrix3:
 # ---------------------------------------------------------------- coefficients
 @kernel
 def half_angle(x: Number) -> tuple[Any, Any]:
-    """cos(angle/2) and sin(angle/2)/(angle/2), at any angle, from x = angle**2.
+    """cos(angle/2) and sin(angle/2)/(angle/2), at any angle.
 
     Minimax polynomials at a quarter of the angle (error below 5e-17 for angles up to 6), then one doubling.
+
+    Parameters
+    ----------
+    x : Number
+        The angle squared, rad^2.
+
+    Returns
+    -------
+    c, s : Number
+        The cosine, and the sine over half the angle.
     """
     y = 0.0625 * x
     p = 2.480158729989807e-05 + y * (
@@ -161,7 +171,18 @@ def dexpinv_coefficient(x: Number) -> Any:
 # ---------------------------------------------------------------- exp, log, dexp
 @kernel
 def exp(u: Vector) -> Matrix3:
-    """The rotation by |u| (rad) about u: I + a hat(u) + b hat(u)^2."""
+    """The rotation by |u| about u: I + a hat(u) + b hat(u)^2 (Terze et al. 2015, section 2, d).
+
+    Parameters
+    ----------
+    u : Vec3
+        The rotation vector, rad; of any length.
+
+    Returns
+    -------
+    Matrix3
+        The rotation. exp(0) = I exactly.
+    """
     c, s = half_angle(dot(u, u))
     a, b = s * c, 0.5 * (s * s)
     ax, ay, az = a * u[0], a * u[1], a * u[2]
@@ -173,7 +194,18 @@ def exp(u: Vector) -> Matrix3:
 
 @kernel
 def log(R: Matrix) -> Vec3:
-    """The rotation vector u with exp(u) = R and |u| <= pi (rad)."""
+    """The rotation vector of a rotation.
+
+    Parameters
+    ----------
+    R : Matrix3
+        A rotation.
+
+    Returns
+    -------
+    Vec3
+        u with exp(u) = R and |u| <= pi, rad.
+    """
     w, x, y, z = to_quaternion(R)
     square = x * x + y * y + z * z
     tiny = square < 1e-300
@@ -184,7 +216,20 @@ def log(R: Matrix) -> Vec3:
 
 @kernel
 def dexp(u: Vector, w: Vector) -> Vec3:
-    """dexp_u(w) = sum_j ad_u^j w / (j+1)!, with d/dt exp(u) = hat(dexp_u(u')) exp(u)."""
+    """dexp_u(w) = sum_j ad_u^j w / (j+1)!, with d/dt exp(u) = hat(dexp_u(u')) exp(u) (Terze et al. 2015, A.5).
+
+    Parameters
+    ----------
+    u : Vec3
+        A rotation vector, rad.
+    w : Vec3
+        What it is applied to.
+
+    Returns
+    -------
+    Vec3
+        dexp_u(w).
+    """
     b, d = dexp_coefficients(dot(u, u))
     uw = cross(u, w)
     return axpy(d, cross(u, uw), axpy(b, uw, w))
@@ -192,14 +237,42 @@ def dexp(u: Vector, w: Vector) -> Vec3:
 
 @kernel
 def dexpinv(u: Vector, w: Vector) -> Vec3:
-    """dexp_u^{-1}(w) in closed form; singular where |u| is a multiple of 2 pi."""
+    """dexp_u^{-1}(w) in closed form (Terze et al. 2015, A.4); singular where |u| is a multiple of 2 pi.
+
+    Parameters
+    ----------
+    u : Vec3
+        A rotation vector, rad.
+    w : Vec3
+        What it is applied to.
+
+    Returns
+    -------
+    Vec3
+        w - 1/2 u x w + c u x (u x w), c = (1 - (|u|/2) cot(|u|/2))/|u|^2.
+    """
     uw = cross(u, w)
     return axpy(dexpinv_coefficient(dot(u, u)), cross(u, uw), axpy(-0.5, uw, w))
 
 
 @kernel
 def dexpinv_truncated(u: Vector, w: Vector, order: int) -> Vec3:
-    """sum_{j <= order} B_j/j! ad_u^j w, order up to 10. A method of order p needs j <= p - 2."""
+    """sum_{j <= order} B_j/j! ad_u^j w (Terze et al. 2015, A.4). A method of order p needs j <= p - 2.
+
+    Parameters
+    ----------
+    u : Vec3
+        A rotation vector, rad.
+    w : Vec3
+        What it is applied to.
+    order : int
+        The last j, from 0 to 10.
+
+    Returns
+    -------
+    Vec3
+        The truncated series.
+    """
     term: Vector = w
     total: Vec3 = (w[0], w[1], w[2])
     for j in range(1, order + 1):
@@ -211,7 +284,18 @@ def dexpinv_truncated(u: Vector, w: Vector, order: int) -> Vec3:
 # ---------------------------------------------------------------- quaternions
 @kernel
 def from_quaternion(q: Vector) -> Matrix3:
-    """The rotation of a quaternion (w, x, y, z) of any length but zero."""
+    """The rotation of a quaternion.
+
+    Parameters
+    ----------
+    q : Quaternion
+        (w, x, y, z), of any length but zero.
+
+    Returns
+    -------
+    Matrix3
+        The rotation.
+    """
     w, x, y, z = q
     s = 2.0 / (w * w + x * x + y * y + z * z)
     return (
@@ -223,7 +307,18 @@ def from_quaternion(q: Vector) -> Matrix3:
 
 @kernel
 def to_quaternion(R: Matrix) -> Quaternion:
-    """The unit quaternion (w, x, y, z) of a rotation, w >= 0: the best conditioned of four rows (Shepperd)."""
+    """The unit quaternion of a rotation: the best conditioned of four rows (Shepperd).
+
+    Parameters
+    ----------
+    R : Matrix3
+        A rotation.
+
+    Returns
+    -------
+    Quaternion
+        (w, x, y, z) with w >= 0.
+    """
     t0, t1, t2, t3 = R[0] + R[4] + R[8], R[0] - R[4] - R[8], R[4] - R[0] - R[8], R[8] - R[0] - R[4]
     a, b, c = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     d, e, f = R[1] + R[3], R[2] + R[6], R[5] + R[7]

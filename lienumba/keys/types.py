@@ -74,6 +74,14 @@ def rotation_form(value: Any) -> str | None:
     return next((ROTATION_TABLES[key] for key in keys if key in ROTATION_TABLES), None)
 
 
+def rotation_keys(value: Any) -> Any:
+    """A rotation as its class has it, whatever its numbers are; it is known to have one of the five forms."""
+    if not isinstance(value, dict):
+        return value
+    section = next(section for section in (AxisAngle, Euler, RotationVector) if value.keys() <= {*section.model_fields})
+    return section.model_construct(**value)
+
+
 Rotation = Annotated[
     Annotated[Quaternion, Tag("quaternion")]
     | Annotated[Matrix3, Tag("matrix")]

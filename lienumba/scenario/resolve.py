@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
-from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check
@@ -97,7 +97,7 @@ class Scenario:
 
     def nominal(self) -> dict[str, Any]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
-        data = {**self.data.model.model_dump(), "parameters": self.parameters.values()}
+        data = {**dict(self.data.model), "parameters": self.parameters.values()}
         return {
             path: nominal_numbers(paths.get(data, paths.parse(path)), kind.shape)
             for path, kind in self.data.sweep.vary.items()
@@ -192,14 +192,14 @@ def _resolved(
     except ValidationError as error:
         found += sentences(error, raw)
     report = check(raw, parameters)
-    problems += wrong + [parameters.explain(sentence) for sentence in found + report.problems]
+    problems += wrong + [parameters.explain(str(problem)) for problem in [*found, *report.problems]]
     if problems or data is None:
         raise ScenarioError("\n".join(map(_as_written, problems)))
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
     elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
-    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
+    warnings = [*map(parameters.explain, map(str, report.warnings)), *parameters.unused(elsewhere)]
     return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
 
 
@@ -223,7 +223,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         output = output.model_copy(update={"variables": [*VARIABLES, *own]})
-    model = data.model.model_dump()
+    model = dict(data.model)
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     correlate = [
         group.model_copy(update={"paths": [paths.canonical(path, model) for path in group.paths]})

@@ -13,9 +13,23 @@ Numbers = Sequence[Any] | Any  # lists, tuples or arrays
 
 
 class System:
-    """Collects the keys of a scenario; `lienumba.run(system)` checks and runs it. `ground` is the fixed world.
+    """Collects the keys of a scenario; `lienumba.run(system)` checks and runs it.
 
-    >>> top = System("Heavy top")
+    Every method adds to it and returns it. Keys are those of the TOML file; numbers may be formulas of parameters.
+
+    Parameters
+    ----------
+    title : str
+        What the scenario is called.
+
+    Attributes
+    ----------
+    ground : str
+        The name of the fixed world.
+
+    Examples
+    --------
+    >>> top = lienumba.System("Heavy top")
     >>> top.body("top", mass=15, inertia=[0.234375, 0.46875, 0.234375], position=[0, 1, 0])
     >>> top.joint("pivot", "spherical", ["ground", "top"], points=[[0, 0, 0], [0, -1, 0]])
     >>> top.integrator(step=1e-3, end_time=2.0)
@@ -28,7 +42,18 @@ class System:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """The scenario of a TOML file, to be changed further."""
+        """The scenario of a TOML file, to be changed further.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        System
+            With the keys of the file and of those that it extends.
+        """
         system = cls()
         system._data = load(path)
         return system
@@ -62,7 +87,31 @@ class System:
         relative_to: str | None = None,
         guess: dict[str, Any] | None = None,
     ) -> Self:
-        """Add a body; what is omitted of its initial state is solved for from the joints."""
+        """Add a body.
+
+        Parameters
+        ----------
+        name : str
+            A letter, then letters, digits or "_".
+        mass : float
+            In kg, above 0.
+        inertia : array
+            In kg m^2 about the mass centre, body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the
+            tensor, or its 3x3 matrix.
+        position : array, optional
+            The mass centre in m, global frame: 3 numbers. What is omitted of the start is solved for from the joints.
+        rotation : array or dict, optional
+            Body to global: a quaternion [w, x, y, z], a 3x3 matrix, or {"axis", "angle"}, {"euler", "angles"},
+            {"rotation_vector"}, in rad.
+        velocity : array, optional
+            Of the mass centre in m/s, global frame: 3 numbers.
+        angular_velocity : array, optional
+            In rad/s, body frame: 3 numbers.
+        relative_to : str, optional
+            The body in whose frame position, rotation and velocities are given.
+        guess : dict, optional
+            Where to start for what is omitted: position, rotation, velocity, angular_velocity, not held.
+        """
         keys = {
             "position": position,
             "rotation": rotation,
@@ -74,84 +123,213 @@ class System:
         return self._add("bodies", {"name": name, "mass": mass, "inertia": inertia, **keys})
 
     def joint(self, name: str, type: str, bodies: Sequence[str] | None = None, **keys: Any) -> Self:
-        """Add a joint between two bodies, or a body and "ground": points and axes in the bodies' own frames, or at and
-        axis in the global frame at the start. A gear or coupler has joints and ratio instead of bodies."""
+        """Add a joint between two bodies, or a body and "ground".
+
+        Parameters
+        ----------
+        name : str
+            A letter, then letters, digits or "_".
+        type : str
+            Such as "revolute"; `lienumba schema` lists them with their keys.
+        bodies : sequence of str, optional
+            The two bodies. A gear or coupler has `joints` and `ratio` instead.
+        **keys
+            points and axes in the bodies' own frames (m), or at and axis in the global frame at the start, and others.
+        """
         return self._add("joints", {"name": name, "type": type, "bodies": bodies, **keys})
 
     def driver(self, name: str | None = None, **keys: Any) -> Self:
-        """Prescribe a motion: joint with value or rate, or body with motion and value; numbers or formulas of t."""
+        """Prescribe a motion.
+
+        Parameters
+        ----------
+        name : str, optional
+            By which messages know it.
+        **keys
+            joint with value or rate, or body with motion and value: numbers or formulas of t, in m, rad and s.
+        """
         return self._add("drivers", {"name": name, **keys})
 
     def force(self, name: str | None = None, *, type: str, **keys: Any) -> Self:
-        """Add a force law, such as type="spring_damper" with bodies, points, stiffness and damping; or type="python"
-        with a function of your own (see `lienumba.laws`), its bodies, joints and parameters."""
+        """Add a force law.
+
+        Parameters
+        ----------
+        name : str, optional
+            By which quantities and messages know it.
+        type : str
+            Such as "spring_damper"; `lienumba schema` lists them. "python" for a function of your own (see
+            `lienumba.laws`).
+        **keys
+            Those of the type, such as bodies, points, stiffness and damping; numbers or formulas of t and quantities.
+        """
         return self._add("forces", {"name": name, "type": type, **keys})
 
     def quantity(self, name: str, type: str, **keys: Any) -> Self:
-        """Name what is to be stored and may be read by formulas: type="point" with body and point, "joint" with joint,
-        "rotation_error", "angular_velocity", "reaction", "driver_effort", "momentum" or "expression"."""
+        """Name what is to be stored and may be read by formulas.
+
+        Parameters
+        ----------
+        name : str
+            By which formulas and the dataset know it.
+        type : str
+            "point", "joint", "rotation_error", "angular_velocity", "reaction", "driver_effort", "momentum",
+            "expression", ...
+        **keys
+            Those of the type, such as body and point.
+        """
         return self._add("quantities", {"name": name, "type": type, **keys})
 
     def event(self, name: str, when: str, action: str = "record") -> Self:
-        """Notice when a condition of quantities becomes true, such as "pointing.angle > 20*deg"; action="stop" ends the
-        run there."""
+        """Notice when a condition becomes true.
+
+        Parameters
+        ----------
+        name : str
+            The dataset has `event_time` under this name.
+        when : str
+            Such as "pointing.angle > 20*deg", of quantities, parameters and t.
+        action : str
+            "record", or "stop", which ends the run there.
+        """
         return self._add("events", {"name": name, "when": when, "action": action})
 
     def table(self, name: str, **keys: Any) -> Self:
-        """Name a function that is known at points: file, time and value, or times and values; interpolation."""
+        """Name a function that is known at points.
+
+        Parameters
+        ----------
+        name : str
+            By which formulas call it.
+        **keys
+            file, time and value, or times and values; interpolation.
+        """
         self._data.setdefault("tables", {})[name] = keys
         return self
 
     def parameter(self, name: str, value: float | str) -> Self:
-        """Give a number a name, by which formulas know it: a number, or a formula of other parameters."""
+        """Give a number a name, by which formulas know it.
+
+        Parameters
+        ----------
+        name : str
+            A letter, then letters, digits or "_".
+        value : float or str
+            A number, or a formula of other parameters.
+        """
         self._data.setdefault("parameters", {})[name] = value
         return self
 
     def integrator(self, *, end_time: float, **keys: Any) -> Self:
-        """Choose the simulated time in s, step (s) or tolerance, method, and other keys of the section [integrator]."""
+        """Set keys of the section [integrator].
+
+        Parameters
+        ----------
+        end_time : float
+            The simulated time in s.
+        **keys
+            step (s) or tolerance, method, and others.
+        """
         self._data["integrator"] = {**keys, "end_time": end_time}
         return self
 
     def projection(self, **keys: Any) -> Self:
-        """Set keys of the section [projection]: position, velocity, tolerance, max_iterations, chord, baumgarte."""
+        """Set keys of the section [projection].
+
+        Parameters
+        ----------
+        **keys
+            position, velocity, tolerance (m), max_iterations, chord, baumgarte (1/s).
+        """
         return self._update("projection", keys)
 
     def output(self, **keys: Any) -> Self:
-        """Set keys of the section [output]: every or times, variables."""
+        """Set keys of the section [output].
+
+        Parameters
+        ----------
+        **keys
+            every (s) or times (s), variables, mode, and others.
+        """
         return self._update("output", keys)
 
     def sweep(self, *, runs: int | None = None, **keys: Any) -> Self:
-        """Set the number of runs (omitted: the rows of a table) and other keys of the section [sweep]: seed, sampler,
-        nominal, table={"file": "design.csv"} or table={"columns": {path: numbers}}."""
+        """Set keys of the section [sweep].
+
+        Parameters
+        ----------
+        runs : int, optional
+            How many; omitted: the rows of a table.
+        **keys
+            seed, sampler, nominal, table={"file": "design.csv"} or table={"columns": {path: numbers}}.
+        """
         return self._update("sweep", keys if runs is None else {"runs": runs, **keys})
 
     def vary(self, path: str, distribution: str | None = None, **keys: Any) -> Self:
-        """Vary an input from run to run, such as "bodies.top.mass", by a distribution with a plain name, or by
-        scipy="lognorm", expression="2*parameters.kp" or column="m" instead."""
+        """Vary an input from run to run.
+
+        Parameters
+        ----------
+        path : str
+            Such as "bodies.top.mass" or "parameters.kp".
+        distribution : str, optional
+            One with a plain name; or give scipy="lognorm", expression="2*parameters.kp" or column="m" instead.
+        **keys
+            The numbers of the distribution.
+        """
         vary = self._data.setdefault("sweep", {}).setdefault("vary", {})
         vary[path] = keys if distribution is None else {"distribution": distribution, **keys}
         return self
 
     def correlate(self, paths: Sequence[str], matrix: Numbers) -> Self:
-        """Give varied paths correlations, those of the normal numbers behind their samples: a Gaussian copula."""
+        """Give varied paths correlations: a Gaussian copula.
+
+        Parameters
+        ----------
+        paths : sequence of str
+            At least two varied paths.
+        matrix : array
+            The correlations of the normal numbers behind their samples: symmetric, with ones on the diagonal.
+        """
         groups = self._data.setdefault("sweep", {}).setdefault("correlate", [])
         groups.append({"paths": list(paths), "matrix": matrix})
         return self
 
     def study(self, *, reference: dict[str, Any], grid: Sequence[dict[str, Sequence[Any]]], **keys: Any) -> Self:
-        """Make it a study: a reference, such as {"method": "dop853", "step": 1e-4}, and grids, such as
-        {"integrator.step": [1e-2, 5e-3]}; repeats."""
+        """Make it a study: a grid of settings instead of samples, compared with a reference.
+
+        Parameters
+        ----------
+        reference : dict
+            Settings such as {"method": "dop853", "step": 1e-4}, formulas, or a file.
+        grid : sequence of dict
+            Paths with lists of values, such as {"integrator.step": [1e-2, 5e-3]}.
+        **keys
+            repeats.
+        """
         return self._update("study", {"reference": reference, "grid": grid, **keys})
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys and values, as a TOML file would give them, with what the files hold that they name."""
+        """The keys and values, as a TOML file would give them, with what the files hold that they name.
+
+        Returns
+        -------
+        dict
+            Of plain numbers, texts, lists and dicts.
+        """
         data = load(self._data)
         model = dict(data["model"])
         beside = {kind: listed for kind in BESIDE if (listed := model.pop(kind, []))}
         return {**data, **beside, "model": model}
 
     def to_toml(self) -> str:
-        """The scenario as a TOML file."""
+        """The scenario as the text of a TOML file.
+
+        Returns
+        -------
+        str
+            What `lienumba run` reads.
+        """
         return toml.dumps(self.to_dict())
 
     def _add(self, kind: str, keys: dict[str, Any]) -> Self:

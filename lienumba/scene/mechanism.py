@@ -9,8 +9,8 @@ from lienumba.groups import so3
 from lienumba.mechanics.mechanism.model import GROUND, Joint, Vec3
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
-from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.joints import PythonJoint
 from lienumba.scenario.start.build import geometry
 from lienumba.scene.solids import Solid, equivalent
 
@@ -100,7 +100,9 @@ def _free(scenario: Scenario) -> bool:
     """No joint or driver has to do with the ground, as far as is known of code of the user's own."""
     model = scenario.data.model
     ends = [end for joint in model.joints for end in getattr(joint, "bodies", ())]
-    return not model.drivers and "ground" not in ends and all(joint.type != PYTHON for joint in model.joints)
+    return (
+        not model.drivers and "ground" not in ends and not any(isinstance(joint, PythonJoint) for joint in model.joints)
+    )
 
 
 def _points(joint: Joint) -> Iterator[Place]:

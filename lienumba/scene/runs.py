@@ -24,7 +24,15 @@ NOMINAL = "nominal"
 
 @dataclass(frozen=True)
 class Choice:
-    """The label of a run, and in a few words why it is shown."""
+    """A run that is shown.
+
+    Attributes
+    ----------
+    run : int
+        Its label.
+    why : str
+        In a few words, why it is shown.
+    """
 
     run: int
     why: str

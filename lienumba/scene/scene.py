@@ -27,8 +27,25 @@ FAR = 5.0  # of its own size: a free mechanism that travels farther is followed
 
 @dataclass(frozen=True)
 class Moving:
-    """One run. times (T,) in s; positions (T, k, 3) of the mass centres in m, rotations (T, k, 3, 3) body to global;
-    why: it is shown; good: whether it reached its end."""
+    """One run in motion.
+
+    Attributes
+    ----------
+    run : int
+        Its label.
+    why : str
+        Why it is shown.
+    good : bool
+        Whether it reached its end.
+    mechanism : Mechanism
+        Solids, axes, rods and marks.
+    times : numpy.ndarray
+        (T,) in s.
+    positions : numpy.ndarray
+        (T, k, 3) of the mass centres in m, global frame.
+    rotations : numpy.ndarray
+        (T, k, 3, 3), body to global.
+    """
 
     run: int
     why: str
@@ -46,7 +63,18 @@ class Moving:
         return f"run {self.run}" + (f" ({self.why})" if self.why else "")
 
     def at(self, places: Sequence[Place]) -> "np.ndarray":
-        """Where these places of bodies or ground are (T, n, 3) in m."""
+        """Places as the run has them.
+
+        Parameters
+        ----------
+        places : sequence of Place
+            Points of bodies, each in the frame of its body.
+
+        Returns
+        -------
+        numpy.ndarray
+            (T, places, 3) in m, global frame.
+        """
         import numpy as np
 
         found = np.empty((len(self.times), len(places), 3))
@@ -59,9 +87,19 @@ class Moving:
 
 @dataclass(frozen=True)
 class Scene:
-    """runs: the first is the one to look at first; low, high (3,) in m: the box in which all that reached their end
-    move; followed: whether positions are relative to the mass centre of the mechanism, which travels far; remarks:
-    sentences on runs that were simulated again and came out otherwise."""
+    """Some runs in motion.
+
+    Attributes
+    ----------
+    runs : tuple of Moving
+        The first is the one to look at first.
+    low, high : numpy.ndarray
+        (3,) in m, global frame: the box in which all that reached their end move.
+    followed : bool
+        Whether positions are relative to the mass centre of the mechanism, which travels far.
+    remarks : tuple of str
+        Sentences on runs that were simulated again and came out otherwise.
+    """
 
     runs: tuple[Moving, ...]
     low: "np.ndarray"
@@ -80,11 +118,37 @@ def scene(
     allow_code: bool = False,
     tell: "Tell" = lambda event: None,
 ) -> Scene:
-    """Up to `count` runs of a dataset, or these runs, with their courses. A run whose course is not stored from the
-    start on, or at times that lie too far apart to see how it turns, is simulated again.
+    """Some runs of a dataset in motion, for whoever draws them.
 
-    where: what the dataset is called; worst: the name of what the worst run has the largest of; allow_code: run the
-    Python code that the dataset brings, if runs must be simulated again.
+    A run whose course is not stored from the start on, or at times that lie too far apart to see how it turns, is
+    simulated again.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned.
+    where : str
+        What the dataset is called in messages.
+    count : int
+        At most so many runs: the nominal or a typical one, the worst, failed ones.
+    runs : sequence of int
+        The labels of these runs instead.
+    worst : str, optional
+        The name of what the worst run has the largest of.
+    allow_code : bool
+        Run the Python code that the dataset brings, if runs must be simulated again.
+    tell : callable
+        Called with a `Progress` while runs are simulated again.
+
+    Returns
+    -------
+    Scene
+        The runs, and the box in which they move.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset has no such runs, or nothing that could be drawn.
     """
     check_whole(ds, where, ("status", "end_time"))
     if is_study(ds):
@@ -177,7 +241,18 @@ def _followed(run: Moving) -> Moving:
 
 
 def box(runs: Sequence[Moving]) -> "tuple[np.ndarray, np.ndarray]":
-    """The corners (3,) of the box in which bodies and joints of these runs are."""
+    """The box in which bodies and joints of these runs are.
+
+    Parameters
+    ----------
+    runs : sequence of Moving
+        Runs in motion.
+
+    Returns
+    -------
+    low, high : numpy.ndarray
+        Its corners, (3,) in m, global frame.
+    """
     import numpy as np
 
     low, high = [], []

@@ -6,7 +6,8 @@ import os
 import secrets
 import shutil
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,60 +28,9 @@ class WriteError(OSError):
         return str(self.args[0])
 
 
-def check_target(path: str | os.PathLike[str], overwrite: bool, resume: bool = False, resumable: bool = True) -> None:
-    """Refuse, before anything is computed, a file that could not be written or must not be replaced; resumable: whether
-    runs can be added to it."""
-    target = Path(path)
-    folder = target.parent
-    if target.is_dir():
-        raise ScenarioError(f"output = {target}: is a folder; give the name of a file in it, like {target / 'out.nc'}")
-    if not folder.exists():
-        raise ScenarioError(f"output = {target}: its folder {folder} does not exist; create it or choose another")
-    if not folder.is_dir():
-        raise ScenarioError(f"output = {target}: {folder} is not a folder; choose another")
-    if target.exists() and not target.is_file():
-        raise ScenarioError(f"output = {target}: is not a regular file; choose another name")
-    if overwrite and resume:
-        raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
-    if target.exists() and not (overwrite or resume):
-        others = "choose another name, replace it with --overwrite, or add runs to it with --resume"
-        raise ScenarioError(
-            f"output = {target}: exists already; "
-            + (others if resumable else "choose another name, or replace it with --overwrite")
-        )
-    if folder_of(target).exists() and not (overwrite or resume):
-        raise ScenarioError(
-            f"output = {target}: an interrupted sweep has left its runs in {folder_of(target)}; go on with --resume, "
-            "or start again with --overwrite"
-        )
-    if target.exists() and not _may_be_dataset(target):
-        raise ScenarioError(
-            f"output = {target}: is a file of another kind, not a dataset to be replaced; choose another name"
-        )
-    probe = partial_of(target.resolve())
-    try:
-        probe.open("xb").close()  # asking for permissions is not enough: root has them all, on a read-only disk too
-        probe.unlink()
-    except OSError as error:
-        raise ScenarioError(
-            f"output = {target}: cannot be written to {folder} ({error.strerror});"
-            " change its permissions or choose another folder"
-        ) from error
-
-
 def folder_of(target: Path) -> Path:
     """Where the runs of a sweep are that is not finished."""
     return target.with_name(f"{target.name}.runs")
-
-
-def _may_be_dataset(path: Path) -> bool:
-    """Whether it is a netCDF file, or empty, or cannot be read."""
-    try:
-        with path.open("rb") as file:
-            first = file.read(4)
-    except OSError:
-        return True
-    return first in (b"", b"\x89HDF") or first.startswith(b"CDF")
 
 
 def read(path: Path) -> xr.Dataset:
@@ -143,6 +93,22 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
             f"output = {path}: could not be written ({error}): it takes up to {dataset.nbytes / 1e6:.1f} MB,"
             f" and {target.parent} has {free / 1e6:.1f} MB free; make room there, choose another folder,"
             " or store fewer times or variables"
+        ) from error
+    finally:
+        discard(partial)
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Where to write a file that bears its name only when all of it is on the disk."""
+    target = path.resolve()
+    partial = partial_of(target)
+    try:
+        yield partial
+        settle(partial, target)
+    except OSError as error:
+        raise WriteError(
+            f"output = {path}: could not be written ({error.strerror}); make room there, or choose another folder"
         ) from error
     finally:
         discard(partial)

@@ -30,7 +30,7 @@ class Chain:
         self.k, self.flops = k, engine.step_flops(program)
         self.steps = max(10, WORK // (STAGES * k * len(states)))
         machine = engine.compile_program(program)
-        self.batch = engine.batch(program, machine, states, STEP, self.steps, np.array([self.steps]))
+        self.batch = engine.batch(model, machine, states, STEP, self.steps, np.array([self.steps]))
         self.evaluations = STAGES * k * len(states) * self.steps
         self.run_steps = len(states) * self.steps
 

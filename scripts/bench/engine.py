@@ -84,16 +84,16 @@ def step_flops(program: Program) -> int:
     return flops["first"] + len(combines) * flops["stage"] + program.elements * of_bodies
 
 
-def batch(program: Program, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
+def batch(model: Model, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
     codes = np.zeros(len(states), np.int8)
-    return Batch(machine, program.parameters, states, codes, h * steps, h, h * outputs, TOLERANCE, ITERATIONS)
+    return Batch(machine, split(model)[1], states, codes, h * steps, h, h * outputs, TOLERANCE, ITERATIONS)
 
 
 def top_batch(sample: Tops, projection: str, h: float = STEP, steps: int = 20000, outputs: int = OUTPUTS) -> Batch:
     """`projection`: "none" or "both" (position local, velocity mass); stored at `outputs` evenly spaced steps."""
     program = build(sample.model, METHODS[projection])
     stored = np.arange(1, outputs + 1) * (steps // outputs)
-    return batch(program, compile_program(program), sample.states, h, steps, stored)
+    return batch(sample.model, compile_program(program), sample.states, h, steps, stored)
 
 
 def _chunks(work: Batch, workers: int) -> Iterator[Chunk]:
@@ -143,7 +143,7 @@ class AccelerationMap:
         kernel = Kernel("map", (*solution.x, *solution.mu), len(values))
         self.counts = kernel.counts()
         self.runs = blocks * W
-        addresses = native.load(native.compile_text(kernel.text()), ["map", "map_prepare"])
+        self.engine, addresses = native.load(native.compile_text(kernel.text()), ["map", "map_prepare"])
         self.address = addresses["map"]
         self.states = aligned(blocks, ELEMENT * k, W)
         self.states[:] = states[: blocks * W].reshape(blocks, W, -1).transpose(0, 2, 1)

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import lienumba
-from lienumba.integrators.methods.tableaus import TABLEAUS
-from lienumba.scenario.checks.integrator import PAIRS as PAIRS
+from lienumba.integrators import methods
+from lienumba.scenario.checks.integrator import pairs
 
 ROOT = Path(__file__).resolve().parents[2]
-METHODS = sorted(TABLEAUS, key=lambda name: TABLEAUS[name].order)
+METHODS = sorted(methods.METHODS, key=lambda name: methods.METHODS[name].order)
+PAIRS = pairs()
 PROJECTED = {"projection.position": "local", "projection.velocity": "mass"}
 FREE = {"projection.position": "none", "projection.velocity": "none"}
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from document import markdown, text
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators import methods
 from precision.cases import METHODS, PAIRS, gallery, simulated, study
 
 EXACT = {"integrator.method": "dop853", "integrator.tolerance": 1e-13}
@@ -113,7 +113,7 @@ def needed(name: str, method: str, level: float, adaptive: bool = False, worst: 
 
 def steps_row(name: str, method: str) -> list[str]:
     """Of fixed steps: how many for each level, and evaluations for the smallest that is reached."""
-    stages = len(TABLEAUS[method].b)
+    stages = len(methods.METHODS[method].b)
     found = [needed(name, method, level) for level in CASES[name].levels]
     counts = [f"> {MOST:,}" if x is None else f"{ceil(x):,}" for x in found]
     evaluations = ["" if x is None else f"{stages * ceil(x):,}" for x in found]

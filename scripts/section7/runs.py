@@ -13,8 +13,8 @@ import lienumba
 ROOT = Path(__file__).resolve().parents[2]
 END = {"heavy_top": 2.0, "satellite": 10.0}  # s; the paper gives no time for the satellite
 REFERENCES = {
-    "heavy_top": ROOT / "tests" / "reference" / "heavy_top.json",
-    "satellite": ROOT / "tests" / "paper" / "references" / "satellite.json",
+    "heavy_top": ROOT / "tests" / "oracles" / "paper" / "references" / "heavy_top.json",
+    "satellite": ROOT / "tests" / "oracles" / "paper" / "references" / "satellite.json",
 }
 PARTS = {"r": "position", "R": "rotation", "v": "velocity", "omega": "angular_velocity"}
 POINTS = 2000  # stored in a run, at least where it has as many steps

@@ -9,8 +9,7 @@ import lienumba
 from lienumba.batch import execute
 from lienumba.compiler.rows import W
 from lienumba.integrators.codes import RESELECT
-
-from .sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top, wheel
+from tests.rigs.sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top, wheel
 
 EVERY = pytest.mark.parametrize("sweep", SWEEPS.values(), ids=SWEEPS)
 

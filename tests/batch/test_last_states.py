@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from integrators.test_events import LOW, pendulum
 
 from lienumba.batch import execute, statuses
 from lienumba.batch.records import per_run
-
-from .sweeps import edit_samples, loop, run, top
+from tests.integrators.drivers.test_events import LOW, pendulum
+from tests.rigs.sweeps import edit_samples, loop, run, top
 
 NEVER = {"name": "never", "when": "t > 1e9"}  # an event brings steps of one length to the driver of free lanes
 PACES = [{}, {"events": [NEVER]}, {"tolerance": 1e-7}]

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from lienumba.batch import statuses
-
-from .sweeps import SWEEPS, a_rod, assert_same, edit_samples, linkage, links, loop, run, top
+from tests.rigs.sweeps import SWEEPS, a_rod, assert_same, edit_samples, linkage, links, loop, run, top
 
 SPIN, ROCK = "bodies.top.angular_velocity[1]", "bodies.left.angular_velocity[0]"
 SWING, TURN = "joints.hinge1.rate", "bodies.wheel.angular_velocity[2]"

@@ -9,8 +9,7 @@ from lienumba.batch import statuses
 from lienumba.errors import ScenarioError
 from lienumba.integrators import codes
 from lienumba.integrators.tracing import step_kernels
-
-from .sweeps import a_rod, edit_samples, loop, run, top, two_rods
+from tests.rigs.sweeps import a_rod, edit_samples, loop, run, top, two_rods
 
 pytestmark = pytest.mark.usefixtures("step")
 SPIN, ROCK = "bodies.top.angular_velocity[1]", "bodies.left.angular_velocity[0]"

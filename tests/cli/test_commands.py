@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +15,8 @@ from lienumba import __version__
 from lienumba.cli import app
 from lienumba.engine import runner
 from lienumba.store.files import WriteError
+from tests.rigs.places import ROOT, SCENARIOS
 
-ROOT = Path(__file__).parents[2]
-SCENARIOS = ROOT / "scenarios"
 SHORT = ("--set", "integrator.end_time=0.02")
 HEAVY = ("numba", "llvmlite", "xarray", "pandas", "netCDF4", "scipy", "matplotlib")
 
@@ -118,21 +116,6 @@ def test_other_ends(
     result = lienumba("run", SCENARIOS / "heavy_top.toml", "-o", tmp_path / "x.nc")
     assert result.exit_code == code
     assert result.stderr.splitlines() == [message]
-
-
-def test_ctrl_c_ends_with_130_and_no_file(tmp_path: Path) -> None:
-    """Also while threads simulate."""
-    options = ["-o", str(tmp_path / "top.nc"), "--set", "sweep.runs=100000", "--set", "output.every=1"]
-    command = [sys.executable, "-m", "lienumba", "run", str(SCENARIOS / "heavy_top_monte_carlo.toml"), *options]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
-        assert process.stderr is not None
-        for line in process.stderr:
-            if line.startswith("simulating"):
-                process.send_signal(signal.SIGINT)
-                break
-        assert process.wait(60) == 130
-        assert process.stderr.read().splitlines()[-1] == "interrupted: no dataset was written"
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.toml")), ids=lambda file: file.stem)

@@ -1,1 +1,0 @@
-"""The compiler, from symbols to machine code."""

@@ -39,7 +39,7 @@ def rows_in(shape: Shape) -> int:
 def machine_code(kernel: Kernel) -> Callable[..., np.ndarray]:
     """Maps state, parameters, clock, extra (rows, W) to the outputs (rows, W) of a kernel, after its `prepare`."""
     text = kernel.text()  # also counts the work rows
-    addresses = native.load(native.compile_text(text), [f"{kernel.name}_prepare", kernel.name])
+    engine, addresses = native.load(native.compile_text(text), [f"{kernel.name}_prepare", kernel.name])
     functions = [ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address) for address in addresses.values()]
     hoisted = max((row + 1 for row in kernel.hoisted.values()), default=0)
     rows = 1 + max(kernel.rows or range(len(kernel.outputs)), default=0)
@@ -51,6 +51,7 @@ def machine_code(kernel: Kernel) -> Callable[..., np.ndarray]:
         memory["out"] = np.full((rows, W), np.nan)
         memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
         pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
+        assert engine
         for function in functions:
             function(*pointers)
         return memory["out"]

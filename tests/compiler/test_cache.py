@@ -28,9 +28,9 @@ native._emit = lambda *arguments: emitted.append(1) or _emit(*arguments)
 graph = Graph()
 x = graph.input("state", 0)
 text = Kernel("main", (x * x + 0.5,), 0).text()
-address = native.load(native.compile_text(text), ["main"])["main"]
+engine, addresses = native.load(native.compile_text(text), ["main"])
 state, out = np.full(W, 3.0), np.zeros(W)
-ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address)(state.ctypes.data, 0, 0, 0, out.ctypes.data, 0)
+ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(addresses["main"])(state.ctypes.data, 0, 0, 0, out.ctypes.data, 0)
 assert (out == 9.5).all(), out
 print(len(emitted), cache.folder())
 """

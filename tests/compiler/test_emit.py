@@ -13,9 +13,8 @@ from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.numerics import operations
 from lienumba.numerics.operations import minimum
-
-from .evaluation import assert_same_bits, call
-from .interpreter import RandomGraph, fma, interpret, numbers
+from tests.compiler.evaluation import assert_same_bits, call
+from tests.compiler.interpreter import RandomGraph, fma, interpret, numbers
 
 STATE, PARAMETERS, CLOCK = 5, 4, 2
 

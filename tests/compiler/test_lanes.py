@@ -9,9 +9,8 @@ from numba import njit
 from lienumba.compiler import lanes
 from lienumba.compiler.rows import W
 from lienumba.numerics import operations
-
-from .evaluation import assert_same_bits, on_lanes
-from .interpreter import fma, numbers
+from tests.compiler.evaluation import assert_same_bits, on_lanes
+from tests.compiler.interpreter import fma, numbers
 
 BINARY = {
     "x + y": lambda x, y: x + y,

@@ -6,9 +6,8 @@ import pytest
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol, live, operation_counts
 from lienumba.numerics import operations
-
-from .evaluation import assert_same_bits, call
-from .interpreter import RandomGraph, interpret, numbers
+from tests.compiler.evaluation import assert_same_bits, call
+from tests.compiler.interpreter import RandomGraph, interpret, numbers
 
 
 @pytest.fixture

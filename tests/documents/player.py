@@ -19,8 +19,7 @@ from typer.testing import CliRunner
 from lienumba.cli import app
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.study_start import check
-
-from .pages import LANGUAGES, ROOT, Block
+from tests.documents.pages import LANGUAGES, ROOT, Block
 
 # Beginnings of commands of lienumba that a test cannot run: they are parsed.
 NOT_RUN = ("lienumba run my.toml --dask ",)

@@ -7,13 +7,12 @@ import pytest
 
 import lienumba
 from lienumba.engine.runner import check_initial
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import METHODS
 from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES
-
-from .pages import ROOT, blocks
-from .player import COMMANDS
+from tests.documents.pages import ROOT, blocks
+from tests.documents.player import COMMANDS
 
 
 def files(page: str) -> dict[str, str]:
@@ -75,7 +74,7 @@ def test_every_method_stands_beside_its_order() -> None:
     page = (ROOT / "docs" / "choose_a_method.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\d) \| (`.*?) \|", page, re.MULTILINE)
     assert {name: int(order) for order, names in rows for name in re.findall(r"`(\w+)`", names)} == {
-        name: tableau.order for name, tableau in TABLEAUS.items()
+        name: tableau.order for name, tableau in METHODS.items()
     }
 
 

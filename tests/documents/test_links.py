@@ -7,7 +7,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from .pages import FENCE, ROOT, pages, prose
+from tests.documents.pages import FENCE, ROOT, pages, prose
 
 PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
 LINK = re.compile(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")

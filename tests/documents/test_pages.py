@@ -8,15 +8,16 @@ from pathlib import Path
 import click
 import pytest
 
-from . import player
-from .pages import ROOT, Block, blocks, pages, prose
+from tests.documents import player
+from tests.documents.pages import ROOT, Block, blocks, pages, prose
+from tests.rigs.places import SCENARIOS
 
 PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    shutil.copytree(ROOT / "scenarios", tmp_path / "scenarios")
+    shutil.copytree(SCENARIOS, tmp_path / "scenarios")
     for name, value in player.ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(tmp_path)

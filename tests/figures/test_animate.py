@@ -9,7 +9,6 @@ from math import ceil
 
 import numpy as np
 import pytest
-from study.rigs import VARIED, top
 from typer.testing import CliRunner
 
 import lienumba
@@ -18,6 +17,7 @@ from lienumba.groups import so3
 from lienumba.scene import scene
 from lienumba.scene.solids import equivalent
 from lienumba.store.files import write
+from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
 from lienumba.figures import movies

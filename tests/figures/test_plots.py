@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
-from study.rigs import VARIED, top
 from typer.testing import CliRunner
 
 import lienumba
 from lienumba.cli import app
 from lienumba.figures import figure
 from lienumba.store.files import write
+from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
 

@@ -1,1 +1,0 @@
-"""The group functions, in every way that they can be run."""

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from compiler.evaluation import assert_same_bits, on_arrays, on_floats, on_lanes, rows_in, traced, under_njit
 
 from lienumba.groups import se3, so3, state
+from tests.compiler.evaluation import assert_same_bits, on_arrays, on_floats, on_lanes, rows_in, traced, under_njit
 
 FUNCTIONS = {
     "exp": (so3.exp, (3,), 9),

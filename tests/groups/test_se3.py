@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from lienumba.groups import se3, so3
-
-from . import oracles
-from .strategies import angles, checked, rotation_vectors, twists, vectors
+from tests.groups import oracles
+from tests.groups.strategies import angles, checked, rotation_vectors, twists, vectors
 
 EPS = 2.0**-52
 FULL_TURN = 2.0 * math.pi

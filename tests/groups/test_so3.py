@@ -9,9 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lienumba.groups import so3
-
-from . import oracles
-from .strategies import angles, checked, rotation_vectors, vectors
+from tests.groups import oracles
+from tests.groups.strategies import angles, checked, rotation_vectors, vectors
 
 EPS = 2.0**-52
 FULL_TURN = 2.0 * math.pi

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lienumba.groups import so3, state
-
-from .strategies import checked, rotation_vectors, vectors
+from tests.groups.strategies import checked, rotation_vectors, vectors
 
 EPS = 2.0**-52
 ZERO = (0.0,) * state.ALGEBRA

@@ -4,14 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from batch.sweeps import assert_same, linkage
-from integrators.mechanisms import TOP, chain
 
 from lienumba.engine.runner import operation_counts
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.resolve import resolve
-
-from .rigs import close, order, own, pair, run
+from tests.laws.rigs import close, order, own, pair, run
+from tests.rigs.scenarios import TOP, chain
+from tests.rigs.sweeps import assert_same, linkage
 
 PID = own("pid", joints=["shoulder"], parameters={"kp": 30, "kd": 2, "target": 1.0, "ki": 25}, states={"integral": 0.1})
 MOTOR = own("rail_motor", "motor", joints=["rail"], parameters={"volts": 9, "lag": 0.15}, states={"torque": -0.4})

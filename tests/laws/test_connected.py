@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from .rigs import exact, missed, order, own, pendulum, run
-from .test_sampled import restarted
+from tests.laws.rigs import exact, missed, order, own, pendulum, run
+from tests.laws.test_sampled import restarted
 
 CONTROLLER = own("commands", "controller", joints=["hinge"], parameters={"kp": 20, "target": 0.8})
 CONTROLLER |= {"states": {"command": 0.3}}

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from integrators.mechanisms import PENDULUM, chain
 from scipy.integrate import solve_ivp
 
-from .rigs import FUNCTIONS, close, order, run
+from tests.laws.rigs import FUNCTIONS, close, order, run
+from tests.rigs.scenarios import PENDULUM, chain
 
 G = 9.81
 

@@ -10,8 +10,7 @@ import pytest
 import lienumba
 from lienumba.scenario.base.toml import dumps
 from lienumba.scenario.resolve import resolve
-
-from .rigs import pendulum, run
+from tests.laws.rigs import pendulum, run
 
 LAW = "def push(joint, *, size):\n    return joint.effort(size)\n"
 SCENARIO = """

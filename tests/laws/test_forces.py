@@ -7,8 +7,7 @@ import pytest
 
 from lienumba.engine.runner import operation_counts
 from lienumba.scenario.resolve import resolve
-
-from .rigs import close, order, own, pair, pendulum, run
+from tests.laws.rigs import close, order, own, pair, pendulum, run
 
 MOTION = ("position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque")
 ENERGIES = ("energy", "kinetic_energy", "potential_energy", "work", "energy_residual")

@@ -9,8 +9,7 @@ from lienumba.compiler import native
 from lienumba.engine.programs import program_of
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
-
-from .rigs import close, order, own, pair, pendulum, run
+from tests.laws.rigs import close, order, own, pair, pendulum, run
 
 MOTION = ("position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque")
 ENERGIES = ("energy", "kinetic_energy", "potential_energy", "work", "energy_residual")

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .rigs import FUNCTIONS, close, exact, missed, order, own, pair, pendulum, run
+from tests.laws.rigs import FUNCTIONS, close, exact, missed, order, own, pair, pendulum, run
 
 MOTION = ("position", "rotation", "velocity", "angular_velocity", "energy", "work", "energy_residual")
 

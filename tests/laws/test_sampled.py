@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from batch.sweeps import assert_same
-from integrators.mechanisms import chain
 from scipy.integrate import solve_ivp
 
 from lienumba.engine.runner import operation_counts
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.resolve import resolve
-
-from .rigs import close, exact, missed, order, own, pair, pendulum, run
+from tests.laws.rigs import close, exact, missed, order, own, pair, pendulum, run
+from tests.rigs.scenarios import chain
+from tests.rigs.sweeps import assert_same
 
 STEPS = (0.01, 0.005, 0.0025)
 GAINS = {"kp": 30, "kd": 2, "target": 1.0}

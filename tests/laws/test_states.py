@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
-
-from .rigs import angle, exact, order, own, pendulum, rate, run
+from lienumba.integrators.methods import METHODS
+from tests.laws.rigs import angle, exact, order, own, pendulum, rate, run
 
 STEPS = (0.02, 0.01, 0.005)
 GAINS = {"kp": 30, "kd": 2, "target": 1.0}
@@ -47,11 +46,11 @@ def test_it_moves_as_scipy_has_it(name, projection):
     assert errors[-1] < 1e-5
 
 
-@pytest.mark.parametrize("method", TABLEAUS)
+@pytest.mark.parametrize("method", METHODS)
 def test_every_method_keeps_its_order(method):
     _, torque, more = KNOWN["pid"]
     truth = exact(torque, 1.0, (0.5, 1.0, 0.1), more=more)
-    expected = TABLEAUS[method].order
+    expected = METHODS[method].order
     fine = {1: 1e-3, 2: 4e-3, 8: 0.1}.get(expected, 1e-2)
     errors = []
     for h in (fine, fine / 2):

@@ -1,1 +1,0 @@
-"""The mechanics, against the paper, dense solvers and conservation laws."""

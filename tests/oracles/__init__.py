@@ -1,1 +1,0 @@
-"""Mechanisms against independent solutions in minimal coordinates."""

@@ -2,12 +2,10 @@
 
 import warnings
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import lienumba
-
-FOLDER = Path(__file__).parents[2] / "scenarios"
+from tests.rigs.places import SCENARIOS
 
 
 @cache
@@ -15,4 +13,4 @@ def gallery(name: str) -> Any:
     """The dataset of this scenario."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # what a scenario of the gallery is told of is no matter here
-        return lienumba.run(FOLDER / f"{name}.toml", runs=[0])
+        return lienumba.run(SCENARIOS / f"{name}.toml", runs=[0])

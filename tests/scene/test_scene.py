@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from batch.sweeps import loop, top
 
 import lienumba
 from lienumba import ScenarioError
@@ -13,8 +12,9 @@ from lienumba.scenario.reading.loading import load
 from lienumba.scenario.start.build import geometry
 from lienumba.scene import Moving, Scene, scene
 from lienumba.scene.mechanism import AXIS, ROD, Segment
-
-from .gallery import FOLDER, gallery
+from tests.rigs.places import SCENARIOS
+from tests.rigs.sweeps import loop, top
+from tests.scene.gallery import gallery
 
 
 def joints_of(shown: Scene) -> dict[str, list[Any]]:
@@ -150,7 +150,7 @@ def test_code_is_asked_for_only_where_it_must_run():
 
 
 def test_a_mechanism_that_flies_away_is_followed():
-    data = load(FOLDER / "thruster.toml")
+    data = load(SCENARIOS / "thruster.toml")
     data["model"]["bodies"][0] |= {"position": [0.0, 0.0, 0.0], "velocity": [500.0, 0.0, 0.0]}
     data["sweep"]["runs"] = 3
     shown = scene(lienumba.run(data), count=2)

@@ -12,45 +12,32 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from store_example import example
 
-from lienumba.errors import ScenarioError
 from lienumba.store import files
-from lienumba.store.files import WriteError, check_target, write
+from lienumba.store.files import WriteError, write
+from lienumba.store.targets import check_dataset_target
+from tests.rigs.places import ROOT
+from tests.store.store_example import example
 
-ROOT = os.geteuid() == 0
+IS_ROOT = os.geteuid() == 0
 NOBODY = 65534
 
 
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
     """Run `code`, which may use `example`, in a process of its own."""
-    here = Path(__file__).parent
-    search = os.pathsep.join([str(here), str(here.parents[1])])
     return subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)],
-        env=os.environ | {"PYTHONPATH": search},
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A folder on a disk of 2 MB."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", folder]
-    if not ROOT or subprocess.run(mount, check=False, capture_output=True).returncode:
-        pytest.skip("mounting a small disk needs root")
-    yield folder
-    subprocess.run(["umount", "-l", folder], check=True)
-
-
 FULL_DISK = """
     import os, resource, sys
     from lienumba.store.files import WriteError, write
-    from store_example import example
+    from tests.store.store_example import example
 
     folder, limit = sys.argv[1], int(sys.argv[2])
     write(example(runs=2), f"{folder}/out.nc")
@@ -92,7 +79,7 @@ def test_a_full_disk_leaves_the_old_file(small_disk):
 WRITE_FOR_EVER = """
     import sys
     from lienumba.store.files import write
-    from store_example import example
+    from tests.store.store_example import example
 
     big = example(runs=600)
     print("ready", flush=True)
@@ -125,7 +112,7 @@ def test_a_killed_process_leaves_the_old_file_whole(tmp_path, wait):
         process.communicate()
     assert all(entry.name == "out.nc" or entry.suffix == ".partial" for entry in tmp_path.iterdir())
     xr.testing.assert_identical(xr.load_dataset(path), old)
-    check_target(path, overwrite=True)
+    check_dataset_target(path, overwrite=True)
     write(old, path)
 
 
@@ -184,7 +171,7 @@ def test_only_one_thread_at_a_time_touches_netcdf(tmp_path):
     code = """
         import sys, threading
         from lienumba.store.files import write
-        from store_example import example
+        from tests.store.store_example import example
 
         data = example(runs=20)
         def work(k):
@@ -206,7 +193,7 @@ def test_a_link_is_followed(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     link = tmp_path / "out.nc"
     link.symlink_to(tmp_path / "elsewhere" / "real.nc")
-    check_target(link, overwrite=False)
+    check_dataset_target(link, overwrite=False)
     write(example(), link)
     assert link.is_symlink()
     assert (tmp_path / "elsewhere" / "real.nc").is_file()
@@ -216,92 +203,6 @@ def test_the_new_file_has_the_usual_permissions(tmp_path):
     (tmp_path / "usual").touch()
     write(example(), tmp_path / "out.nc")
     assert (tmp_path / "out.nc").stat().st_mode == (tmp_path / "usual").stat().st_mode
-
-
-# ---------------------------------------------------------------- check_target
-def test_a_good_target_passes_and_leaves_nothing(tmp_path, monkeypatch):
-    check_target(tmp_path / "out.nc", overwrite=False)
-    monkeypatch.chdir(tmp_path)
-    check_target("out.nc", overwrite=False)
-    assert not list(tmp_path.iterdir())
-
-
-def test_an_existing_file_needs_overwrite(tmp_path):
-    path = tmp_path / "out.nc"
-    path.write_bytes(b"\x89HDF old")
-    with pytest.raises(ScenarioError, match=r"out\.nc: exists already; .*--overwrite"):
-        check_target(path, overwrite=False)
-    check_target(path, overwrite=True)
-    assert path.read_bytes() == b"\x89HDF old"
-
-
-def test_only_datasets_are_overwritten(tmp_path):
-    path = tmp_path / "scenario.toml"
-    path.write_text("title = 'dear to me'")
-    with pytest.raises(ScenarioError, match=r"scenario\.toml: is a file of another kind, .*; choose another name"):
-        check_target(path, overwrite=True)
-    path.write_text("")
-    check_target(path, overwrite=True)
-
-
-def test_missing_folders_and_wrong_kinds_are_named(tmp_path):
-    (tmp_path / "file").touch()
-    os.mkfifo(tmp_path / "pipe")
-    cases = {
-        tmp_path / "gone" / "out.nc": r"folder .*gone does not exist; create it",
-        tmp_path / "file" / "out.nc": r"file is not a folder",
-        tmp_path: r"is a folder; give the name of a file in it",
-        tmp_path / "pipe": r"not a regular file",
-        Path("/dev/null"): r"not a regular file",
-    }
-    for path, message in cases.items():
-        with pytest.raises(ScenarioError, match=message) as caught:
-            check_target(path, overwrite=True)
-        assert f"output = {path}: " in str(caught.value)
-
-
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder that not even root can write to")
-def test_a_folder_that_not_even_root_can_write_to():
-    with pytest.raises(ScenarioError, match=r"cannot be written to /proc \(.*\); .*another folder"):
-        check_target("/proc/out.nc", overwrite=False)
-
-
-def test_a_folder_without_write_permission(tmp_path):
-    folder = tmp_path / "shut"
-    folder.mkdir()
-    folder.chmod(0o555)
-    os.chmod(tmp_path, 0o755)
-    problems = []
-
-    def check():
-        try:
-            check_target(folder / "out.nc", overwrite=False)
-        except ScenarioError as error:
-            problems.append(str(error))
-
-    if ROOT:  # root may write anywhere: ask as somebody else
-        parents = [parent for parent in folder.parents if parent.stat().st_mode & 0o001 == 0]
-        modes = [parent.stat().st_mode for parent in parents]
-        for parent in parents:
-            parent.chmod(0o755)
-        os.seteuid(NOBODY)
-        try:
-            check()
-        finally:
-            os.seteuid(0)
-            for parent, mode in zip(parents, modes, strict=True):
-                parent.chmod(mode)
-    else:
-        check()
-    (message,) = problems
-    for part in ("cannot be written", "Permission denied", "change its permissions"):
-        assert part in message
-
-
-def test_a_read_only_disk(tmp_path, small_disk):
-    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
-    with pytest.raises(ScenarioError, match="Read-only file system"):
-        check_target(small_disk / "out.nc", overwrite=False)
 
 
 def test_the_lock_is_free_after_a_failure(tmp_path, monkeypatch):

@@ -6,11 +6,11 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from store_example import INPUTS, TIMES, example
 
 from lienumba.batch.statuses import STATUSES
 from lienumba.store.files import write
 from lienumba.store.layout import VARIABLES
+from tests.store.store_example import INPUTS, TIMES, example
 
 
 @pytest.fixture

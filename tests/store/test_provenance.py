@@ -8,11 +8,11 @@ import numba
 import numpy as np
 import pytest
 import xarray as xr
-from store_example import example
 
 import lienumba
 from lienumba.store.files import write
 from lienumba.store.provenance import attributes
+from tests.store.store_example import example
 
 TOML = 'title = "Kreisel µ"\n[sweep]\nruns = 3\n'
 

@@ -3,12 +3,12 @@
 import re
 
 import pytest
-from batch.sweeps import top
 
 import lienumba
 from lienumba import ScenarioError
 from lienumba.scene import scene
 from lienumba.store import files
+from tests.rigs.sweeps import top
 
 ONE = "has only one {0}, without its dimension; select with a list, such as ds.sel({0}=[{1}])"
 WITHOUT = "does not say {0} of each run; select runs and variables of what lienumba run wrote, and keep {1}"

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.panels import attitude, run_windows
 from lienumba.analysis.panels.select_panels import FEW, Panel
-from lienumba.analysis.summary import of_sweep
 from lienumba.batch.statuses import GOOD, STATUSES
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.panels import attitude
 from lienumba.analysis.panels.select_panels import Line, Panel, good_runs
-from lienumba.analysis.summary import of_sweep
 from lienumba.batch.statuses import GOOD
 from lienumba.store.layout import FULL
 from lienumba.store.windows import windows

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.analysis.labels import axis_label, words
+from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
-from lienumba.analysis.summary import of_sweep
 from lienumba.batch.records import SUMMARIES
 from lienumba.batch.statuses import GOOD
 from lienumba.store.layout import FULL, VARIABLES

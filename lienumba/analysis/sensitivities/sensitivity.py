@@ -64,12 +64,24 @@ COUNTS = ("runs", "rows")
 
 
 def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None) -> xr.Dataset:
-    """How outputs of a sweep depend on its inputs, over the good runs: rank correlations, a tornado, and of a sweep
-    with `sampler = "saltelli"` Sobol' indices, all with 95 % intervals (`ranks.py`, `sobol.py`).
+    """How outputs of a sweep depend on its inputs, over the good runs, all with 95 % intervals.
 
-    output: names such as `tip` or `position.top.z`, or `failed`; those that say most if omitted. time (s): a stored
-    time at which series are read, the last if omitted. Dimensions: `output` and `input`; a vector that is drawn as one
-    has ranks by its elements and Sobol' indices as a whole. The attribute `notes` says what has been left out.
+    Rank correlations, a tornado, and of a sweep with `sampler = "saltelli"` Sobol' indices.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a scenario with [sweep].
+    output : str or sequence of str
+        Names such as `tip` or `position.top.z`, or `failed`; those that say most if omitted.
+    time : float, optional
+        A stored time in s at which series are read; the last if omitted.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions `output` and `input`; a vector that is drawn as one has ranks by its elements and Sobol'
+        indices as a whole. The attribute `notes` says what has been left out.
     """
     samples = _samples(ds)
     sweep = tomllib.loads(str(ds.attrs.get("scenario", ""))).get("sweep", {})

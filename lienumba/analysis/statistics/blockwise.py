@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.summary import of_sweep
+from lienumba.analysis.outcomes import of_sweep
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import FULL, RUN, texts
 from lienumba.store.windows import windows

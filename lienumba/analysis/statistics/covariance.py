@@ -29,9 +29,23 @@ PRINCIPAL = "principal"
 
 
 def covariance(x: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
-    """The covariance of a vector over `dim` at each other label, such as that of positions: `covariance` (..., axis,
-    axis_2) by n - 1, over the `count` of the `runs` that have a value there, NaN of fewer than two; the nominal run is
-    none of them if there are others. For the covariance in a plane, select two axes first."""
+    """The covariance of a vector over `dim` at each other label, such as that of positions.
+
+    For the covariance in a plane, select two axes first.
+
+    Parameters
+    ----------
+    x : xarray.DataArray
+        The vectors, with `dim` and one dimension of two or three axes, such as `ds.position`.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+
+    Returns
+    -------
+    xarray.Dataset
+        `covariance` (..., axis, axis_2) by n - 1, in the square of the unit of `x`, over the `count` of the `runs` that
+        have a value there; NaN of fewer than two.
+    """
     runs = Runs(x, dim, AXIS, new=(AXIS + OTHER,))
     named = described(
         power(str(x.attrs.get("units", "1")), 2),
@@ -69,14 +83,24 @@ def second_axis(x: xr.DataArray) -> dict[str, Any]:
 
 
 def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.Dataset:
-    """The ellipsoid about the mean that holds a part of normal vectors with this covariance, or the ellipse in a plane.
+    """The ellipsoid about the mean that holds a part of normal vectors; the ellipse in a plane.
 
-    cov: what `covariance` or `rotation_covariance` gave; or a variable, taken for exact, 2x2 or 3x3 along a dimension
-    and the one called like it with "_2" behind. `semi_axis` (..., principal), the
-    longest first; `direction` (..., axis, principal), right-handed unit vectors; `volume`, or `area`; `freedom`, in how
-    many directions the vectors vary: chi-squared with so many degrees of freedom has this `probability`, and across a
-    plane or line in which they all are the semi-axis is 0. `count`, if known: of no more runs than there are axes it is
-    NaN, with freedom 0, since so few always lie in a plane; of few it holds less than asked for.
+    Parameters
+    ----------
+    cov : xarray.Dataset or xarray.DataArray
+        What `covariance` or `rotation_covariance` gave; or a variable, taken for exact, 2x2 or 3x3 along a dimension
+        and the one called like it with "_2" behind.
+    probability : float
+        The part that it holds, between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        `semi_axis` (..., principal), the longest first; `direction` (..., axis, principal), right-handed unit vectors;
+        `volume`, or `area`; `freedom`, in how many directions the vectors vary: chi-squared with so many degrees of
+        freedom has this `probability`, and across a plane or line in which they all are the semi-axis is 0. `count`, if
+        known: of no more runs than there are axes it is NaN, with freedom 0, since so few always lie in a plane; of few
+        it holds less than asked for.
     """
     import numpy as np
     import xarray as xr

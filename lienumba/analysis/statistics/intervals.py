@@ -19,12 +19,25 @@ KEPT = ("units", "frame")  # attributes of the variable that its statistics have
 
 
 def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
-    """The `mean` of a variable over `dim` between `low` and `high`, and the standard `deviation` (n - 1), at each other
-    label, over the `count` of the `runs` that have a finite value there; the nominal run is none of
-    them if there are others.
+    """The mean of a variable over `dim` with its confidence interval, at each other label.
 
     The interval is Student's: exact where values are normal, nearly so where many are not. Of fewer than two runs it is
     infinite.
+
+    Parameters
+    ----------
+    x : xarray.DataArray
+        The variable.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        `mean` between `low` and `high`, and the standard `deviation` (n - 1), in the unit of `x`, over the `count` of
+        the `runs` that have a finite value there.
     """
     check_probability("confidence", confidence)
     runs = Runs(x, dim)
@@ -54,12 +67,28 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
 def quantile_interval(
     x: xr.DataArray, q: float | Sequence[float], dim: str = RUN[0], confidence: float = CONFIDENCE
 ) -> xr.Dataset:
-    """The quantiles q, between 0 and 1, of a variable over `dim`: `value` between `low` and `high` at each other label,
-    over the `count` of the `runs` that have a value there; the nominal run is none of them if there are others.
+    """Quantiles of a variable over `dim` with their confidence intervals, at each other label.
 
-    The interval is between two of the sorted values and assumes nothing of how these are distributed; its confidence
-    is at least that. An end is infinite where there are too few runs for it. Infinite values count, so that
-    `x.fillna(numpy.inf)` ranks failed runs behind all others. Dimension `quantile`, unless q is one number.
+    The interval is between two of the sorted values and assumes nothing of how these are distributed; its confidence is
+    at least that. An end is infinite where there are too few runs for it. Infinite values count, so that
+    `x.fillna(numpy.inf)` ranks failed runs behind all others.
+
+    Parameters
+    ----------
+    x : xarray.DataArray
+        The variable.
+    q : float or sequence of float
+        The quantiles, between 0 and 1.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        `value` between `low` and `high`, in the unit of `x`, over the `count` of the `runs` that have a value there,
+        with the dimension `quantile` unless `q` is one number.
     """
     import numpy as np
     import xarray as xr

@@ -32,11 +32,20 @@ STATUSES = {
 
 
 def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
-    """The angle (rad, from 0 to pi) between rotations and a reference: the length of log(reference^T R).
+    """The angle between rotations and a reference: the length of log(reference^T R).
 
-    R: with the dimensions axis and body_axis; reference: the same, with the labels of R along the other dimensions that
-    it has, such as `R.sel(run=-1)`; what `mean_rotation` gave; or one 3x3 matrix. The angle is as exact beside 0 and pi
-    as elsewhere.
+    Parameters
+    ----------
+    R : xarray.DataArray
+        Rotations, body to global, with the dimensions axis and body_axis.
+    reference : xarray.DataArray, xarray.Dataset or 3x3 array
+        The same, with the labels of `R` along the other dimensions that it has, such as `R.sel(run=-1)`; what
+        `mean_rotation` gave; or one matrix.
+
+    Returns
+    -------
+    xarray.DataArray
+        The angle in rad, from 0 to pi, as exact beside these as elsewhere.
     """
     import xarray as xr
 
@@ -64,13 +73,22 @@ def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
 
 
 def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
-    """The Karcher mean of rotations over `dim` at each other label: the rotation from which the mean squared angle to
-    them is least, over the `count` of the `runs` that have a value there; the nominal run is none of them if there are
-    others.
+    """The Karcher mean of rotations over `dim`, at each other label: that of the least mean squared angle to them.
 
-    `mean` (..., axis, body_axis), like R; `spread`, the root of the mean squared angle to it, and `radius`, the largest
-    one (rad); `status`: "unique" where it is proved to be the only mean, "best_found" where runs spread too far for
-    that, "several_means" where others are as good (of opposite rotations, say), "no_runs" where it is NaN.
+    Parameters
+    ----------
+    R : xarray.DataArray
+        Rotations, body to global, with the dimensions axis and body_axis.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+
+    Returns
+    -------
+    xarray.Dataset
+        `mean` (..., axis, body_axis), like `R`, over the `count` of the `runs` that have a value there; `spread`, the
+        root of the mean squared angle to it, and `radius`, the largest one, in rad; `status`: "unique" where it is
+        proved to be the only mean, "best_found" where runs spread too far for that, "several_means" where others are as
+        good (of opposite rotations, say), "no_runs" where it is NaN.
     """
     import numpy as np
 
@@ -107,12 +125,24 @@ def _mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Found:
 
 
 def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], frame: str = "body") -> xr.Dataset:
-    """The covariance (rad^2) of the rotation vectors from a mean to the runs, at each other label.
+    """The covariance of the rotation vectors from a mean to the runs, at each other label.
 
-    mean: what `mean_rotation` gave of R, which is the default, or rotations of your own to count deviations from.
-    frame: the axes of the vectors, "body": log(mean^T R), or "global": log(R mean^T). `covariance` (..., axis, axis_2)
-    is by n - 1, about the mean vector, over the `count` of the `runs` that have a value there, NaN of fewer than two;
-    `status` is that of the mean.
+    Parameters
+    ----------
+    R : xarray.DataArray
+        Rotations, body to global, with the dimensions axis and body_axis.
+    mean : xarray.Dataset, xarray.DataArray or 3x3 array, optional
+        What `mean_rotation` gave of `R`, which is the default, or rotations of your own to count deviations from.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+    frame : str
+        The axes of the vectors, "body": log(mean^T R), or "global": log(R mean^T).
+
+    Returns
+    -------
+    xarray.Dataset
+        `covariance` (..., axis, axis_2) in rad^2, by n - 1 about the mean vector, over the `count` of the `runs` that
+        have a value there, NaN of fewer than two; `status` is that of the mean.
     """
     import numpy as np
     import xarray as xr

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.studies.study import REFINING, check, curves, other_dims
+from lienumba.analysis.studies.study import REFINING, check_study, curves, other_dims, steps_of
 from lienumba.errors import ScenarioError
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
 
@@ -41,22 +41,29 @@ class Fit:
 
 
 def orders(ds: xr.Dataset) -> xr.Dataset:
-    """The observed orders of a study: `order` between `low` and `high` from so many `points`, for steps (s) from
-    `finest` to `coarsest`.
+    """The observed orders of a study, each with its 95 % confidence interval.
 
-    Dimensions: `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or
-    tolerance; of several grids `curve`. Of a sweep, the median error of the runs counts.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a scenario with [study]. Of a sweep, the median error of the runs counts.
+
+    Returns
+    -------
+    xarray.Dataset
+        `order` between `low` and `high` from so many `points`, for steps (s) from `finest` to `coarsest`. Dimensions:
+        `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or tolerance; of
+        several grids `curve`.
     """
     import numpy as np
     import xarray as xr
 
-    check(ds)
+    check_study(ds)
     lines = curves(ds)
     if not lines:
         raise ScenarioError(f"the study has no grid over {' or '.join(REFINING)}, so there is no order to observe")
     names = [name for name in ERRORS if f"{name}_error" in ds]
-    steps = (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
-    usable = _all_succeeded(ds)
+    steps, usable = steps_of(ds), _all_succeeded(ds)
     fits = []
     for name in names:
         error, floor = (typical(ds, f"{kind}{name}_error").values.ravel() for kind in ("", "reference_"))
@@ -94,7 +101,7 @@ def _all_succeeded(ds: xr.Dataset) -> np.ndarray:
 
 
 def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
-    """The order of errors over steps (s, each once), as the head of this file says; floor: the errors of the
+    """The order of errors over steps (s, each once), as said at the top of this file; floor: the errors of the
     reference."""
     import numpy as np
 

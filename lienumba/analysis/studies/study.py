@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 REFINING = ("integrator.step", "integrator.tolerance")  # paths that make steps smaller, or begin so
 COSTS = ("steps", "rejected_steps", "evaluations")
 TIMES = ("time_per_run", "time_per_run_spread")
-SHORT_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,27 @@ class Curve:
 def work_precision(ds: xr.Dataset) -> xr.Dataset:
     """Errors and costs of every point of a study: medians over the runs that succeeded, and how many failed.
 
-    Dimensions: those of the grid. Times are those of one core per run; runs go eight at a time.
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a scenario with [study].
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the grid. Times are those of one core per run; runs go eight at a time.
     """
-    check(ds)
+    check_study(ds)
     names = [name for name in (*(f"{name}_error" for name in ERRORS), *COSTS) if name in ds]
     found = ds[list(TIMES)].assign({name: typical(ds, name) for name in names})
     failed = (ds["status"] != 0).sum("run").assign_attrs(units="1", long_name="runs that failed")
     return found.assign(failed=failed)[[*names, *TIMES, "failed"]]
+
+
+def steps_of(ds: xr.Dataset) -> np.ndarray:
+    """The mean step (s) at every point, in one row."""
+    steps: np.ndarray = (typical(ds, "end_time") / typical(ds, "steps")).values.ravel()
+    return steps
 
 
 def labels_of(ds: xr.Dataset) -> dict[str, np.ndarray]:
@@ -74,22 +87,7 @@ def text(label: Any) -> str:
     return "" if label != label else f"{float(label):g}"
 
 
-def order_text(order: float, low: float, high: float) -> str:
-    """An observed order for people, with its 95 % interval."""
-    if order != order:
-        return "-"
-    if high - low > order:
-        return "none seen"
-    return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
-
-
-def time_text(seconds: float) -> str:
-    """A short time with three digits."""
-    size, unit = next((x for x in SHORT_TIMES if seconds >= x[0]), SHORT_TIMES[-1])
-    return f"{seconds / size:.3g} {unit}"
-
-
-def check(ds: xr.Dataset) -> None:
+def check_study(ds: xr.Dataset) -> None:
     """Refuse a dataset that is none of a study."""
     if not is_study(ds):
         raise ScenarioError("the dataset is not that of a study; give one of a scenario with [study]")

@@ -7,7 +7,7 @@ import signal
 import threading
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lienumba.engine.results import Piece
-    from lienumba.engine.simulate import Code
     from lienumba.scenario.resolve import Scenario
-    from lienumba.scenario.start.prepare import Nominal, Prepared
+    from lienumba.scenario.start.prepare import Nominal
 
 SCENARIOS = 8  # that are kept ready
 SHELF = "lienumba"  # under which the scheduler has the texts of scenarios
@@ -29,19 +28,10 @@ _one_at_a_time = threading.Lock()  # a worker may have several threads
 
 @dataclass(frozen=True)
 class Ready:
-    """A scenario, its nominal start, and its machine code, for both values of `fixed`."""
+    """A scenario and its nominal start."""
 
     resolved: "Scenario"
     nominal: "Nominal"
-    codes: "dict[bool, Code]" = field(default_factory=dict)
-
-    def code(self, fixed: bool, prepared: "Prepared") -> "Code":
-        from lienumba.engine.simulate import compiled
-
-        with _one_at_a_time:
-            if fixed not in self.codes:
-                self.codes[fixed] = compiled(self.resolved, prepared, fixed)
-            return self.codes[fixed]
 
 
 def dask_setup(_: object) -> None:
@@ -58,6 +48,7 @@ def compute(
 
     import numpy as np
 
+    from lienumba.engine.programs import compiled_of
     from lienumba.engine.results import joined
     from lienumba.engine.simulate import chunks
     from lienumba.scenario.start.prepare import prepare
@@ -67,9 +58,9 @@ def compute(
     resolved, started = ready.resolved, thread_time()
     prepared = prepare(resolved, labels.tolist(), samples, ready.nominal, asked=0)
     busy = thread_time() - started
-    code = ready.code(fixed, prepared)
+    compiled_of(resolved, prepared, fixed)  # which is no time of these runs
     started = thread_time()
-    tasks = chunks(resolved, [prepared], lambda *_: code, fixed, 1, lambda done: None)
+    tasks = chunks(resolved, [prepared], fixed, 1, lambda done: None)
     pieces = [task.work(*np.zeros((2, 1), np.int64)) for task in tasks]
     return joined(pieces, busy + thread_time() - started)
 

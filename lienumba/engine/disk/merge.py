@@ -23,10 +23,11 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
-from lienumba.store.files import check_target, folder_of, read
+from lienumba.store.files import folder_of, read
 from lienumba.store.finished import Columns, Finished
 from lienumba.store.stream import Stream, pieces
 from lienumba.store.study_layout import is_study
+from lienumba.store.targets import check_dataset_target
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -46,11 +47,32 @@ def merge(
     overwrite: bool = False,
     progress: Tell | bool | None = None,
 ) -> "xr.Dataset":
-    """Write the runs of these datasets (paths or patterns), which are of one sweep, into one, and return it.
+    """Write the runs of datasets of one sweep into one dataset, and return it.
 
-    Runs that none of them has are a warning; `run(..., resume=True)` adds them. allow_code: run the Python code that
-    they bring, without which it is not known what their dataset looks like. Raises ScenarioError where datasets do not
-    belong together or have runs in common, before anything is written.
+    Runs that none of them has are a warning; `run(..., resume=True)` adds them.
+
+    Parameters
+    ----------
+    files : sequence of paths
+        Datasets, or patterns such as "part*.nc".
+    output : path
+        The netCDF file to write.
+    allow_code : bool
+        Run the Python code that they bring, without which it is not known what their dataset looks like.
+    overwrite : bool
+        Whether `output` may be replaced.
+    progress : callable or bool, optional
+        As for `lienumba.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset, read from the file when values are asked for.
+
+    Raises
+    ------
+    ScenarioError
+        Where datasets do not belong together or have runs in common, before anything is written.
     """
     with shown(progress) as tell:
         dataset = merged(files, Path(output), allow_code, overwrite, tell)
@@ -64,7 +86,7 @@ def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: 
     paths = _paths(files)
     if any(path.resolve() == target.resolve() for path in paths):
         raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
-    check_target(target, overwrite)
+    check_dataset_target(target, overwrite)
     parts = [Part.of(path) for path in paths]
     _check(parts)
     check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)

@@ -1,1 +1,12 @@
-"""Tableaus, charts, the Munthe-Kaas step, step control: methods as plain functions of numbers."""
+"""Methods as records, the charts of their steps, the Munthe-Kaas step, and the control of its length."""
+
+from lienumba.integrators.methods.classical import CLASSICAL
+from lienumba.integrators.methods.pairs import PAIRS
+from lienumba.integrators.methods.tableau import METHODS
+
+__all__ = ["DEFAULT", "DEFAULT_PAIR", "METHODS"]
+
+DEFAULT, DEFAULT_PAIR = "rk4", "dop853"  # with a step, with a tolerance
+
+for tableau in (*CLASSICAL, *PAIRS):
+    METHODS.add(tableau)

@@ -5,13 +5,22 @@ that u then belongs to.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 from lienumba.groups import se3, so3, state
 from lienumba.groups.state import State
 from lienumba.integrators.codes import LARGEST_STAGE
+from lienumba.keys.literature import Reference
+from lienumba.keys.registry import Registry
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import at_most
+
+MUELLER = Reference(
+    "mueller2014", "article", "Müller, Andreas and Terze, Zdravko", 2014,
+    "The significance of the configuration space Lie group for the constraint satisfaction in numerical time "
+    "integration of multibody systems",
+    "Mechanism and Machine Theory", "82:173--202",
+)  # fmt: skip
 
 Coordinates = Vector
 Field = Vector  # F of eq. (15) for one element: v (global), w (body frame), v', w'
@@ -47,6 +56,12 @@ class Exponential(Chart, Protocol):
         """u' at u about x, from the slope at 0 about the element that u leads to."""
 
 
+# Of each body: chart(terms), terms of the series of dexpinv. `words`: what a citation calls it, with [@key] for each of
+# its `references`.
+GROUPS: Registry[Any] = Registry("group", lambda chart: chart.__name__)
+
+
+@GROUPS.add
 @dataclass(frozen=True)
 class R3xSO3:
     """The paper's: x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F), its series cut behind ad^terms or in
@@ -55,6 +70,8 @@ class R3xSO3:
     terms: int | None
     size: int = state.ALGEBRA
     plain: bool = True
+    words: ClassVar[str] = "R^3 x SO(3)"
+    references: ClassVar[tuple[Reference, ...]] = ()
 
     def moved(self, x: State, u: Coordinates) -> State:
         return state.product(x, state.exp(_promised(u)))
@@ -67,12 +84,13 @@ class R3xSO3:
         return self.slope((), u, (), slope)
 
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
-        return state.log(state.product(state.exp(u), state.exp(w)))
+        return state.log(state.product(state.exp(_promised(u)), state.exp(_promised(w))))
 
     def rotation(self, u: Coordinates) -> Number:
         return so3.dot(u[3:6], u[3:6])
 
 
+@GROUPS.add
 @dataclass(frozen=True)
 class SE3:
     """x exp(u) on SE(3) x R^6, where the velocities are the body's twist (R^T v, w): it stays in every subalgebra to
@@ -81,6 +99,8 @@ class SE3:
     terms: int | None
     size: int = state.ALGEBRA
     plain: bool = False
+    words: ClassVar[str] = "SE(3) [@mueller2014]"
+    references: ClassVar[tuple[Reference, ...]] = (MUELLER,)
 
     def moved(self, x: State, u: Coordinates) -> State:
         g = se3.product(x[0:12], se3.exp(_promised(u)[0:6]))
@@ -101,7 +121,7 @@ class SE3:
         return se3.dexpinv(minus, twist) if self.terms is None else se3.dexpinv_truncated(minus, twist, self.terms)
 
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
-        moving = se3.log(se3.product(se3.exp(u[0:6]), se3.exp(w[0:6])))
+        moving = se3.log(se3.product(se3.exp(_promised(u)[0:6]), se3.exp(_promised(w)[0:6])))
         return moving + so3.add(u[6:9], w[6:9]) + so3.add(u[9:12], w[9:12])
 
     def rotation(self, u: Coordinates) -> Number:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from lienumba.groups import so3
 from lienumba.groups.state import State
 from lienumba.integrators.methods.charts import Coordinates, Field
+from lienumba.keys.registry import Registry
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import atan2, cos, divide, sin, sqrt
 
@@ -19,9 +20,11 @@ Q = Vector  # coordinates of a rotation
 
 @dataclass(frozen=True)
 class Parametrised:
-    """numbers: of q; of: R -> q; matrix: q -> R; rates: (q, w) -> q'; bound: no turn by up to a quarter of a full one
-    has a square (rad^2) above this times that of the change of q."""
+    """words: what a citation calls them; numbers: of q; of: R -> q; matrix: q -> R; rates: (q, w) -> q'; bound: no turn
+    by up to a quarter of a full one has a square (rad^2) above this times that of the change of q."""
 
+    name: str
+    words: str
     numbers: int
     of: Callable[[Matrix], Q]
     matrix: Callable[[Q], Matrix]
@@ -97,9 +100,11 @@ def _quaternion_rates(q: Q, w: Vector) -> Q:
     return (-0.5 * so3.dot(q[1:4], w), 0.5 * v[0], 0.5 * v[1], 0.5 * v[2])
 
 
-COORDINATES = {
-    "matrix": Parametrised(9, _same, _same, _matrix_rates, 0.62),
-    "tait_bryan": Parametrised(3, tait_bryan, _of_tait_bryan, _tait_bryan_rates, 2.0),
-    "rotation_vector": Parametrised(3, so3.log, so3.exp, _rotation_vector_rates, 1.0),
-    "quaternion": Parametrised(4, so3.to_quaternion, so3.from_quaternion, _quaternion_rates, 4.22),
-}
+COORDINATES: Registry[Parametrised] = Registry("coordinates", lambda chart: chart.name)
+for chart in (
+    Parametrised("matrix", "the nine elements of their matrices", 9, _same, _same, _matrix_rates, 0.62),
+    Parametrised("tait_bryan", "Tait-Bryan angles", 3, tait_bryan, _of_tait_bryan, _tait_bryan_rates, 2.0),
+    Parametrised("rotation_vector", "rotation vectors", 3, so3.log, so3.exp, _rotation_vector_rates, 1.0),
+    Parametrised("quaternion", "quaternions", 4, so3.to_quaternion, so3.from_quaternion, _quaternion_rates, 4.22),
+):
+    COORDINATES.add(chart)

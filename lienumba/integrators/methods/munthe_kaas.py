@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from lienumba.groups.state import State
 from lienumba.integrators.methods.charts import Chart, Coordinates, Field
-from lienumba.integrators.methods.tableaus import Row, Tableau
+from lienumba.integrators.methods.tableau import Row, Tableau
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero, maximum
 

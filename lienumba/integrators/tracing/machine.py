@@ -5,6 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses, see `layout.ORDER`; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of all stages; `queued`: see `Program`; `drive`: the driver."""
+    `nodes`: c of all stages; `queued`: see `Program`; `drive`: the driver; `engines`: which hold the machine code."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
@@ -36,6 +37,7 @@ class Machine:
     queued: bool
     drive: Callable[..., None]
     buffer_rows: int
+    engines: tuple[Any, ...]
 
     def buffer(self) -> np.ndarray:
         return aligned(self.buffer_rows * W)
@@ -51,13 +53,15 @@ def compile_program(program: Program) -> Machine:
     order = [*ORDER, *(f"combine{s}" for s in range(len(program.nodes)))]
     kernels = np.zeros(COMBINE + len(program.nodes), np.int64)
     prepares: list[int] = []
+    engines: list[Any] = []
     for name, code in objects.items():
-        addresses = native.load(code, [name, f"{name}_prepare"])
+        engine, addresses = native.load(code, [name, f"{name}_prepare"])
+        engines.append(engine)
         kernels[order.index(name)] = addresses[name]
         prepares.append(addresses[f"{name}_prepare"])
     rows = workspace(program.sizes).work + max(k.work_rows for k in program.kernels.values())
     nodes = np.array(program.nodes)
-    return Machine(kernels, tuple(prepares), nodes, program.sizes, program.queued, driver.drive, rows)
+    return Machine(kernels, tuple(prepares), nodes, program.sizes, program.queued, driver.drive, rows, tuple(engines))
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:

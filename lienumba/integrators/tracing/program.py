@@ -22,7 +22,6 @@ own, so that what is observed can never change how a step is computed.
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
@@ -31,7 +30,7 @@ from lienumba.integrators.tracing import extension_kernels, position_kernels, st
 from lienumba.integrators.tracing.augmented_state import AugmentedState
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
-from lienumba.integrators.tracing.tracer import Method, Tracer
+from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints
 
@@ -40,13 +39,11 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`parameters`: the model's numbers (floats, arrays, or what tables hold); `nodes`: c of all stages; `observed`:
-    name -> (first row, rows); `queued`: whether every lane has its own time."""
+    """`nodes`: c of all stages; `observed`: name -> (first row, rows); `queued`: whether every lane has its own time."""
 
     sizes: Sizes
     augmented: AugmentedState
     law_states: LawStates
-    parameters: list[Any]
     kernels: dict[str, Kernel]
     nodes: list[float]
     observed: dict[str, tuple[int, int]]
@@ -55,14 +52,15 @@ class Program:
 
 @uncollected()
 def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed: bool = True) -> Program:
-    """Trace every kernel that this mechanism and method need.
+    """Trace every kernel that this mechanism and method need. Of the model, all but the numbers in its slots counts.
 
     selection: of the rows of C that say the same; fixed: only the rows in use are compiled, which is faster, and a run
     that needs others ends with `codes.RESELECT`; else each run selects them anew on its way.
     """
-    tracer = Tracer(model, method, selection, fixed)
+    template, values = split(model)
+    tracer = Tracer(template, method, selection, fixed)
     kernels = step_kernels.step(tracer)
-    levels = {constraint.level for constraint in constraints.constraints_of(model)}
+    levels = {constraint.level for constraint in constraints.constraints_of(tracer.graph()[1])}
     chord = 0
     if "position" in levels and method.position != "none":
         projecting, chord = position_kernels.position(tracer)
@@ -71,16 +69,16 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.augmented.masks:
         kernels["schur"] = state_kernels.schur(tracer)
-    if any(force.code is not None and force.code.every is not None for force in model.forces):
+    if any(force.code is not None and force.code.every is not None for force in template.forces):
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
     if method.queued:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.adaptive:
         kernels["close"] = extension_kernels.close(tracer)
-    if model.events:
+    if template.events:
         kernels["events"] = state_kernels.events(tracer)
-    rows = len(tracer.values)
+    rows = len(values)
     for name, kernel in kernels.items():
         kernels[name] = kernel.hoisted_from(rows)
         rows += len(kernel.hoisted)
@@ -88,5 +86,5 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
         tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1)), tracer.augmented,
-        tracer.law_states, tracer.values, kernels, nodes, observed, method.queued,
+        tracer.law_states, kernels, nodes, observed, method.queued,
     )  # fmt: skip

@@ -9,9 +9,9 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT, State
 from lienumba.integrators import codes, layout
-from lienumba.integrators.methods.charts import SE3, Chart, R3xSO3
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import GROUPS, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
-from lienumba.integrators.methods.tableaus import TABLEAUS
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import RowSelection
@@ -32,7 +32,7 @@ class Method:
     velocity: str  # "mass", "identity" or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
-    group: str = "R3xSO3"  # or "SE3"
+    group: str = "R3xSO3"  # or another of GROUPS
     coordinates: str = "lie"  # or one of COORDINATES
     baumgarte: float | None = None  # rate (1/s)
     queued: bool = False  # whether every lane has its own time and takes its runs from a queue
@@ -42,50 +42,62 @@ class Method:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
         if self.coordinates != "lie":
             return COORDINATES[self.coordinates]
-        tableau = TABLEAUS[self.tableau]
-        terms = 0 if tableau.first else max(tableau.order - 2, 0)
+        tableau = METHODS[self.tableau]
+        terms = 0 if tableau.composed else max(tableau.order - 2, 0)
         given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
-        return SE3(given) if self.group == "SE3" else R3xSO3(given)
+        return GROUPS[self.group](given)
 
 
 @dataclass(frozen=True)
-class Parameter:
+class Slot:
     """A number of the model that is read at run time, from this row of the parameters."""
 
     row: int
 
 
 def split(model: Model) -> tuple[Model, list[Any]]:
-    """The model with its numbers as parameters, and their values. Exact 0, 1, -1 in structural places stay."""
+    """The template of a model, with slots for its parameters, and their values. Exact 0, 1, -1 in structural places
+    stay."""
     values: list[Any] = []
 
-    def parameter(value: Any) -> Parameter:
+    def slot(value: Any) -> Slot:
         values.append(value)
-        return Parameter(len(values) - 1)
+        return Slot(len(values) - 1)
 
     def number(value: Any, structural: bool) -> Any:
         known = structural and isinstance(value, float | int) and value in (0, 1, -1)
-        return float(value) if known else parameter(value)
+        return float(value) if known else slot(value)
 
-    return map_numbers(model, number, parameter), values
+    return map_numbers(model, number, slot), values
+
+
+def symbolic(template: Model) -> tuple[Graph, Model]:
+    """A graph, and the model with its inputs in the slots."""
+    graph = Graph()
+
+    def number(x: Any, structural: bool = False) -> Any:
+        return graph.input("parameters", x.row) if isinstance(x, Slot) else x
+
+    return graph, map_numbers(template, number, number)
 
 
 class Tracer:
-    """`structure`: of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `augmented`,
-    `law_states`: what a state has beside the bodies; `values`: of the parameters; `k`: bodies, `elements`: of S,
-    those of the bodies first; `sizes`: see `layout.Sizes`, without what only finished kernels tell."""
+    """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
+    of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `augmented`, `law_states`:
+    what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`: see
+    `layout.Sizes`, without what only finished kernels tell."""
 
-    def __init__(self, model: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
-        self.template, self.values = split(model)
+    def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
+        self.template = template
+        graph, model = self.graph()
         self.whole = kkt.Structure.of(model, selection.rows, (), selection.singular)
         self.structure = kkt.Structure.of(model, (), selection.dropped, selection.singular) if fixed else self.whole
-        self.tableau = TABLEAUS[method.tableau]
+        self.tableau = METHODS[method.tableau]
         self.method = method
         self.chart = method.chart()
         self.k = len(model.bodies)
-        graph, symbolic = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
-        self.law_states = LawStates.of(symbolic, Instant(bodies, graph.input("clock", layout.TIME)))
+        self.law_states = LawStates.of(model, Instant(bodies, graph.input("clock", layout.TIME)))
         self.elements = self.k + self.law_states.elements
         looped, angles, stages = self.structure.looped, counted_angles(model), len(self.tableau.b)
         self.augmented = AugmentedState(
@@ -133,16 +145,12 @@ class Tracer:
         return not is_zero(dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows))))
 
     def graph(self) -> tuple[Graph, Model]:
-        graph = Graph()
-
-        def number(x: Any, structural: bool = False) -> Any:
-            return graph.input("parameters", x.row) if isinstance(x, Parameter) else x
-
-        return graph, map_numbers(self.template, number, number)
+        return symbolic(self.template)
 
     def kernel(self, name: str, outputs: Iterable[Number], rows: Sequence[int] | None = None) -> Kernel:
-        """A kernel that puts its outputs into these rows, by default one after the other."""
-        return Kernel(name, tuple(outputs), len(self.values), None if rows is None else tuple(rows))
+        """A kernel that puts its outputs into these rows, by default one after the other. Where its
+        invariants go, is said last."""
+        return Kernel(name, tuple(outputs), 0, None if rows is None else tuple(rows))
 
     def state(self, graph: Graph, array: str) -> tuple[State, ...]:
         """The elements of S: bodies, and behind them the states of laws."""

@@ -6,7 +6,7 @@ behind the last one the values there are kept.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from lienumba.numerics.jets import lift
@@ -49,8 +49,8 @@ class Table:
     data: Any
     pieces: int
     columns: int
-    knots: tuple[float, ...]
-    last: float
+    knots: tuple[float, ...] = field(compare=False)  # these two are told by the data
+    last: float = field(compare=False)
 
     @staticmethod
     def of(points: Sequence[float], values: Sequence[float], interpolation: str) -> "Table":

@@ -3,31 +3,15 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital, number
 from lienumba.present.citation.source import Source
 from lienumba.words import listed, plural
 
-METHODS = {
-    "euler": "the explicit Euler method",
-    "midpoint": "the explicit midpoint rule [@runge1895]",
-    "heun": "Heun's method [@heun1900]",
-    "kutta3": "Kutta's method [@kutta1901]",
-    "bs32": "the Bogacki-Shampine pair 3(2) [@bogacki1989]",
-    "rk4": "the classical Runge-Kutta method [@kutta1901]",
-    "rk38": "Kutta's 3/8 rule [@kutta1901]",
-    "cf4": "the commutator-free method of Celledoni, Marthinsen and Owren [@celledoni2003]",
-    "dp54": "the Dormand-Prince pair 5(4) [@dormand1980]",
-    "tsit54": "the Tsitouras pair 5(4) [@tsitouras2011]",
-    "dop853": "the method DOP853 of Dormand and Prince [@hairer1993]",
-}
-COORDINATES = {
-    "matrix": "the nine elements of their matrices",
-    "tait_bryan": "Tait-Bryan angles",
-    "rotation_vector": "rotation vectors",
-    "quaternion": "quaternions",
-}
 PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",
 }  # fmt: skip
@@ -75,20 +59,18 @@ def _group(source: Source) -> str:
     start = f"Its equations of Newton and Euler, formulated {form} [@terze2015], were integrated "
     ways = []
     if "lie" in coordinates:
-        named = {"R3xSO3": "R^3 x SO(3)", "SE3": "SE(3) [@mueller2014]"}
-        ways.append(f"on the Lie group of the states of all bodies, each with the group {_or(map(named.get, groups))}")
-    vectors = [COORDINATES[name] for name in coordinates if name != "lie"]
+        named = _or(GROUPS[name].words for name in groups)
+        ways.append(f"on the Lie group of the states of all bodies, each with the group {named}")
+    vectors = [COORDINATES[name].words for name in coordinates if name != "lie"]
     if vectors:
         ways.append(f"with rotations as vectors, namely {_or(vectors)}, which each step began anew")
     return f"{start}{', and for comparison '.join(ways)}."
 
 
 def _method(source: Source) -> str:
-    from lienumba.integrators.methods.tableaus import TABLEAUS
-
-    methods = source.values("integrator.method")
-    named = listed([f"{METHODS[name]} of order {TABLEAUS[name].order}" for name in methods])
-    lie = "lie" in source.values("integrator.coordinates") and any(name != "cf4" for name in methods)
+    methods = [METHODS[name] for name in source.values("integrator.method")]
+    named = listed([f"{method.words} of order {method.order}" for method in methods])
+    lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
     stopped = any(event["action"] == "stop" for event in source.content.get("events", []))
     duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
@@ -191,8 +173,8 @@ def _reference(reference: Mapping[str, Any]) -> str:
     if all(isinstance(x, dict) for x in reference.values()) and not any("." in key for key in reference):
         return "formulas of the motion"
     settings = ", ".join(f"{key.removeprefix('integrator.')} = {_plain(x)}" for key, x in reference.items())
-    method = METHODS.get(str(reference.get("method", reference.get("integrator.method"))), "")
-    return f"a reference solution ({settings}{f'; {method}' if method else ''})"
+    method = METHODS.get(str(reference.get("method", reference.get("integrator.method"))))
+    return f"a reference solution ({settings}{f'; {method.words}' if method else ''})"
 
 
 def _software(source: Source) -> str:

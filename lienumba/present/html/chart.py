@@ -16,6 +16,7 @@ from lienumba.present.html.markup import Markup, element, folded, join
 if TYPE_CHECKING:
     import numpy as np
 
+Json = dict[str, Any]  # what plotly.js and the scripts of the page read
 COLORS = 7  # of the palette, --c0 to --c6
 DASHES = ("solid", "dash", "dot", "dashdot")
 MOST_POWERS = 6  # of ten, on an axis
@@ -29,14 +30,14 @@ class Chart:
     areas are, as far as it does not say so itself."""
 
     title: str
-    traces: list[dict[str, Any]]
-    layout: dict[str, Any]
+    traces: list[Json]
+    layout: Json
     unit: str = ""
     note: str = ""
     drawn: tuple[str, ...] = ()
 
     @property
-    def data(self) -> dict[str, Any]:
+    def data(self) -> Json:
         return {"traces": self.traces, "layout": self.layout}
 
 
@@ -93,11 +94,11 @@ def plain(text: str) -> str:
     return escape(text, quote=False).replace("%{", "%&#123;")
 
 
-def axis(title: str, **own: Any) -> dict[str, Any]:
+def axis(title: str, **own: Any) -> Json:
     return {"title": {"text": plain(title)}, **own}
 
 
-def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: Any) -> dict[str, Any]:
+def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: Any) -> Json:
     """A line through points; NaN is a gap. own: of the trace; `width`, `dash` of its line."""
     width, dashes = own.pop("width", 1.8), own.pop("dash", "solid")
     style = {"color": shade, "width": width, "dash": dashes}
@@ -105,13 +106,13 @@ def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: Any) -> dic
     return {**drawn, "name": plain(name), **own}
 
 
-def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: Any) -> list[dict[str, Any]]:
+def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: Any) -> list[Json]:
     """The area between two lines; it tells nothing when pointed at."""
-    edges: dict[str, Any] = {"hoverinfo": "skip", "showlegend": False, "width": 0, **own}
+    edges: Json = {"hoverinfo": "skip", "showlegend": False, "width": 0, **own}
     return [line(x, low, "", shade, **edges), line(x, high, "", shade, fill="tonexty", fillcolor=shade, **edges)]
 
 
-def logarithmic(values: Iterable[np.ndarray]) -> dict[str, Any]:
+def logarithmic(values: Iterable[np.ndarray]) -> Json:
     """A logarithmic axis over whole powers of ten, which hold the positive ones of these; over few of them 2 and 5 of
     each are told too."""
     import numpy as np

@@ -6,10 +6,11 @@ import tomllib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from lienumba.analysis.outcomes import Counts, counts
+from lienumba.analysis.studies.study_rows import headline
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
 from lienumba.present.html.markup import Markup, element, join, number
-from lienumba.present.html.outcomes import Counts, counts, is_good
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
 
@@ -48,16 +49,12 @@ def _verdict(found: Summary, ran: Counts) -> Markup:
 
 def _early(ran: Counts) -> Iterator[str]:
     """How many runs did not reach the end, and why; how the nominal one ended, if any did not."""
-    drawn = [x for x in ran.early if x is not ran.nominal]
-    failed = [x for x in drawn if not is_good(x)]
-    stopped = sum(x.count for x in drawn if is_good(x))
-    if failed:
-        reasons = ", ".join(f"{x.count:,} {x.status.replace('_', ' ')}" for x in failed)
-        yield f"{sum(x.count for x in failed):,} failed ({reasons})"
-    if stopped:
-        yield f"{plural(stopped, 'was', 'were')} ended by an event"
+    if ran.failed:
+        yield ran.failed
+    if ran.stopped:
+        yield f"{plural(ran.stopped, 'was', 'were')} ended by an event"
     if ran.nominal and ran.early:
-        how = "is good" if is_good(ran.nominal) else f"failed ({ran.nominal.status.replace('_', ' ')})"
+        how = "is good" if ran.nominal.good else f"failed ({ran.nominal.status.replace('_', ' ')})"
         yield f"the nominal run {how}"
 
 
@@ -69,9 +66,8 @@ def _quality(found: Summary) -> Iterator[str]:
 
 
 def _study_verdict(ds: xr.Dataset, failed: int) -> Markup:
-    points, runs = ds["time_per_run"].size, ds.sizes["run"]
-    each = f"{plural(points, 'point', 'points')}, each with {plural(runs, 'run', 'runs')}"
-    return join([element("strong", each), f", {failed:,} of {points * runs:,} failed." if failed else ", none failed."])
+    of = ds["status"].size
+    return join([element("strong", headline(ds)), f", {failed:,} of {of:,} failed." if failed else ", none failed."])
 
 
 def _size(ds: xr.Dataset) -> Iterator[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from lienumba.analysis.text_table import NONE, WORD, TextTable
+
 VOID = {"input", "br"}
 RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
@@ -44,6 +46,11 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, pr
     return element("div", whole, class_=kind, tabindex="0", role="region", aria_label=", ".join(headings))
 
 
+def text_table(found: TextTable) -> Markup:
+    """A table of an analysis, whose words are its first columns."""
+    return table(found.headings, found.rows, sum(kind == WORD for kind in found.kinds))
+
+
 def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
     """Names and what they are."""
     return element("dl", *(join((element("dt", name), element("dd", text))) for name, text in pairs if text))
@@ -66,7 +73,7 @@ def sentence(text: str) -> Markup:
 def number(x: float, digits: int = 6) -> str:
     """A number as it is printed: 4.4 × 10⁻¹⁶, −0.25."""
     if x != x:
-        return "–"
+        return NONE
     mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
     return (
         f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}"

@@ -14,7 +14,6 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from lienumba import __version__
-from lienumba.errors import ScenarioError
 from lienumba.present.html import plotly_js
 from lienumba.present.html.chart import Section
 from lienumba.present.html.markup import Markup, element, join
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
     from lienumba.engine.simulate import Progress, Tell
 
-SUFFIXES = (".html", ".htm")
+ENDINGS = (".html", ".htm")
 SCRIPTS = ("theme.js", "charts.js", "sensitivity.js", "motion.js", "viewer.js")
 SHADE = 0.3  # of white in the lighter half of a body that spins, or of black in the dark theme
 DARK = ("#4aa8e0", "#f08a3c", "#2fc198", "#e29ac6", "#e8ab2e", "#86cdf2", "#e6e7e8")  # of COLORS, on a dark page
@@ -39,13 +38,28 @@ def report(
 ) -> None:
     """Write the report of a dataset: one HTML file that opens anywhere, offline, with the mechanism moving.
 
-    dataset: what `lienumba.run` returned, or its file; output: the file, replaced if it exists; allow_code: run the
-    Python code that the dataset brings, where the courses to be shown are not stored and have to be simulated again.
+    Parameters
+    ----------
+    dataset : xarray.Dataset or path
+        What `lienumba.run` returned, or its file.
+    output : path
+        The HTML file, replaced if it exists.
+    allow_code : bool
+        Run the Python code that the dataset brings, where the courses to be shown are not stored and have to be
+        simulated again.
+    progress : callable, optional
+        Called with a `Progress` while runs are simulated again.
+
+    Raises
+    ------
+    ScenarioError
+        Where the dataset is none of lienumba, or plotly is not installed.
     """
-    from lienumba.store.files import read
+    from lienumba.store.files import read, whole
+    from lienumba.store.targets import check_target
 
     target = Path(output)
-    check_target(target)
+    check_target(target, "page", ENDINGS)
     path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
     ds: Any = dataset if path is None else read(path)
     try:
@@ -53,33 +67,8 @@ def report(
     finally:
         if path is not None:
             ds.close()
-    save(text, target)
-
-
-def check_target(target: Path) -> None:
-    """Refuse, before anything is computed, what cannot be a page."""
-    if target.suffix.lower() not in SUFFIXES:
-        raise ScenarioError(f"output = {target}: is no page; give a name that ends in .html")
-    if target.is_dir():
-        raise ScenarioError(f"output = {target}: is a folder; give the name of a file")
-    if not target.parent.is_dir():
-        raise ScenarioError(
-            f"output = {target}: its folder {target.parent} does not exist; create it or choose another"
-        )
-
-
-def save(text: str, target: Path) -> None:
-    """Write the page in one step."""
-    from lienumba.store.files import discard, partial_of, settle
-
-    partial = partial_of(target.resolve())
-    try:
+    with whole(target) as partial:
         partial.write_text(text, encoding="utf-8")
-        settle(partial, target.resolve())
-    except OSError as error:
-        raise ScenarioError(f"output = {target}: cannot be written ({error.strerror}); choose another") from None
-    finally:
-        discard(partial)
 
 
 def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:

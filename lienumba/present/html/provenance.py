@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.labels import unit_label
+from lienumba.analysis.outcomes import counts
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.header import method, scenario_of
 from lienumba.present.html.markup import Markup, element, facts, folded, join, table
-from lienumba.present.html.outcomes import counts
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import plural, show
 

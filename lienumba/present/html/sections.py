@@ -37,11 +37,11 @@ def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: dict[str, Any]
     yield motion.section_of(seen)
     yield summary.summary(ds, name)
     yield from time_series.sections(ds, motion.marked(seen))
-    known = sensitivity.columns(ds)
-    section, numbers = sensitivity.sensitivity(ds, known)
+    columns = sensitivity.columns(ds)
+    section, numbers = sensitivity.sensitivity(ds, columns)
     if section is not None:
         yield section
     if numbers:
         extra["sensitivity"] = numbers
     if ds.sizes["run"] > 1:
-        yield from histograms.sections(known)
+        yield from histograms.sections(columns)

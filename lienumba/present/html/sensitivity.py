@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from lienumba.analysis.labels import unit_label
+from lienumba.analysis.labels import time_label, unit_label
 from lienumba.analysis.sensitivities import outputs
-from lienumba.analysis.sensitivities.sensitivity import CHOSEN
 from lienumba.analysis.sensitivities.sensitivity import sensitivity as analysed
+from lienumba.analysis.sensitivities.sensitivity_rows import OutputRows, sensitivity_rows
 from lienumba.errors import ScenarioError
-from lienumba.present.html.chart import Section, packed, section
+from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.markup import Markup, element, sentence
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_POINTS = 1500  # of the scatter
 MOST_NUMBERS = 40_000  # of all columns together
 MOST_INPUTS = 24  # columns of the matrix: the strongest
-NUMBERS = (
+NUMBERS = (  # that the page draws
     "rank_correlation", "rank_correlation_low", "rank_correlation_high", "input_low", "input_high", "low", "high",
     "change", "change_low", "change_high", "first_order", "first_order_low", "first_order_high",
     "total_order", "total_order_low", "total_order_high",
@@ -62,83 +62,63 @@ def columns(ds: xr.Dataset) -> Columns:
     except ScenarioError:  # nothing of runs is stored
         read = []
     found = [
-        Column(x.name, unit_label(x.units), f"at t = {x.time:g} s" if x.time == x.time else "", x.values)
-        for x in read
-        if x.name != outputs.FAILED
+        Column(x.name, unit_label(x.units), time_label(x.time), x.values) for x in read if x.name != outputs.FAILED
     ]
     return Columns(labels, inputs, found)
 
 
-def sensitivity(ds: xr.Dataset, known: Columns) -> tuple[Section | None, dict[str, Any]]:
+def sensitivity(ds: xr.Dataset, read: Columns) -> tuple[Section | None, Json]:
     """The section, and what its script draws; no section where nothing is varied."""
-    if not known.inputs or ds.sizes["run"] < 2:
+    if not read.inputs or ds.sizes["run"] < 2:
         return None, {}
     try:
-        found = analysed(ds)
+        found = sensitivity_rows(analysed(ds))
     except ScenarioError as error:
         return section("sensitivity", TITLE, element("p", sentence(str(error)))), {}
-    names = [str(name) for name in found["input"].values]
-    strength = found["rank_correlation"].fillna(0.0).values
-    order = sorted(range(len(names)), key=lambda k: -abs(strength[:, k]).max())[:MOST_INPUTS]
-    numbers = _numbers(found.isel(input=order))
-    points = _points(ds, known, [str(x) for x in found["output"].values], [names[k] for k in order])
-    notes = [x for x in str(found.attrs["notes"]).split("\n") if x and x != CHOSEN]
-    if len(order) < len(names):
-        notes.append(f"shown are the {len(order)} inputs of {len(names)} with the largest rank correlations")
-    body = _body(bool(found["first_order"].notnull().any()), [*notes, points.pop("note")])
-    return section("sensitivity", TITLE, *body), {**numbers, **points}
+    first, inputs = found.strongest[:MOST_INPUTS], len(found.outputs[0].inputs)
+    outputs = [replace(x, inputs=[x.inputs[k] for k in first]) for x in found.outputs]
+    points = _points(ds, read, [x.name for x in outputs], [x.name for x in outputs[0].inputs])
+    notes = [*found.notes]
+    if len(first) < inputs:
+        notes.append(f"shown are the {len(first)} inputs of {inputs} with the largest rank correlations")
+    body = _body(any(x.sobol_headline for x in found.outputs), [*notes, points.pop("note")])
+    return section("sensitivity", TITLE, *body), {**_numbers(outputs), **points}
 
 
 TITLE = "What depends on what"
 
 
-def _numbers(found: xr.Dataset) -> dict[str, Any]:
+def _numbers(outputs: Sequence[OutputRows]) -> Json:
     """What was found of each output (rows) and input (columns)."""
-    outputs = [
-        {
-            "name": str(name),
-            "unit": unit_label(str(unit)),
-            "at": f"at t = {time:g} s" if time == time else "",
-            "runs": int(n),
-        }
-        for name, unit, time, n in zip(
-            found["output"].values,
-            found["output_units"].values,
-            found["output_time"].values,
-            found["runs"].values,
-            strict=True,
-        )
-    ]
-    inputs = [
-        {"name": str(name), "unit": unit_label(str(unit))}
-        for name, unit in zip(found["input"].values, found["input_units"].values, strict=True)
-    ]
+    import numpy as np
+
+    numbers = {name: np.array([row.numbers[name] for x in outputs for row in x.inputs]) for name in NUMBERS}
     return {
-        "outputs": outputs,
-        "inputs": inputs,
-        "numbers": {name: packed(found[name].values.ravel()) for name in NUMBERS if found[name].notnull().any()},
+        "outputs": [
+            {"name": x.name, "unit": unit_label(x.units), "at": time_label(x.time), "runs": x.runs} for x in outputs
+        ],
+        "inputs": [{"name": x.name, "unit": unit_label(x.units)} for x in outputs[0].inputs],
+        "numbers": {name: packed(values) for name, values in numbers.items() if not np.isnan(values).all()},
     }
 
 
-def _points(ds: xr.Dataset, known: Columns, out: Sequence[str], given: Sequence[str]) -> dict[str, Any]:
+def _points(ds: xr.Dataset, read: Columns, out: Sequence[str], given: Sequence[str]) -> Json:
     """The runs of the scatter, evenly over the sweep: as many as a screen shows."""
     import numpy as np
 
-    runs = np.flatnonzero(known.labels >= 0)
+    runs = np.flatnonzero(read.labels >= 0)
     most = max(min(MOST_POINTS, MOST_NUMBERS // (len(out) + len(given))), 200)
     kept = runs[np.unique(np.linspace(0, len(runs) - 1, most).round().astype(int))]
-    values = {x.name: x.values[kept] for x in (*known.outputs, *known.inputs)}
+    values = {x.name: x.values[kept] for x in (*read.outputs, *read.inputs)}
     if "failed" in out:
-        values["failed"] = (
-            np.isnan(known.outputs[0].values[kept]).astype(float) if known.outputs else np.zeros(len(kept))
-        )
+        values["failed"] = np.isnan(read.outputs[0].values[kept]).astype(float) if read.outputs else np.zeros(len(kept))
     note = (
         f"of {len(runs):,} runs {len(kept):,} are drawn, evenly over their labels; all count"
         if len(kept) < len(runs)
         else ""
     )
     return {
-        "labels": known.labels[kept].tolist(),
+        "labels": read.labels[kept].tolist(),
         "points": {"outputs": [packed(values[x]) for x in out if x in values],
                    "inputs": [packed(values[x]) if x in values else None for x in given]},
         "note": note,

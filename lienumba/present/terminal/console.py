@@ -15,6 +15,8 @@ from lienumba.engine.progress import ProgressLines, bar, silent
 from lienumba.errors import ClusterError, ScenarioError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from lienumba.analysis.summary import Summary
     from lienumba.engine.replay import Replay
 
@@ -93,6 +95,13 @@ def drawing(quiet: bool) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: typer.echo(f"drawing {total:,} frames", err=True) if done == 1 else None
 
 
+def wide_output(width: int) -> "Console":
+    """Where tables are printed; width: if that is no terminal."""
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else width, highlight=False, soft_wrap=True)
+
+
 def print_replay(replay: "Replay", why: str, target: Path) -> None:
     """How the run ended, and whether it is the one of the file."""
     from lienumba.batch.statuses import GOOD, STATUSES
@@ -109,11 +118,9 @@ def print_replay(replay: "Replay", why: str, target: Path) -> None:
 
 def print_summary(summary: "Summary", target: Path) -> None:
     """How the runs ended, where, and how well the constraints held."""
-    from rich.console import Console
+    from lienumba.analysis.summary_text import WIDTH, parts
 
-    from lienumba.analysis.summary_shown import parts
-
-    output = Console(width=None if sys.stdout.isatty() else 110, highlight=False, soft_wrap=True)
+    output = wide_output(WIDTH)
     for part in parts(summary, str(target)):
         output.print(part, markup=False)
     output.print(f"written to {target}", markup=False)

@@ -1,27 +1,27 @@
 """What a person sees of a design table."""
 
-import sys
 from collections.abc import Sequence
+from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from lienumba.analysis.labels import unit_label
+from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
+from lienumba.present.terminal.console import wide_output
+from lienumba.words import plural
 
 if TYPE_CHECKING:
     from lienumba.scenario.start.samples_file import Spread
 
 
+WIDTH = 110  # where there is no terminal
+
+
 def print_samples(spreads: Sequence["Spread"], runs: int, target: Path) -> None:
     """How each input spreads, and where the table is."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    output = Console(width=None if sys.stdout.isatty() else 110, highlight=False, soft_wrap=True)
-    table = Table(box=box.SIMPLE_HEAD, title_justify="left")
-    table.add_column("input", no_wrap=True)
-    for heading in ("mean", "std", "min", "max"):
-        table.add_column(heading, justify="right")
-    table.add_column("unit")
-    for x in spreads:
-        table.add_row(x.path.replace("[", "\\["), *(f"{n:.6g}" for n in (x.mean, x.std, x.low, x.high)), x.units)
-    output.print(table)
-    output.print(f"{runs:,} {'run' if runs == 1 else 'runs'} drawn, written to {target}", markup=False)
+    rows = [[x.path, *(f"{n:.6g}" for n in (x.mean, x.std, x.low, x.high)), unit_label(x.units)] for x in spreads]
+    headings = ["input", "mean", "std", "min", "max", "unit"]
+    table = TextTable(headings, [WORD, *repeat(NUMBER, 4), UNIT], rows)
+    output = wide_output(WIDTH)
+    output.print(table.on_terminal())
+    output.print(f"{plural(runs, 'run', 'runs')} drawn, written to {target}", markup=False)

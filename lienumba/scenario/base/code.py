@@ -8,7 +8,7 @@ import ast
 import inspect
 import linecache
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -124,7 +124,7 @@ def _refuse_siblings(at: str, path: Path, text: str) -> None:
                 )
 
 
-def function_of(place: str, reference: str, files: dict[str, str]) -> Callable[..., Any]:
+def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callable[..., Any]:
     """The function behind "arm.py:pd"."""
     at = f"{place}.function = {show(reference)}"
     file, _, name = reference.rpartition(":")

@@ -5,12 +5,17 @@ of the model may start with `model.`; its canonical text leaves that out.
 """
 
 import re
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
 
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.words import nearest, suggestion
 
 Token = str | int
+Tokens = tuple[Token, ...]
+S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
@@ -80,14 +85,16 @@ def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     items = model.get(tokens[0]) if tokens and isinstance(tokens[0], str) else None
     if len(tokens) > 1 and isinstance(tokens[1], int) and isinstance(items, list) and tokens[1] < len(items):
-        item = items[tokens[1]]
-        if isinstance(item, dict) and isinstance(item.get("name"), str):
-            return [tokens[0], item["name"], *tokens[2:]]
+        name = name_of(items[tokens[1]])
+        if name is not None:
+            return [tokens[0], name, *tokens[2:]]
     return tokens
 
 
 def child(node: Any, token: Token) -> Any:
     """One step down; PathError where there is nothing."""
+    if isinstance(node, BaseModel):
+        node = dict(node)
     if isinstance(node, dict):
         if token in node:
             return node[token]
@@ -97,9 +104,15 @@ def child(node: Any, token: Token) -> Any:
     raise PathError("goes too deep: there is a single value before its end")
 
 
+def name_of(item: object) -> str | None:
+    """The name of a table, written or checked."""
+    name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
+    return name if isinstance(name, str) else None
+
+
 def position_in(items: list[Any], token: Token) -> int:
     """The index of a list's item, given by index or by the item's name."""
-    names = [item.get("name") for item in items if isinstance(item, dict)]
+    names = [name_of(item) for item in items if isinstance(item, dict | BaseModel)]
     if isinstance(token, int):
         if token < len(items):
             return token
@@ -131,6 +144,33 @@ def put(data: Any, tokens: list[Token], value: Any) -> None:
         data[position_in(data, last)] = value
     else:
         raise PathError("goes too deep: there is a single value before its end")
+
+
+def with_values(section: S, values: Mapping[Tokens, object]) -> S:
+    """A copy of a section with other values at these paths, which exist; a value takes the place of all below."""
+    found = {str(key): _with(getattr(section, str(key)), below) for key, below in _grouped(values).items()}
+    return section.model_copy(update=found)
+
+
+def _with(node: object, values: Mapping[Tokens, object]) -> object:
+    if () in values:
+        return values[()]
+    if isinstance(node, BaseModel):
+        return with_values(node, values)
+    below = _grouped(values)
+    if isinstance(node, list):
+        found = {position_in(node, token): inner for token, inner in below.items()}
+        return [_with(item, found[i]) if i in found else item for i, item in enumerate(node)]
+    assert isinstance(node, dict), "the path of a number"
+    return {**node, **{key: _with(node.get(key), inner) for key, inner in below.items()}}
+
+
+def _grouped(values: Mapping[Tokens, object]) -> dict[Token, dict[Tokens, object]]:
+    """The values by the first keys of their paths."""
+    found: dict[Token, dict[Tokens, object]] = {}
+    for (first, *rest), value in values.items():
+        found.setdefault(first, {})[tuple(rest)] = value
+    return found
 
 
 def numeric_paths(model: dict[str, Any]) -> list[str]:

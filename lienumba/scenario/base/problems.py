@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from lienumba.words import show, suggestion
+from lienumba.errors import NOTHING, Problem
+from lienumba.words import suggestion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,9 +21,17 @@ class Report:
     """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
     run, where they are known, at which formulas of the time are looked at."""
 
-    problems: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    problems: list[Problem | str] = field(default_factory=list)
+    warnings: list[Problem | str] = field(default_factory=list)
     times: "np.ndarray | None" = None
+
+    def add(self, place: str, rule: str, remedy: str = "", value: object = NOTHING, *, verb: str = "") -> None:
+        """A problem."""
+        self.problems.append(Problem(place, rule, remedy, value, verb=verb))
+
+    def warn(self, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> None:
+        """A warning."""
+        self.warnings.append(Problem(place, rule, remedy, value))
 
 
 def tables(items: Any) -> list[dict[str, Any]]:
@@ -58,7 +67,7 @@ def check_name(at: str, name: Any, known: Iterable[str], what: str, report: Repo
     """Check that a name is one of these; what: "a body", ..."""
     if isinstance(name, str) and name not in known:
         remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
-        report.problems.append(f"{at} = {show(name)}: is not {what} of the model; {remedy}")
+        report.add(at, f"is not {what} of the model", remedy, name)
 
 
 def norm(values: list[Any]) -> float:

@@ -3,8 +3,8 @@
 from math import pi
 from typing import Any
 
+from lienumba.keys.conversions import tensor_of
 from lienumba.keys.types import AxisAngle, Euler, RotationVector
-from lienumba.scenario.base.conversions import tensor_of
 from lienumba.scenario.base.problems import GROUND, Report, norm
 from lienumba.scenario.schema.scenario import Body
 from lienumba.words import show, suggestion

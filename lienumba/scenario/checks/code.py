@@ -2,12 +2,12 @@
 
 import inspect
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 from lienumba.compiler.symbols import COMPARISONS, Graph, live
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.laws import Load
 from lienumba.mechanics.elements import quantities, user_laws
@@ -38,48 +38,43 @@ BEND = 1e-6  # of a velocity-level law, relative to itself: above, it is not aff
 
 
 def code_of(
-    place: str, law: Mapping[str, Any], function: Callable[..., Any], known: Sequence[str], **more: Any
+    place: str, reference: str, code: Code, seen: Sequence[str], parameters: Sequence[str], known: Sequence[str]
 ) -> Code:
-    """The code of a law; known: the quantities that it may ask for."""
-    at = f"{place}.function = {show(law['function'])}"
-    parameters = inspect.signature(function).parameters.values()
+    """The code of a law with what its function asks for; seen: its bodies and joints; parameters: their names;
+    known: the quantities that it may ask for."""
+    at = f"{place}.function"
+    arguments = inspect.signature(code.function).parameters.values()
     for name in ("t", "states"):
-        if name in law["parameters"]:
+        if name in parameters:
             what = "the time" if name == "t" else "the states of the law"
-            raise ScenarioError(f"{place}.parameters.{name}: is the name of {what}; give another name")
-    states = list(law.get("states", {}))
-    own = {"t"} | ({"states"} if states else set()) | ({"interval"} if law.get("every") is not None else set())
-    seen = [*law.get("bodies", []), *law.get("joints", [])]
-    plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    placed = [p.name for p in plain if p.name not in own and p.name not in law["parameters"]]
-    any_number = any(p.kind == p.VAR_POSITIONAL for p in parameters)
+            raise ScenarioError(Problem(f"{place}.parameters.{name}", f"is the name of {what}", "give another name"))
+    own = {"t"} | ({"states"} if code.states else set()) | ({"interval"} if code.every is not None else set())
+    plain = [p for p in arguments if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    placed = [p.name for p in plain if p.name not in own and p.name not in parameters]
+    any_number = any(p.kind == p.VAR_POSITIONAL for p in arguments)
     if len(placed) < len(seen) and not any_number:
-        raise ScenarioError(
-            f"{at}: has {len(placed)} arguments for {listed(seen)}, which it sees; give it one for each of them"
-        )
+        rule = f"has {len(placed)} arguments for {listed(seen)}, which it sees"
+        raise ScenarioError(Problem(at, rule, "give it one for each of them", reference))
     names = () if any_number else tuple(placed[: len(seen)])
-    by_name = {p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+    by_name = {p.name for p in arguments if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
     asked = by_name - set(placed if any_number else names)
-    open_ended = any(p.kind == p.VAR_KEYWORD for p in parameters)
-    for name in law["parameters"]:
+    open_ended = any(p.kind == p.VAR_KEYWORD for p in arguments)
+    for name in parameters:
         if name not in asked and not open_ended:
-            raise ScenarioError(f"{place}.parameters.{name}: the function has no argument of this name; "
-                                f"{suggestion(name, sorted(asked))}")  # fmt: skip
-    needed = {p.name for p in parameters if p.name in asked and p.default is p.empty}
-    missing = sorted(needed - set(law["parameters"]) - own - set(known))
+            rule, remedy = "the function has no argument of this name", suggestion(name, sorted(asked))
+            raise ScenarioError(Problem(f"{place}.parameters.{name}", rule, remedy))
+    needed = {p.name for p in arguments if p.name in asked and p.default is p.empty}
+    missing = sorted(needed - {*parameters, *own, *known})
     if missing:
-        raise ScenarioError(
-            f"{at}: has the argument {missing[0]}, which is neither {' nor '.join(sorted(own, reverse=True))}, nor a "
-            f"quantity, nor one of {place}.parameters; give "
-            f"{'states' if missing[0] == 'states' else 'parameters'} = {{ {_example(missing[0])} = ... }}"
-        )
-    return Code(
-        function,
+        given = f"neither {' nor '.join(sorted(own, reverse=True))}, nor a quantity, nor one of {place}.parameters"
+        key = "states" if missing[0] == "states" else "parameters"
+        remedy = f"give {key} = {{ {_example(missing[0])} = ... }}"
+        raise ScenarioError(Problem(at, f"has the argument {missing[0]}, which is {given}", remedy, reference))
+    return replace(
+        code,
         names=names,
         wants=frozenset(asked & own),
-        quantities=frozenset(asked & set(known) - set(law["parameters"])),
-        states=tuple(states),
-        **more,
+        quantities=frozenset(asked & set(known) - set(parameters)),
     )
 
 

@@ -2,22 +2,26 @@
 
 from typing import TYPE_CHECKING
 
-from lienumba.integrators.methods.tableaus import TABLEAUS
+from lienumba.integrators.methods import DEFAULT_PAIR, METHODS
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.words import listed
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-PAIRS = [name for name, tableau in TABLEAUS.items() if tableau.errors]
 BOUNDS = ("first_step", "max_step", "min_step")
 MOST_STEPS = 1e12  # of a run: so many take hours at least
 
 
+def pairs() -> list[str]:
+    """The methods that estimate their error."""
+    return [name for name, tableau in METHODS.items() if tableau.errors]
+
+
 def method_of(integrator: Integrator) -> str:
-    """The method, which may be omitted: with a tolerance the one of the highest order."""
+    """The method, which may be omitted: a pair with a tolerance."""
     if "method" not in integrator.model_fields_set and integrator.tolerance is not None:
-        return PAIRS[-1]
+        return DEFAULT_PAIR
     return integrator.method
 
 
@@ -28,7 +32,7 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
     if integrator.step is None and integrator.tolerance is None:
         report.problems.append(
             "integrator.step is missing; give the time step in s, above 0, or integrator.tolerance, the error of one "
-            f"step, with one of {', '.join(PAIRS)}"
+            f"step, with one of {', '.join(pairs())}"
         )
     elif integrator.step is not None and integrator.tolerance is not None:
         report.problems.append("integrator.step and integrator.tolerance are both given; leave one of them out")
@@ -51,10 +55,10 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
 
 
 def _check_bounds(integrator: Integrator, given: list[str], report: "Report") -> None:
-    if method_of(integrator) not in PAIRS:
+    if method_of(integrator) not in pairs():
         report.problems.append(
             f'integrator.tolerance: the method "{integrator.method}" does not estimate its error; take '
-            f"{listed(PAIRS, 'or')}, or give integrator.step instead"
+            f"{listed(pairs(), 'or')}, or give integrator.step instead"
         )
     steps = {key: float(getattr(integrator, key)) for key in given}
     for key, step in steps.items():

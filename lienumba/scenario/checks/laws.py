@@ -4,6 +4,7 @@ import re
 from keyword import iskeyword
 from typing import Any
 
+from lienumba.keys.conversions import timed
 from lienumba.keys.formulas import (
     at_start,
     constant,
@@ -16,7 +17,6 @@ from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.forces import FORCE_TYPES
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.scenario.base.code import PYTHON
-from lienumba.scenario.base.conversions import timed
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.schema.forces import DRIVERS, FORCES, driver_form

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.charts import R3xSO3
 from lienumba.scenario.schema.scenario import Integrator, Projection
 
 if TYPE_CHECKING:
@@ -12,16 +14,16 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension."""
     chosen = f'integrator.coordinates = "{integrator.coordinates}"'
-    as_vectors = integrator.coordinates != "lie"
-    if as_vectors and integrator.group != "R3xSO3":
+    as_vectors, method = integrator.coordinates != "lie", METHODS[integrator.method]
+    if as_vectors and integrator.group != R3xSO3.__name__:
         report.problems.append(
             f'{chosen}: are coordinates of rotations alone, not of integrator.group = "{integrator.group}"; leave one '
             "of the two out"
         )
-    if as_vectors and integrator.method == "cf4":
+    if as_vectors and method.composed:
         report.problems.append(
-            f'{chosen}: have no exponentials for integrator.method = "cf4" to compose; give the method "rk4", which it '
-            "is in a vector space"
+            f'{chosen}: have no exponentials for integrator.method = "{method.name}" to compose; give the method '
+            f'"{method.flat}", which it is in a vector space'
         )
     between = "integrator.tolerance" if integrator.tolerance is not None else "[[events]]" if events else None
     if between and as_vectors:
@@ -29,19 +31,20 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'{chosen}: says where a body is at the ends of given steps only, but {between} asks for more; give "lie", '
             f"or leave {between} out"
         )
-    if between == "[[events]]" and integrator.method == "cf4":
+    if between == "[[events]]" and method.composed:
         report.problems.append(
-            'integrator.method = "cf4": says where a body is at the ends of steps only, but [[events]] asks for more; '
-            'give "rk4", or leave [[events]] out'
+            f'integrator.method = "{method.name}": says where a body is at the ends of steps only, but [[events]] asks '
+            f'for more; give "{method.flat}", or leave [[events]] out'
         )
     if integrator.dexpinv is None:
         return
     given = f'"{integrator.dexpinv}"' if isinstance(integrator.dexpinv, str) else integrator.dexpinv
     if as_vectors:
         report.problems.append(f"integrator.dexpinv = {given}: is not used with {chosen}; leave one of the two out")
-    if integrator.method == "cf4":
+    if method.composed:
         report.problems.append(
-            f'integrator.dexpinv = {given}: is not used by integrator.method = "cf4", which needs none; leave it out'
+            f'integrator.dexpinv = {given}: is not used by integrator.method = "{method.name}", which needs none; '
+            "leave it out"
         )
 
 

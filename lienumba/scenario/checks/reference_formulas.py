@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter, ValidationError
 
 from lienumba.groups import so3
+from lienumba.keys.conversions import rotation_of
 from lienumba.keys.formulas import explained
-from lienumba.keys.types import Rotation, Vec3
+from lienumba.keys.types import Rotation, Vec3, rotation_keys
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.numerics.jets import Jet, lift
-from lienumba.scenario.base.conversions import rotation_of
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.formulas.parameters import TIME
@@ -81,7 +81,7 @@ def truth(reference: Mapping[str, Any], parameters: "Parameters", samples: Any, 
         for variable, listed in reference.items():
             for body, written in listed.items():
                 value = _map(written, number, "")
-                jets = [lift(x) for x in (rotation_of(value) if variable == "rotation" else value)]
+                jets = [lift(x) for x in (rotation_of(rotation_keys(value)) if variable == "rotation" else value)]
                 x, rate = spread(x.a for x in jets), spread(x.b for x in jets)
                 if variable == "rotation":
                     rate = list(so3.vee(so3.multiply(so3.transpose(tuple(x)), tuple(rate))))

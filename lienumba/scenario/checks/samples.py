@@ -48,7 +48,7 @@ def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report
     report.problems += [
         f"sweep.table: nothing varies with its column {show(name)}; take it out, or out of sweep.vary what draws it"
         for name in table.columns
-        if name not in used and not any(sentence.startswith(_taken(name)) for sentence in report.problems)
+        if name not in used and not any(str(problem).startswith(_taken(name)) for problem in report.problems)
     ]
 
 

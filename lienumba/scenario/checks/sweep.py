@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.conversions import nominal_numbers
+from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.checks.ranges import check_range
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
@@ -179,7 +179,7 @@ def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
         raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)
-        return nominal_numbers(adapter.dump_python(adapter.validate_python(value)), shape)
+        return nominal_numbers(adapter.validate_python(value), shape)
     except ValidationError:
         if keys:
             return None  # the schema says so

@@ -12,6 +12,7 @@ from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.forces import FORCE_TYPES
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.paths import Tokens
 from lienumba.scenario.base.problems import tables as rows_of
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.parameters import (
@@ -19,7 +20,6 @@ from lienumba.scenario.formulas.parameters import (
     SMOOTH,
     TIME,
     Parameters,
-    Tokens,
     not_finite,
     ordered,
     section_of,

@@ -16,12 +16,12 @@ from lienumba.mechanics.mechanism.model import Law
 from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.paths import Tokens
 from lienumba.words import listed, show
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
 RESERVED = {TIME, *CONSTANTS, *FUNCTIONS}
-Tokens = tuple[paths.Token, ...]
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,14 @@ class Parameters:
                 found[name] = value_of(self.formulas[name], found)
         return found
 
-    def fill(self, model: dict[str, Any], samples: Mapping[str, Any]) -> None:
-        """Put the numbers of these samples into a model, in place, and functions of time where they are."""
+    def at_places(self, samples: Mapping[str, Any]) -> dict[Tokens, Any]:
+        """The numbers of these samples for what is a formula, and functions of time where they are, by path."""
         values = self.values(samples)
-        for tokens, formula in self.places.items():
-            if paths.text_of(list(tokens)) not in samples:
-                paths.put(model, list(tokens), self.number(formula, values))
+        return {
+            tokens: self.number(formula, values)
+            for tokens, formula in self.places.items()
+            if paths.text_of(list(tokens)) not in samples
+        }
 
     def number(self, formula: Formula, values: Mapping[str, Any]) -> Any:
         """What a formula is with these values of the parameters: a number, or a law of time and state."""

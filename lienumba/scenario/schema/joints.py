@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Number, Positive, Section, Vec3
 
 Two = Annotated[list[Vec3], Field(min_length=2, max_length=2)]
@@ -171,15 +172,9 @@ class PythonJoint(Section):
     )
 
 
-Joint = Annotated[
-    Spherical | Revolute | Universal | Cylindrical | Prismatic | Fixed | Planar | PointOnLine | PointInPlane
-    | Distance | ParallelAxes | PerpendicularAxes | Screw | Gear | Coupler | PythonJoint,
-    Field(discriminator="type"),
-]  # fmt: skip
-JOINTS: dict[str, type[Section]] = {
-    "spherical": Spherical, "revolute": Revolute, "universal": Universal, "cylindrical": Cylindrical,
-    "prismatic": Prismatic, "fixed": Fixed, "planar": Planar, "point_on_line": PointOnLine,
-    "point_in_plane": PointInPlane, "distance": Distance, "parallel_axes": ParallelAxes,
-    "perpendicular_axes": PerpendicularAxes, "screw": Screw, "gear": Gear, "coupler": Coupler,
-    "python": PythonJoint,
-}  # fmt: skip
+JOINTS: Registry[type[Section]] = Registry("joint", literal("type"))
+for joint in (
+    Spherical, Revolute, Universal, Cylindrical, Prismatic, Fixed, Planar, PointOnLine, PointInPlane, Distance,
+    ParallelAxes, PerpendicularAxes, Screw, Gear, Coupler, PythonJoint,
+):  # fmt: skip
+    JOINTS.add(joint)

@@ -4,10 +4,15 @@ What one key says about another (names, step and interval, rotations) is in `che
 also the remedy in its error messages, which read "give <description>".
 """
 
-from typing import Annotated, Any, Literal, get_args
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
+from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
+from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
     NAME_RULE,
     WRITTEN,
@@ -24,7 +29,7 @@ from lienumba.keys.types import (
     Vec3,
 )
 from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
-from lienumba.scenario.schema.joints import JOINTS, Joint
+from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema.stop import Stop
@@ -36,8 +41,6 @@ from lienumba.sweep.samplers.samplers import SAMPLERS, Sampler
 from lienumba.sweep.table import SampleTable
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
-
-Method = Literal["euler", "midpoint", "heun", "kutta3", "rk4", "cf4", "rk38", "bs32", "dp54", "tsit54", "dop853"]
 
 
 class Matter(Section):
@@ -89,11 +92,16 @@ class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
+AnyJoint = Annotated[Section, OneOf(JOINTS)]
+
+
 class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
-    joints: list[Joint] = Field(default=[], description="the joints, each as [[model.joints]]")
+    joints: list[Annotated[Section, OneOf(JOINTS)]] = Field(
+        default=[], description="the joints, each as [[model.joints]]"
+    )
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
     quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
@@ -137,13 +145,15 @@ AnyTolerance = Annotated[
 ]
 
 
-class Integrator(Section):
-    method: Method = Field(
-        default="rk4",
-        description="the Runge-Kutta method: "
-        + ", ".join(get_args(Method))
-        + " (or omit it: rk4 with a step, dop853 with a tolerance)",
+def _methods() -> str:
+    return (
+        f"the Runge-Kutta method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a "
+        "tolerance)"
     )
+
+
+class Integrator(Section):
+    method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,
@@ -158,11 +168,11 @@ class Integrator(Section):
         description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '
         "as the order of the method needs)",
     )
-    group: Literal["R3xSO3", "SE3"] = Field(
+    group: Annotated[str, NameOf(GROUPS)] = Field(
         default="R3xSO3",
         description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
     )
-    coordinates: Literal["lie", "matrix", "tait_bryan", "rotation_vector", "quaternion"] = Field(
+    coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
         default="lie",
         description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
         '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
@@ -270,39 +280,55 @@ class ScenarioData(Section):
     study: Study | None = Field(default=None, description="the section [study]")
 
 
-# The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
-SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
-    (): ScenarioData,
-    ("model",): ModelSection,
-    ("model", "bodies"): Body,
-    ("model", "bodies", "guess"): StartState,
-    **{
-        (*start, "rotation", form): section
-        for start in (("model", "bodies"), ("model", "bodies", "guess"))
-        for form, section in (("axis_angle", AxisAngle), ("euler_angles", Euler), ("vector", RotationVector))
-    },
-    **{("model", "joints", form): section for form, section in JOINTS.items()},
-    **{("model", "drivers", form): section for form, section in DRIVERS.items()},
-    **{("model", "forces", form): section for form, section in FORCES.items()},
-    **{("model", "quantities", form): section for form, section in QUANTITIES.items()},
-    ("model", "events"): Event,
-    ("integrator",): Integrator,
-    ("integrator", "tolerance", "table"): Tolerance,
-    ("integrator", "tolerance", "table", "absolute"): Absolute,
-    ("projection",): Projection,
-    ("output",): Output,
-    ("sweep",): Sweep,
-    ("sweep", "stop"): Stop,
-    ("sweep", "correlate"): Correlation,
-    ("sweep", "table"): SampleTable,
-    **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
-    ("study",): Study,
-}
-FORMS: dict[str, dict[str, type[Section]]] = {
+# What stands in the lists of the model: the classes of each by their names.
+FORMS: dict[str, Mapping[str, type[Section]]] = {
     "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
 }  # fmt: skip
+# The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
+SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {}
 LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
 BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
+
+
+def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
+    return {
+        (): ScenarioData,
+        ("model",): ModelSection,
+        ("model", "bodies"): Body,
+        ("model", "bodies", "guess"): StartState,
+        **{
+            (*start, "rotation", form): section
+            for start in (("model", "bodies"), ("model", "bodies", "guess"))
+            for form, section in (("axis_angle", AxisAngle), ("euler_angles", Euler), ("vector", RotationVector))
+        },
+        **{("model", kind, form): section for kind, forms in FORMS.items() for form, section in forms.items()},
+        ("model", "events"): Event,
+        ("integrator",): Integrator,
+        ("integrator", "tolerance", "table"): Tolerance,
+        ("integrator", "tolerance", "table", "absolute"): Absolute,
+        ("projection",): Projection,
+        ("output",): Output,
+        ("sweep",): Sweep,
+        ("sweep", "stop"): Stop,
+        ("sweep", "correlate"): Correlation,
+        ("sweep", "table"): SampleTable,
+        **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
+        ("study",): Study,
+    }
+
+
+def _derive() -> None:
+    """What follows from the registries."""
+    Integrator.model_fields["method"].description = _methods()
+    for section in (Integrator, ModelSection, ScenarioData):  # those that hold them, the inner ones first
+        section.model_rebuild(force=True)
+    SECTIONS.clear()
+    SECTIONS.update(_sections())
+
+
+SECTIONS.update(_sections())
+for registry in (JOINTS, METHODS, GROUPS, COORDINATES):
+    registry.listeners.append(_derive)
 
 
 def json_schema() -> dict[str, Any]:

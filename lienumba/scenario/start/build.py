@@ -1,232 +1,159 @@
 """From a resolved scenario and its samples to the model and its start.
 
-A number is a float, or an array (runs,) where the sweep varies it.
+The checked keys get the numbers of the runs in place of their own, and each element becomes a part of the model by
+itself. A number is a float, or an array (runs,) where the sweep varies it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from lienumba.groups import so3
+from lienumba.keys.conversions import inertia_of, rotation_of
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.mechanism import model as m
-from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
-from lienumba.mechanics.system.applied_forces import FORCE_TYPES
+from lienumba.mechanics.mechanism.model import GROUND, Model, Pose, Start
 from lienumba.numerics.expressions import Formula
+from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.code import PYTHON, function_of
-from lienumba.scenario.base.conversions import inertia_of, rotation_of, timed, vec3
+from lienumba.scenario.base.code import function_of
 from lienumba.scenario.checks.code import code_of, tried
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.forces import OrientationDriver
+from lienumba.scenario.schema.joints import Between, Coupler, Gear, PythonJoint
+from lienumba.scenario.schema.quantities import Event
+from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
+from lienumba.scenario.start import elements
 from lienumba.sweep.distributions.base import NUMBER
 
 if TYPE_CHECKING:
     import numpy as np
 
-Table = Mapping[str, Any]
+Samples = Mapping[str, "np.ndarray"] | Mapping[str, float]
 
 
-def build(scenario: Scenario, samples: Mapping[str, "np.ndarray"]) -> tuple[Model, Start]:
+def build(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
     """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,), as `design.draw`
     has them."""
     import numpy as np
 
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
-        return _builder(scenario, samples).build()
+        return _Builder(numbered(scenario, samples), scenario.data.files).build()
 
 
-def geometry(scenario: Scenario, samples: Mapping[str, Any]) -> tuple[Model, Start]:
+def geometry(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
     """Bodies, and the joints between two of them: what can be drawn, without running code of the user's own."""
-    return _builder(scenario, samples).geometry()
+    return _Builder(numbered(scenario, samples), scenario.data.files).geometry()
 
 
-def _builder(scenario: Scenario, samples: Mapping[str, Any]) -> "_Builder":
-    data = scenario.data.model.model_dump()
-    scenario.parameters.fill(data, samples)
+def numbered(scenario: Scenario, samples: Samples) -> ModelSection:
+    """The keys of the model with the numbers of these samples, and functions of time and state where they are."""
+    numbers: dict[paths.Tokens, object] = {**scenario.parameters.at_places(samples)}
+    varied = {name for name in samples if not name.startswith("parameters.")}
     for path, kind in scenario.data.sweep.vary.items():
         names = kind.columns(path)
         if kind.shape != NUMBER and names[0] in samples:  # whatever its form in the file
-            paths.put(data, paths.parse(path), [None] * len(names))
-    for path, values in samples.items():
-        if not path.startswith("parameters."):
-            paths.put(data, paths.parse(path), values)
-    return _Builder(data, scenario.data.files)
+            numbers[tuple(paths.parse(path))] = [samples[name] for name in names]
+            varied -= {*names}
+    numbers |= {tuple(paths.parse(name)): samples[name] for name in samples if name in varied}
+    return paths.with_values(scenario.data.model, numbers)
 
 
 class _Builder:
     """Knows the indices behind the names."""
 
-    def __init__(self, data: dict[str, Any], files: dict[str, str]) -> None:
+    def __init__(self, data: ModelSection, files: Mapping[str, str]) -> None:
         self.data, self.files = data, files
-        self.bodies = {body["name"]: i for i, body in enumerate(data["bodies"])} | {"ground": GROUND}
-        self.joints = {joint["name"]: i for i, joint in enumerate(data["joints"])}
+        self.bodies = {body.name: i for i, body in enumerate(data.bodies)} | {"ground": GROUND}
+        self.joints = {str(paths.name_of(joint)): i for i, joint in enumerate(data.joints)}
+        self.drivers = {driver.name: i for i, driver in enumerate(data.drivers)}
 
     def build(self) -> tuple[Model, Start]:
         data = self.data
         model = Model(
-            gravity=_timed3(data["gravity"]),
+            gravity=elements.timed3(data.gravity),
             bodies=self.masses(),
-            joints=tuple(map(self.joint, data["joints"])),
-            drivers=tuple(map(self.driver, data["drivers"])),
-            forces=tuple(map(self.force, data["forces"])),
-            quantities=tuple(map(self.quantity, data["quantities"])),
-            events=tuple(map(_event, data["events"])),
+            joints=tuple(elements.joint(x, self) for x in data.joints),
+            drivers=tuple(elements.driver(x, self) for x in data.drivers),
+            forces=tuple(elements.force(x, self) for x in data.forces),
+            quantities=tuple(elements.quantity(x, self) for x in data.quantities),
+            events=tuple(map(_event, data.events)),
         )
-        return tried(model), Start(tuple(map(self.pose, data["bodies"])), tuple(map(_joint_start, data["joints"])))
+        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(elements.joint_start, data.joints)))
 
     def geometry(self) -> tuple[Model, Start]:
-        drawn = [joint for joint in self.data["joints"] if joint["type"] != PYTHON and "joints" not in joint]
-        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(map(self.joint, drawn)))
-        return model, Start((), tuple(map(_joint_start, drawn)))
+        drawn = [joint for joint in self.data.joints if not isinstance(joint, PythonJoint | Gear | Coupler)]
+        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(elements.joint(x, self) for x in drawn))
+        return model, Start((), tuple(map(elements.joint_start, drawn)))
 
     def masses(self) -> tuple[m.Body, ...]:
-        bodies = self.data["bodies"]
-        return tuple(m.Body(body["name"], body["mass"], inertia_of(body["inertia"])) for body in bodies)
+        return tuple(m.Body(body.name, body.mass, inertia_of(body.inertia)) for body in self.data.bodies)
 
-    def ends(self, names: Sequence[str]) -> tuple[int, ...]:
-        return tuple(self.bodies[name] for name in names)
+    # ---------------------------------------------------------------- what elements ask for
+    def ends(self, joint: str) -> tuple[int, ...]:
+        between = self.data.joints[self.joints[joint]]
+        assert isinstance(between, Between | PythonJoint), "checked with the scenario"
+        return tuple(self.bodies[name] for name in between.bodies)
 
     def coordinate(self, joint: str, kind: str | None) -> m.Coordinate:
         index = self.joints[joint]
-        return m.Coordinate(index, kind or COORDINATES[self.data["joints"][index]["type"]][0])
+        return m.Coordinate(index, kind or COORDINATES[elements.type_of(self.data.joints[index])][0])
 
-    def ends_of_joint(self, name: str) -> tuple[int, ...]:
-        return self.ends(self.data["joints"][self.joints[name]]["bodies"])
-
-    def code(self, place: str, law: Table, **more: Any) -> m.Code:
-        known = [quantity["name"] for quantity in self.data["quantities"]]
-        known += [force["name"] for force in self.data["forces"] if force.get("states")]
-        return code_of(place, law, function_of(place, law["function"], self.files), known, **more)
-
-    def joint(self, joint: Table) -> m.Joint:
-        name, kind = joint["name"], joint["type"]
-        if kind == PYTHON:
-            letters = {"m": "m", "rad": "r"}
-            rows = "".join(letters[row] for row in joint["rows"] or [])
-            code = self.code(f"model.joints.{name}", joint, returns=rows, level=joint["level"])
-            return m.Joint(name, kind, self.ends(joint["bodies"]), numbers=joint["parameters"], code=code)
-        if "joints" not in joint:
-            return m.Joint(
-                name, kind, self.ends(joint["bodies"]), _optional_pair(joint.get("points")),
-                length=joint.get("length"), pitch=joint.get("pitch"),
-            )  # fmt: skip
-        first, second = map(self.coordinate, joint["joints"], joint["coordinates"] or (None, None))
-        ends = dict.fromkeys(i for name in joint["joints"] for i in self.ends_of_joint(name))
-        return m.Joint(
-            name, kind, tuple(ends), coordinates=(first, second), ratio=joint["ratio"], offset=joint["offset"]
+    def code(
+        self,
+        place: str,
+        reference: str,
+        seen: Sequence[str],
+        parameters: Iterable[str],
+        *,
+        returns: str,
+        level: str = "position",
+        joints: tuple[int, ...] = (),
+        states: Sequence[str] = (),
+        every: float | None = None,
+    ) -> m.Code:
+        known = [quantity.name for quantity in self.data.quantities]
+        known += [force.name for force in self.data.forces if getattr(force, "states", None)]
+        code = m.Code(
+            function_of(place, reference, self.files), returns, level, joints, states=tuple(states), every=every
         )
+        return code_of(place, reference, code, seen, list(parameters), known)
 
-    def driver(self, driver: Table) -> m.Driver:
-        if "joint" in driver:
-            motion = "rate" if driver["value"] is None else "value"
-            which = self.coordinate(driver["joint"], driver["coordinate"])
-            ends = self.ends_of_joint(driver["joint"])
-            return m.Driver(driver["name"], motion, ends, (timed(driver[motion]),), which)
-        point = driver.get("point")
-        return m.Driver(
-            driver["name"], driver["motion"], self.ends([driver["body"]]), _timed3(driver["value"]),
-            point=None if point is None else vec3(point), frame=driver.get("frame", "global"),
-        )  # fmt: skip
-
-    def own_force(self, force: Table) -> m.Force:
-        joints = tuple(self.joints[name] for name in force["joints"])
-        code = self.code(
-            f"model.forces.{force['name']}", force, returns=force["returns"], joints=joints, every=force["every"]
-        )
-        numbers = {name: timed(x) for name, x in force["parameters"].items()}
-        return m.Force(
-            force["name"], PYTHON, self.ends(force["bodies"]), numbers=numbers, code=code, initial=force["states"]
-        )
-
-    def force(self, force: Table) -> m.Force:
-        if force["type"] == PYTHON:
-            return self.own_force(force)
-        kind = FORCE_TYPES[force["type"]]
-        points: list[Any] = force.get("points") or ([force["point"]] if "point" in force else [])
-        given = {name: force[name] for name in kind.numbers if force[name] is not None}
-        numbers = {name: _timed3(x) if isinstance(x, list) else timed(x) for name, x in given.items()}
-        of_joint = kind.ends == "joint"
-        return m.Force(
-            name=force["name"],
-            type=force["type"],
-            bodies=self.ends_of_joint(force["joint"])
-            if of_joint
-            else self.ends(force.get("bodies") or [force["body"]]),
-            points=tuple(map(vec3, points)),
-            coordinate=self.coordinate(force["joint"], force["coordinate"]) if of_joint else None,
-            frame=force.get("frame", "global"),
-            numbers=numbers,
-        )
-
-    def quantity(self, quantity: Table) -> m.Quantity:
-        given = {key: x for key, x in quantity.items() if x is not None}
-        found = m.Quantity(given["name"], given["type"], units=given.get("units", "1"))
-        if "body" in given:
-            body, base = self.bodies[given["body"]], self.bodies[given["relative_to"]]
-            frames = {**self.bodies, "body": body, "global": GROUND, "none": base}
-            found = replace(found, bodies=(body,), relative_to=base, frame=frames[given.get("frame", "none")])
-        if given["type"] == "momentum":
-            about = given["about"] if isinstance(given["about"], list) else None
-            every = given.get("bodies") or [body["name"] for body in self.data["bodies"]]
-            found = replace(found, bodies=self.ends(every), about=_optional(about))
-        if "joint" in given:
-            found = replace(found, joint=self.joints[given["joint"]])
-            ends = self.ends_of_joint(given["joint"])
-            frames = {"first": ends[0], "second": ends[-1], "global": GROUND}
-            found = replace(found, frame=frames[given.get("frame", "global")])
-        if "driver" in given:
-            found = replace(found, driver=[d["name"] for d in self.data["drivers"]].index(given["driver"]))
-        return replace(
-            found,
-            point=vec3(given.get("point", [0.0, 0.0, 0.0])),
-            derivative=given.get("derivative", 0),
-            target=rotation_of(given["target"]) if "target" in given else None,
-            value=timed(given.get("value", 0.0)),
-        )
-
-    def pose(self, body: Table) -> Pose:
-        base = self.bodies[body["relative_to"] or "ground"]
-        guess = None if body["guess"] is None else _pose(body["guess"])
+    # ---------------------------------------------------------------- the start
+    def pose(self, body: Body) -> Pose:
+        base = self.bodies[body.relative_to or "ground"]
+        guess = None if body.guess is None else _pose(body.guess)
         if base == GROUND and (guess is None or guess.rotation is None):
-            guess = replace(guess or Pose(), rotation=self.prescribed_rotation(body["name"]))
-        return _pose(body, relative_to=None if base == GROUND else base, guess=guess)
+            guess = replace(guess or Pose(), rotation=self.prescribed_rotation(body.name))
+        return replace(_pose(body), relative_to=None if base == GROUND else base, guess=guess)
 
-    def prescribed_rotation(self, name: str) -> Any:
+    def prescribed_rotation(self, name: str) -> Vector | None:
         """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
-        for driver in self.data["drivers"]:
-            if driver.get("motion") == "orientation" and driver["body"] == name:
-                if any(m.reads_state(x) for x in driver["value"]):
+        for driver in self.data.drivers:
+            if isinstance(driver, OrientationDriver) and driver.body == name:
+                value = elements.timed3(driver.value)
+                if any(map(m.reads_state, value)):
                     return None
-                return rotation_of({"rotation_vector": [m.at_time(timed(x), 0.0) for x in driver["value"]]})
+                x, y, z = (m.at_time(number, 0.0) for number in value)
+                return so3.exp((x, y, z))
         return None
 
 
-def _event(event: Table) -> m.Event:
-    when = event["when"] if callable(event["when"]) else Formula(event["when"], condition=True)
-    return m.Event(event["name"], when, event["action"] == "stop")
+def _event(event: Event) -> m.Event:
+    when = event.when if callable(event.when) else Formula(event.when, condition=True)
+    return m.Event(event.name, when, event.action == "stop")
 
 
-def _pose(state: Table, **more: Any) -> Pose:
-    rotation = state["rotation"]
-    vectors: Any = {name: _optional(state[name]) for name in ("position", "velocity", "angular_velocity")}
-    return Pose(rotation=None if rotation is None else rotation_of(rotation), **vectors, **more)
-
-
-def _joint_start(joint: Table) -> JointStart:
-    axes, axis = joint.get("axes"), joint.get("axis")
-    if axes is not None and len(axes) == 1:
-        axes = [axes[0], [0.0, 0.0, 1.0]]  # of the first body alone
-    if axis is not None:
-        axis = tuple(map(vec3, axis)) if isinstance(axis[0], list) else (vec3(axis),)
-    return JointStart(
-        axes=_optional_pair(axes),
-        references=_optional_pair(joint.get("references")),
-        at=_optional(joint.get("at")),
-        axis=axis,
-        **{name: joint.get(name) for name in ("angle", "rate", "displacement", "speed")},
+def _pose(state: StartState) -> Pose:
+    return Pose(
+        position=elements.optional(state.position),
+        rotation=None if state.rotation is None else rotation_of(state.rotation),
+        velocity=elements.optional(state.velocity),
+        angular_velocity=elements.optional(state.angular_velocity),
     )
 
 
-def unphysical(model: Model, start: Start, samples: Mapping[str, "np.ndarray"], runs: int) -> "np.ndarray":
+def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.ndarray":
     """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or speed of friction that
     nothing has: (runs,).
 
@@ -258,15 +185,3 @@ def unphysical(model: Model, start: Start, samples: Mapping[str, "np.ndarray"], 
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0
     return bad
-
-
-def _timed3(values: list[Any]) -> tuple[m.Timed, m.Timed, m.Timed]:
-    return timed(values[0]), timed(values[1]), timed(values[2])
-
-
-def _optional(values: list[Any] | None) -> m.Vec3 | None:
-    return None if values is None else vec3(values)
-
-
-def _optional_pair(values: list[list[Any]] | None) -> tuple[m.Vec3, m.Vec3] | None:
-    return None if values is None else (vec3(values[0]), vec3(values[1]))

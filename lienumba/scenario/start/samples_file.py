@@ -1,6 +1,5 @@
 """The design table alone, as a CSV or netCDF file that may serve as the table of a sweep."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,15 @@ from lienumba.scenario.reading.sample_table import RUN
 from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw
 from lienumba.store import files
+from lienumba.store.targets import CHOOSE, DATASET_STARTS, check_target
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
     import numpy as np
 
     from lienumba.scenario.resolve import Scenario
+
+CSV = ".csv"
 
 
 @dataclass(frozen=True)
@@ -32,15 +34,10 @@ class Spread:
     high: float
 
 
-def check_target(target: Path, overwrite: bool) -> None:
+def check_samples_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is drawn, a file that could not be written or must not be replaced."""
-    if target.suffix.lower() not in (".csv", *ENDINGS):
-        raise ScenarioError(f"output = {target}: must be a table; end its name with .csv or .nc")
-    old = target.suffix.lower() == ".csv" and overwrite and target.is_file()
-    if not old:
-        files.check_target(target, overwrite)
-    elif not target.read_bytes().startswith(RUN.encode()):
-        raise ScenarioError(f"output = {target}: is a file of another kind, no samples to be replaced; choose another")
+    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
+    check_target(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
 
 
 def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Spread]:
@@ -50,7 +47,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Sp
         raise ScenarioError("sweep.vary: is empty, so there is nothing to draw; vary at least one number")
     model = scenario.data.model.model_dump()
     of = {path: units(path, model) for path in samples}
-    if target.suffix.lower() == ".csv":
+    if target.suffix.lower() == CSV:
         _write_csv(labels, samples, target)
     else:
         _write_netcdf(scenario, labels, samples, of, target)
@@ -67,14 +64,8 @@ def _write_csv(labels: Sequence[int], samples: "dict[str, np.ndarray]", target: 
     lines = [",".join([RUN, *samples])]
     columns = [map(repr, column.tolist()) for column in samples.values()]
     lines += [",".join(row) for row in zip(map(str, labels), *columns, strict=True)]
-    partial = target.with_name(f"{target.name}.partial")
-    try:
+    with files.whole(target) as partial:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        raise files.WriteError(f"output = {target}: could not be written ({error.strerror})") from error
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _write_netcdf(

@@ -1,0 +1,57 @@
+"""The rows of a summary, which a terminal and a page draw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lienumba.analysis.summary import Quantiles, Summary
+
+MOST_BODIES = 3  # whose numbers are seen at once
+
+
+@dataclass(frozen=True)
+class QuantileRows:
+    """Quantiles over so many runs; first: those of the system and of few bodies, of many bodies of the last; rest:
+    those of the others, which are so many bodies."""
+
+    runs: int
+    first: Sequence[Quantiles]
+    rest: Sequence[Quantiles]
+    others: int
+
+    @property
+    def headings(self) -> list[str]:
+        """Of the numbers; one run has no quantiles."""
+        return ["5 %", "median", "95 %"] if self.runs > 1 else ["value"]
+
+    def numbers(self, row: Quantiles) -> list[float]:
+        """Those below the headings."""
+        return [row.low, row.median, row.high] if self.runs > 1 else [row.median]
+
+
+def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
+    """The rows of quantiles over so many runs."""
+    bodies = list(dict.fromkeys(row.body for row in rows if row.body))
+    shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
+    first = [row for row in rows if not row.body or row.body in shown]
+    return QuantileRows(runs, first, [row for row in rows if row not in first], len(bodies) - len(shown))
+
+
+def largest(summary: Summary) -> Iterator[tuple[str, float, str]]:
+    """The largest errors of all runs, with their units."""
+    for name, value, unit in (
+        ("position violation", summary.max_position_violation, "m"),
+        ("velocity violation", summary.max_velocity_violation, "m/s"),
+        ("relative energy drift", summary.max_relative_energy_drift, ""),
+    ):
+        if value is not None:
+            yield name, value, unit
+
+
+def not_unique(summary: Summary) -> str:
+    """What is to be said of reactions; empty if they are unique."""
+    text = f"reactions not unique: {summary.not_unique}; those of least norm are stored"
+    return text if summary.not_unique else ""

@@ -1,0 +1,63 @@
+"""A summary as people read it, on a terminal and in a notebook."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from itertools import repeat
+from typing import TYPE_CHECKING
+
+from lienumba.analysis.labels import unit_label
+from lienumba.analysis.summary_rows import QuantileRows, largest, not_unique, quantile_rows
+from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
+from lienumba.words import plural
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from lienumba.analysis.summary import Summary
+
+WIDTH = 110
+
+
+def text(summary: Summary) -> str:
+    """All of it as plain text."""
+    from rich.console import Console
+
+    stream = io.StringIO()
+    output = Console(file=stream, width=WIDTH, highlight=False, soft_wrap=True, color_system=None)
+    for part in parts(summary):
+        output.print(part, markup=False)
+    return stream.getvalue().rstrip()
+
+
+def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
+    """Sentences and tables; file: where the dataset is, if runs of it can be replayed."""
+    failed = summary.runs - summary.good
+    title = f"{summary.title}: " if summary.title else ""
+    yield f"{title}{summary.good:,} of {summary.runs:,} runs good, {failed:,} failed"
+    for x in summary.outcomes:
+        if x.early:
+            yield f"  {x.count:,} {x.status}: {x.kind.sentence}; runs {x.which}"
+    first = next((label for x in summary.outcomes if not x.good for label in x.labels), None)
+    if first is not None and file:
+        yield f"  look at one: lienumba replay {file} --run {first}"
+    if summary.final:
+        early = summary.finished < summary.spread
+        which = f", over {plural(summary.finished, 'run that', 'runs that')} reached it" if early else ""
+        yield _quantiles(f"at t = {summary.final_time:g} s{which}", quantile_rows(summary.final, summary.finished))
+    if summary.kept:
+        yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
+    errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
+    yield from filter(None, [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped])
+
+
+def _quantiles(what: str, found: QuantileRows) -> Table:
+    which = f", the last of {found.others + 1} bodies" if found.others else ""
+    rows = [
+        [row.quantity, row.body, row.axis, *(f"{x:.6g}" for x in found.numbers(row)), unit_label(row.units)]
+        for row in found.first
+    ]
+    headings = ["quantity", "body", "axis", *found.headings, "unit"]
+    kinds = [*repeat(WORD, 3), *repeat(NUMBER, len(found.headings)), UNIT]
+    return TextTable(headings, kinds, rows).on_terminal(what + which)

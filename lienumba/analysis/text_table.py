@@ -1,0 +1,49 @@
+"""Rows of texts with headings, which a terminal and a page only draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import repeat
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+Kind = Literal["word", "number", "unit"]
+WORD: Kind = "word"
+NUMBER: Kind = "number"
+UNIT: Kind = "unit"
+NONE = "–"  # what stands where there is no number
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """headings: of the columns; kinds: what each column holds; rows: one text for each column."""
+
+    headings: Sequence[str]
+    kinds: Sequence[Kind]
+    rows: Sequence[Sequence[str]]
+
+    @staticmethod
+    def of(words: Sequence[str], numbers: Sequence[str], rows: Sequence[Sequence[str]]) -> TextTable:
+        """Columns of words with these headings, and of numbers with those."""
+        return TextTable([*words, *numbers], [*repeat(WORD, len(words)), *repeat(NUMBER, len(numbers))], rows)
+
+    def on_terminal(self, title: str | None = None) -> Table:
+        """The table as rich prints it."""
+        from rich import box
+        from rich.markup import escape
+        from rich.table import Table
+
+        table = Table(title=None if title is None else escape(title), box=box.SIMPLE_HEAD, title_justify="left")
+        for heading, kind in zip(self.headings, self.kinds, strict=True):
+            table.add_column(heading, justify="right" if kind == NUMBER else "left", no_wrap=kind == WORD)
+        for row in self.rows:
+            table.add_row(*map(escape, row))
+        return table
+
+
+def number_text(value: float, form: str) -> str:
+    """A number in this format, if there is one."""
+    return f"{value:{form}}" if value == value else NONE

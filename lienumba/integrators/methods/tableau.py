@@ -1,0 +1,91 @@
+"""An explicit Runge-Kutta method as a record."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from lienumba.keys.literature import Reference
+from lienumba.keys.registry import Registry
+
+Row = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """A (strictly lower rows), b, c of an explicit method, and its order.
+
+    `errors`: for embedded pairs, the weights of one or two estimates of the error in the stages and, last, in F at the
+    end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs;
+    `first`: of a commutator-free method, the weights of the first of two exponentials in each stage and at the end, or
+    none where there is but one; `flat`: the method that this one is in a vector space; `words`: what a citation says of
+    it, with [@key] for each of its `references`.
+    """
+
+    name: str
+    order: int
+    words: str
+    A: tuple[Row, ...]
+    b: Row
+    errors: tuple[Row, ...] = ()
+    D: tuple[Row, ...] = ()
+    more: tuple[Row, ...] = ()
+    first: tuple[Row, ...] = ()
+    flat: str = ""
+    references: tuple[Reference, ...] = ()
+
+    @classmethod
+    def of(
+        cls, name: str, order: int, words: str, A: Sequence[str], b: str, *references: Reference,
+        errors: Sequence[str] = (), D: Sequence[str] = (), more: Sequence[str] = (), first: Sequence[str] = (),
+        flat: str = "",
+    ) -> "Tableau":  # fmt: skip
+        """From rows as texts, with the digits that are published."""
+        return cls(
+            name, order, words, rows(A), row(b), rows(errors), rows(D), rows(more), rows(first), flat, references
+        )
+
+    @property
+    def composed(self) -> bool:
+        """Whether a step is a product of several exponentials, which need no dexpinv and have no extension."""
+        return bool(self.first)
+
+    @property
+    def c(self) -> Row:
+        return tuple(sum(row, Fraction(0)) for row in self.A)
+
+    @property
+    def stages(self) -> tuple[Row, ...]:
+        """The rows of all stages: those of a step, F at its end, and those of the continuous extension."""
+        return (*self.A, self.b, *self.more)
+
+    def exponentials(self, stage: int) -> tuple[Row, ...]:
+        """The weights of each exponential of one of the stages."""
+        whole = self.stages[stage]
+        first = self.first[stage] if self.first else ()
+        return (first, tuple(a - f for a, f in zip(whole, first, strict=True))) if first else (whole,)
+
+    def extension(self, s: Any, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
+        """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
+        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic. number: what coefficients become."""
+        stages = range(len(self.stages))
+        b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
+        first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
+        layers = [b, [f - w for f, w in zip(first, b, strict=True)]]
+        layers += [[2 * w - f - g for w, f, g in zip(b, first, last, strict=True)]]
+        layers += [(*d, *[Fraction(0)] * (len(stages) - len(d))) for d in self.D]
+        total = [number(Fraction(0)) for _ in stages]
+        for n, layer in reversed(list(enumerate(layers))):
+            total = [(s if n % 2 == 0 else 1 - s) * (number(w) + x) for w, x in zip(layer, total, strict=True)]
+        return tuple(total)
+
+
+def rows(texts: Sequence[str]) -> tuple[Row, ...]:
+    return tuple(map(row, texts))
+
+
+def row(text: str) -> Row:
+    return tuple(map(Fraction, text.split()))
+
+
+METHODS: Registry[Tableau] = Registry("method", lambda tableau: tableau.name)

@@ -1,1 +1,0 @@
-"""docs/accuracy.md is true."""

@@ -1,0 +1,122 @@
+"""The rows of a study, of errors made up; terminal and page draw the same."""
+
+import html
+import re
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from lienumba.analysis.studies.study_rows import (
+    EVALUATIONS,
+    STEP,
+    TIME,
+    doubtful,
+    failures,
+    headline,
+    lines,
+    order_table,
+    order_text,
+    point_table,
+    time_text,
+)
+from lienumba.present.html.markup import text_table
+from lienumba.store.study_layout import Coordinate
+from tests.rigs.made_studies import METHODS, STEPS, study
+
+SQUARES = np.array(STEPS) ** 2 * np.ones((1, 2, 1))
+
+
+def failing():
+    """Three runs, of which two fail with the second method and the coarsest step, and one there with the next."""
+    status = np.zeros((3, 2, 4), int)
+    status[:2, 1, 0] = status[0, 1, 1] = 4
+    return study(np.repeat(SQUARES, 3, axis=0), status=status)
+
+
+def test_points_have_their_errors_and_costs():
+    found = point_table(study(SQUARES), most=3)
+    assert found.headings == [
+        "method",
+        "step",
+        "position (m)",
+        "velocity (m/s)",
+        "steps",
+        "evaluations",
+        "time per run",
+    ]
+    assert found.kinds == ["word"] * 2 + ["number"] * 5
+    assert found.rows == [
+        ["first", "0.08", "6.4e-03", "6.4e-02", "10", "40", "10 µs"],
+        ["first", "0.04", "1.6e-03", "1.6e-02", "20", "80", "20 µs"],
+        ["first", "0.02", "4.0e-04", "4.0e-03", "40", "160", "40 µs"],
+    ]
+
+
+def test_points_without_a_good_run_have_no_numbers():
+    nowhere = point_table(study(SQUARES, status=3), most=1)
+    assert nowhere.rows == [["first", "0.08", "–", "–", "–", "–", "1", "10 µs"]]
+    assert nowhere.headings[-2] == "failed"
+
+
+def test_orders_of_each_curve():
+    found = order_table(study(np.array(STEPS) ** 3 * np.array([[[1.0], [2.0]]])))
+    assert found.headings == ["method", "position", "velocity", "points", "mean steps"]
+    assert [row[0] for row in found.rows] == [*METHODS]
+    assert [row[-2:] for row in found.rows] == [["4", "0.01 to 0.08 s"]] * 2
+    assert all(re.fullmatch(r"3\.00 ± \d\S*", cell) for row in found.rows for cell in row[1:3])
+
+
+def test_failures_say_where():
+    (failure,) = failures(failing())
+    assert (failure.count, failure.status.name) == (3, "rotation_too_large")
+    assert failure.where == "method = second, step = 0.08 and 1 other point"
+    assert headline(failing()) == "8 points, each with 3 runs"
+    assert [*failures(study(SQUARES))] == []
+
+
+@pytest.mark.parametrize(("cost", "x"), [(STEP, STEPS[::-1]), (EVALUATIONS, (320, 160, 80, 40)), (TIME, None)])
+def test_lines_go_from_small_steps_to_large_ones(cost, x):
+    first, second = lines(study(SQUARES * [[[1.0], [0.0]]]), "position_error", cost)
+    assert (first.name, second.name) == METHODS
+    np.testing.assert_allclose(first.y, np.array(STEPS[::-1]) ** 2)
+    np.testing.assert_allclose(first.x, 1e-6 * np.array([80, 40, 20, 10]) if x is None else x)
+    assert len(second.y) == 0, "an error of 0 has no place on a logarithmic axis"
+    _, second = lines(study(SQUARES * [[[1.0], [0.0]]]), "position_error", cost, logarithmic=False)
+    assert second.y.tolist() == [0.0] * 4
+
+
+def test_points_of_no_curve_stand_for_themselves_over_what_they_cost():
+    ds = study(SQUARES[:, :, 0], [Coordinate("method", "method", METHODS, "1", "integrator.method")], STEPS[0])
+    assert lines(ds, "position_error", STEP) == []
+    assert [(line.name, line.x.tolist()) for line in lines(ds, "position_error", EVALUATIONS)] == [
+        ("first", [40.0]),
+        ("second", [40.0]),
+    ]
+
+
+def test_what_the_reference_says_little_of():
+    assert doubtful(study(SQUARES, floor=1e-6), "position") == pytest.approx(1e-4)
+    assert doubtful(study(SQUARES, status=1), "position") == 0.0
+
+
+def test_an_order_is_told_with_what_is_known_of_it():
+    told = [order_text(*x) for x in ((np.nan,) * 3, (2.0, 1.9, 2.1), (2.0, np.nan, np.nan), (1.0, -1.0, 3.0))]
+    assert told == ["–", "2.00 ± 0.1", "2.00", "none seen"]
+
+
+def test_times_have_three_digits_and_a_unit():
+    assert [*map(time_text, (12.345, 0.5, 1.5e-5, 2e-9, 3e-12))] == ["12.3 s", "500 ms", "15 µs", "2 ns", "0.003 ns"]
+
+
+def test_terminal_and_page_show_the_same_cells():
+    table = point_table(failing(), most=8)
+    stream = StringIO()
+    Console(file=stream, width=200).print(table.on_terminal())
+    shown = [re.split(r"\s{2,}", line.strip()) for line in stream.getvalue().splitlines()]
+    cells = [html.unescape(x) for x in re.findall(r"<td[^>]*>([^<]*)</td>", text_table(table))]
+    assert len(cells) == 8 * len(table.headings)
+    for n, row in enumerate(table.rows):
+        assert cells[n * len(row) : (n + 1) * len(row)] == row
+        assert row in shown

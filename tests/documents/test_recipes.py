@@ -1,0 +1,67 @@
+"""The recipes of docs/architecture.md: each adds an element in a temporary registry and runs a scenario with it.
+
+What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
+"""
+
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.analysis import orders
+from lienumba.errors import ScenarioError
+from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.tableau import Tableau
+from lienumba.keys.literature import Reference
+from lienumba.present.citation.cite import cite_dataset
+from lienumba.scenario.checks.integrator import method_of, pairs
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.schema.scenario import Integrator, json_schema
+from tests.integrators.methods.test_tableaus import holds, trees
+
+TOP = "scenarios/heavy_top.toml"
+SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
+
+RALSTON = Tableau.of(
+    "ralston3", 3, "Ralston's method [@ralston1962]", ["", "1/2", "0 3/4"], "2/9 1/3 4/9",
+    Reference(
+        "ralston1962", "article", "Ralston, Anthony", 1962, "Runge-Kutta methods with minimum error bounds",
+        "Mathematics of Computation", "16(80):431--437", "10.1090/S0025-5718-1962-0150954-0",
+    ),
+)  # fmt: skip
+
+
+def test_a_method() -> None:
+    """The record of a method is its tableau; its weights are those of bs32, so that its runs have the same bits."""
+    assert all(holds(RALSTON, tree) for order in (1, 2, 3) for tree in trees(order))
+    with METHODS.temporarily(RALSTON):
+        runs = {
+            method: lienumba.run(TOP, overrides={"integrator.method": method} | SHORT)
+            for method in ("ralston3", "bs32")
+        }
+        assert (runs["ralston3"].position.values == runs["bs32"].position.values).all()
+        steps = {
+            "extends": TOP,
+            "study": {
+                "reference": {"method": "dop853", "step": 5e-3},
+                "grid": [{"integrator.step": [2e-3, 1e-3, 5e-4]}],
+            },
+        }
+        measured = orders(lienumba.run(steps, overrides={"integrator.method": "ralston3"} | SHORT))
+        text = cite_dataset(runs["ralston3"])
+        methods = json_schema()["$defs"]["Integrator"]["properties"]["method"]
+        with pytest.raises(ScenarioError, match='the nearest known name is "ralston3"'):
+            resolve(TOP, overrides={"integrator.method": "ralston"})
+    np.testing.assert_allclose(measured["order"], 3, atol=0.1)
+    assert "The integrator was Ralston's method [@ralston1962] of order 3, in the framework of Munthe-Kaas" in text
+    assert "@article{ralston1962,\n  author = {Ralston, Anthony}," in text
+    assert "ralston3" in methods["enum"]
+    assert "dop853, ralston3 (or omit it" in methods["description"]
+    with pytest.raises(ScenarioError, match=r'integrator\.method = "ralston3": is not known'):
+        resolve(TOP, overrides={"integrator.method": "ralston3"})
+
+
+def test_a_pair_that_is_added_is_nobodys_default() -> None:
+    pair = Tableau.of("bs32b", 3, "another pair", ["", "1/2", "0 3/4"], "2/9 1/3 4/9", errors=["-5/72 1/12 1/9 -1/8"])
+    with METHODS.temporarily(pair):
+        assert "bs32b" in pairs()
+        assert method_of(Integrator(tolerance=1e-6, end_time=1.0)) == "dop853"

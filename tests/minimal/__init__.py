@@ -1,1 +1,0 @@
-"""An arm and its drivers against minimal coordinates."""

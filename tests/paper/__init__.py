@@ -1,1 +1,0 @@
-"""The paper's examples: its equations against what lienumba derives, and its motions against trusted solutions."""

@@ -1,0 +1,42 @@
+"""Run by test_cpus.py in processes of their own, with names of sweeps: hashes of every variable's bits, as JSON."""
+
+import hashlib
+import json
+import struct
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+
+def hashes(dataset: Any) -> dict[str, str]:
+    return {str(name): hashlib.sha256(dataset[name].values.tobytes()).hexdigest() for name in dataset.variables
+            if dataset[name].dtype.kind != "U"}  # fmt: skip
+
+
+def rotations() -> str:
+    """The hash of many rotations as a scenario may give them, in numbers that do not vary."""
+    from lienumba.scenario.start.build import rotation_of
+
+    numbers = []
+    for i in range(2000):
+        angle = 0.003 * i - 2.0
+        numbers += rotation_of({"euler": "ZYX", "angles": [angle, 1.7 * angle, -0.3 * angle]})
+        numbers += rotation_of({"axis": [1, 2, -1], "angle": 5.0 * angle})
+    return hashlib.sha256(struct.pack(f"{len(numbers)}d", *numbers)).hexdigest()
+
+
+def main(names: list[str]) -> None:
+    from lienumba.compiler import native
+    from tests.rigs import sweeps
+
+    every = sweeps.SWEEPS | {"paced": sweeps.paced}
+    found = {name: hashes(sweeps.run(every[name](runs=12))) for name in names if name in every}
+    if "rotations" in names:
+        found["rotations"] = {"given": rotations()}
+    json.dump({"cpu": native.cpu(), "hashes": found}, sys.stdout)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,112 @@
+"""The benchmark computes what it says it times. No timing is asserted."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tests.rigs.places import ROOT
+
+SCRIPTS = ROOT / "scripts"
+STEPS = 200
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """The helper modules of the script, by name."""
+    sys.path.insert(0, str(SCRIPTS))
+    try:
+        from bench import cases, chains, engine, naive_numba, peak, rivals, tuned_numba
+    finally:
+        sys.path.remove(str(SCRIPTS))
+    found = (cases, chains, engine, naive_numba, peak, rivals, tuned_numba)
+    return {module.__name__.removeprefix("bench."): module for module in found}
+
+
+@pytest.fixture(scope="module")
+def sample(bench):
+    return bench["engine"].tops(16)
+
+
+def by_engine(bench, sample, projection):
+    batch = bench["engine"].top_batch(sample, projection, steps=STEPS, outputs=STEPS // bench["cases"].EVERY)
+    return bench["engine"].integrate(batch, 1)
+
+
+@pytest.mark.parametrize("loop", [pytest.param("naive_numba", marks=pytest.mark.slow), "tuned_numba"])
+@pytest.mark.parametrize("projection", ["none", "both"])
+def test_scalar_loops_agree_with_the_engine(bench, sample, loop, projection):
+    records = bench["cases"].scalar(bench[loop], sample, 16, STEPS, projection == "both")
+    np.testing.assert_allclose(records, by_engine(bench, sample, projection), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("runs", [1, 16])
+def test_numpy_agrees_with_the_engine(bench, sample, runs):
+    cases = bench["cases"]
+    records = cases.numpy_top(sample, runs).integrate(sample.states[:runs], bench["engine"].STEP, STEPS, cases.EVERY)
+    np.testing.assert_allclose(records, by_engine(bench, sample, "none")[:runs], rtol=0, atol=1e-9)
+
+
+def test_the_first_top_is_the_papers_and_the_others_are_not(bench, sample):
+    engine = bench["engine"]
+    assert sample.masses[0] == engine.MASS
+    assert tuple(sample.spins[0]) == engine.SPIN
+    assert len(np.unique(sample.masses)) == 16
+
+
+def test_acceleration_map_solves_the_kkt_system(bench, sample):
+    engine = bench["engine"]
+    runs, few = 16, 2
+    m = engine.AccelerationMap(sample.model, sample.states, blocks=few)
+    assert m.counts["fma"] > 0
+    assert m.counts["flops"] >= m.counts["fma"] + m.counts["multiply"]
+    found = m.out.transpose(0, 2, 1).reshape(runs, 9)
+    first = few * engine.W // 2  # the parameters are those of the first block in every block
+    for run in range(first):
+        x, mass = sample.states[run], sample.masses[run]
+        R, w, p, J = x[3:12].reshape(3, 3), x[15:18], np.array(engine.PIVOT), np.diag(engine.INERTIA)
+        C = -np.hstack([np.eye(3), -R @ np.array([[0, -p[2], p[1]], [p[2], 0, -p[0]], [-p[1], p[0], 0]])])
+        K = np.block([[mass * np.eye(3), np.zeros((3, 3)), C[:, :3].T], [np.zeros((3, 3)), J, C[:, 3:].T]])
+        K = np.vstack([K, np.hstack([C, np.zeros((3, 3))])])
+        b = [*(mass * np.array(engine.GRAVITY)), *np.cross(J @ w, w), *(R @ np.cross(w, np.cross(w, p)))]
+        np.testing.assert_allclose(found[run], np.linalg.solve(K, b), rtol=0, atol=1e-9 * np.abs(b).max())
+
+
+def test_chains_run_and_count(bench):
+    flops = []
+    for k in (1, 3, 6):
+        chain = bench["chains"].Chain(k)
+        flops.append(chain.flops / k)
+        assert chain.run_steps * 4 * k == chain.evaluations
+        assert chain.seconds() > 0
+    assert 0 < flops[0] < flops[1] < flops[2] < 2 * flops[0]  # the first link hangs from the ground
+
+
+def test_peak_is_positive(bench):
+    assert bench["peak"].gflops(100) > 0
+
+
+def test_installed_rivals_solve_the_same_top(bench):
+    engine = bench["engine"]
+    for rival in bench["rivals"].available(engine.STEP, round(engine.END_TIME / engine.STEP)):
+        np.testing.assert_allclose(rival.mass_centre(), engine.MASS_CENTRE, rtol=0, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_quick_run_end_to_end(tmp_path):
+    target = tmp_path / "numbers.json"
+    done = subprocess.run(
+        [sys.executable, SCRIPTS / "benchmark", "--quick", "--repeats", "1", "--chains", "1,4", "--json", target],
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = json.loads(target.read_text())
+    assert all(check["good"] for check in found["checks"])
+    assert all(row["ns"] > 0 for row in found["rows"].values())
+    assert {"naive_none/engine_none", "naive_none/engine_both", "peak_fraction_map", "chain_1/chain_4"} <= set(
+        found["ratios"]
+    )
+    assert set(found["cold_compile_s"]) == {"1", "4"}
+    assert "naive Numba loop" in done.stdout

@@ -1,1 +1,0 @@
-"""The naive twins: plain NumPy, dense, written from the paper alone, sharing no code with lienumba."""

@@ -1,0 +1,77 @@
+"""Methods, charts and stabilisations that do not go together: one clear message each, the same from both commands."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.scenario.checks.refusal import accepted, refused_by_both, rig
+
+DAMPED = "[projection]\nbaumgarte = 10.0\n"
+
+
+def integrator(*lines: str) -> str:
+    return rig().replace("step = 1e-3\n", "\n".join(["step = 1e-3", *lines, ""]))
+
+
+REFUSED = {
+    "vectors on another group": (
+        integrator('coordinates = "quaternion"', 'group = "SE3"'),
+        'integrator.coordinates = "quaternion": are coordinates of rotations alone, not of integrator.group = "SE3"; '
+        "leave one of the two out",
+    ),
+    "vectors without exponentials": (
+        integrator('coordinates = "matrix"', 'method = "cf4"'),
+        'integrator.coordinates = "matrix": have no exponentials for integrator.method = "cf4" to compose; give the '
+        'method "rk4", which it is in a vector space',
+    ),
+    "vectors without dexpinv": (
+        integrator('coordinates = "tait_bryan"', "dexpinv = 2"),
+        'integrator.dexpinv = 2: is not used with integrator.coordinates = "tait_bryan"; leave one of the two out',
+    ),
+    "a method without dexpinv": (
+        integrator('method = "cf4"', 'dexpinv = "closed"'),
+        'integrator.dexpinv = "closed": is not used by integrator.method = "cf4", which needs none; leave it out',
+    ),
+    "unknown coordinates": (
+        integrator('coordinates = "quaternions"'),
+        'integrator.coordinates = "quaternions": is not known; the nearest known name is "quaternion"',
+    ),
+    "an unknown group": (
+        integrator('group = "SE(3)"'),
+        'integrator.group = "SE(3)": must be "R3xSO3" or "SE3"; the nearest is "SE3"',
+    ),
+    "damping beside projections": (
+        rig(DAMPED),
+        'projection.baumgarte = 10.0: damps violations instead of projecting, against projection.position = "local" '
+        'and projection.velocity = "mass"; give position = "none" and velocity = "none", or leave baumgarte out',
+    ),
+    "damping beside one projection": (
+        rig(DAMPED + 'position = "none"\nvelocity = "identity"\n'),
+        "projection.baumgarte = 10.0: damps violations instead of projecting, against projection.velocity = "
+        '"identity"; give position = "none" and velocity = "none", or leave baumgarte out',
+    ),
+    "damping the wrong way": (
+        rig('[projection]\nbaumgarte = -1\nposition = "none"\nvelocity = "none"\n'),
+        "projection.baumgarte = -1: must be above 0; give the rate in 1/s at which violations are damped, above 0, "
+        'with position and velocity "none" (or omit it: no damping)',
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_it_is_refused(case: str, tmp_path: Path) -> None:
+    text, *messages = REFUSED[case]
+    assert refused_by_both(tmp_path, text) == messages
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        integrator('group = "SE3"', 'method = "cf4"'),
+        integrator('group = "SE3"', 'dexpinv = "closed"'),
+        integrator('coordinates = "matrix"', 'group = "R3xSO3"'),
+        rig(DAMPED + 'position = "none"\nvelocity = "none"\n'),
+    ],
+)
+def test_these_go_together(text: str, tmp_path: Path) -> None:
+    assert accepted(tmp_path, text) == []

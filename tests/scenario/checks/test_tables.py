@@ -1,0 +1,136 @@
+"""Wrong tables, in the scenario and in files: one clear message each, the same from both commands."""
+
+from pathlib import Path
+
+import netCDF4
+import pytest
+
+from tests.scenario.checks.refusal import refused_by_both, rig
+from tests.scenario.checks.test_formulas import slide, table, torque
+
+
+def times(*lines: str, text: str = "push(t)") -> str:
+    return rig(table(*lines), torque(text))
+
+
+VALUES = "values = [1, 2]"
+TABLES = {
+    "one row": (
+        times("times = [0]", "values = [1]"),
+        "tables.push: has 1 of at least 2 points; give more, or write a number instead",
+    ),
+    "not as many values": (
+        times("times = [0, 1, 2]", VALUES),
+        "tables.push: has 3 times and 2 values; give one value for each time",
+    ),
+    "not increasing": (
+        times("times = [0, 1, 1]", "values = [1, 2, 3]"),
+        "tables.push.times[2] = 1: does not come after 1; the times must increase",
+    ),
+    "no number": (
+        times("times = [0, 1]", "values = [1, nan]"),
+        "tables.push.values[1] = nan: must be a finite number; correct it, or leave the point out",
+    ),
+    "unknown interpolation": (
+        times("times = [0, 1]", VALUES, 'interpolation = "linar"'),
+        'tables.push.interpolation = "linar": is not known; the nearest known name is "linear"',
+    ),
+    "too short for the run": (
+        times("times = [0, 0.005]", VALUES),
+        'tables.push: ends at 0.005, but model.forces.push.value[1] = "push(t)" reads it until 0.01; add a point '
+        "there, or end the run earlier",
+    ),
+    "too short for its argument": (
+        times("times = [0, 0.015]", VALUES, text="2*push(3*t - 0.01)"),
+        'tables.push: ends at 0.015, but model.forces.push.value[1] = "2*push(3*t - 0.01)" reads it until 0.02; add a '
+        "point there, or end the run earlier",
+    ),
+    "nothing": (
+        rig("[tables.push]\n", torque("push(t)")),
+        'tables.push.times is missing; give file = "profile.csv" with time and value, or times and values',
+    ),
+    "file and numbers": (
+        times('file = "a.csv"', 'time = "t"', 'value = "F"', VALUES),
+        "tables.push.values: the numbers come from file already; leave out either file or times and values",
+    ),
+    "a jump of a driver": (
+        rig(table("times = [0, 0.005, 1]", "values = [0, 1, 2]", 'interpolation = "hold"'), slide("push(t)/2")),
+        'model.drivers.drive.value = "push(t)/2": jumps by 0.5 at t = 0.005, and nothing can move at '
+        "once; write a smooth transition, such as 0.5*(1 + tanh((t - 0.005)/0.02))",
+    ),
+}
+
+
+FILES = {
+    "none.csv": (None, "F", 'file = "none.csv": there is no such file; check the path'),
+    "column.csv": ("t,F\n0,1\n1,2\n", "G", 'file = "column.csv": has no column "G"; known here are "t", "F"'),
+    "text.csv": (
+        "# thrust\nt,F\n0,1\n1,two\n",
+        "F",
+        'file = "text.csv": line 4, column F: "two" is no number; correct it',
+    ),
+    "ragged.csv": ("t;F\n0;1\n1\n", "F", 'file = "ragged.csv": line 3, column F: "" is no number; correct it'),
+    "nan.csv": (
+        "t,F\n0,1\n1,nan\n",
+        "F",
+        "values[1] = nan: must be a finite number; correct it, or leave the point out",
+    ),
+    "back.csv": ("t F\n0 1\n1 2\n0.5 3\n", "F", "times[2] = 0.5: does not come after 1.0; the times must increase"),
+    "empty.csv": (
+        "",
+        "F",
+        'file = "empty.csv": is empty; give a first line with the names of the columns, and numbers below',
+    ),
+}
+
+
+@pytest.mark.parametrize("case", TABLES)
+def test_wrong_table(tmp_path: Path, case: str) -> None:
+    text, *messages = TABLES[case]
+    assert refused_by_both(tmp_path, text) == messages
+
+
+def from_file(name: str, column: str) -> str:
+    return times(f'file = "{name}"', 'time = "t"', f'value = "{column}"')
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_wrong_file(tmp_path: Path, name: str) -> None:
+    content, column, message = FILES[name]
+    if content is not None:
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    assert refused_by_both(tmp_path, from_file(name, column)) == [f"tables.push.{message}"]
+
+
+def test_one_row(tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_text("t,F\n0,1\n", encoding="utf-8")
+    wanted = "tables.push: has 1 of at least 2 points; give more, or write a number instead"
+    assert refused_by_both(tmp_path, from_file("one.csv", "F")) == [wanted]
+
+
+def test_no_name_of_a_column(tmp_path: Path) -> None:
+    text = times('file = "a.csv"', 'value = "F"')
+    assert refused_by_both(tmp_path, text) == [
+        "tables.push.time is missing; give the name of a column of a.csv in quotes"
+    ]
+
+
+def test_wrong_variables_of_netcdf(tmp_path: Path) -> None:
+    with netCDF4.Dataset(tmp_path / "a.nc", "w") as file:
+        file.createDimension("n", 2)
+        file.createVariable("t", float, ("n",))[:] = [0, 1]
+        file.createVariable("F", float, ("n", "n"))[:] = [[0, 1], [2, 3]]
+    for column, message in (
+        ("F", "the variable F has 2 dimensions; give one of 1 dimension"),
+        ("G", 'has no variable "G"; known here are "t", "F"'),
+    ):
+        assert refused_by_both(tmp_path, from_file("a.nc", column)) == [f'tables.push.file = "a.nc": {message}']
+
+
+@pytest.mark.parametrize("name", ["bad.nc", "latin.csv"])
+def test_files_that_cannot_be_read(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes("t,F\n0,1\n1,\xb5\n".encode("latin-1"))
+    (message,) = refused_by_both(tmp_path, from_file(name, "F"))
+    assert message.startswith(f'tables.push.file = "{name}": ')
+    assert "; " in message
+    assert not any(word in message for word in ("codec", "Errno"))
