@@ -39,7 +39,7 @@ __all__ = ["Method", "Program", "build"]
 
 @dataclass
 class Program:
-    """`nodes`: c of all stages; `observed`: name -> (first row, rows); `queued`: whether every lane has its own time."""
+    """`nodes`: c of all stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times."""
 
     sizes: Sizes
     augmented: AugmentedState
