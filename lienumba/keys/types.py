@@ -35,6 +35,15 @@ Timed = Annotated[
     Discriminator(lambda value: "formula" if isinstance(value, str) else "number"),
 ]
 Timed3 = Annotated[list[Timed], Field(min_length=3, max_length=3)]
+OR_FORMULA = '(or a formula of t in quotes, such as "0.3*sin(2*t)")'
+ZERO: Any = [0.0, 0.0, 0.0]
+
+# What elements act on, and where.
+BodyPair = Annotated[list[str], Field(min_length=2, max_length=2)]
+Two = Annotated[list[Vec3], Field(min_length=2, max_length=2)]
+CoordinateKind = Literal["angle", "displacement"]
+Axes = Literal["global", "body"]
+AXES: Any = Field(default="global", description='the axes of the value: "global" or "body"')
 
 
 class AxisAngle(Section):

@@ -1,4 +1,4 @@
-"""Second-order jets: a number with its first and second derivative in time.
+"""Jets: a number with its first and second derivative in time; dual numbers, with the first alone.
 
 They turn a residual into its velocity and acceleration equations, on any kind of number: floats, arrays, symbols.
 """
@@ -82,6 +82,9 @@ class Jet:
 
     def where(self, condition: Condition, x: Number, y: Number) -> "Jet":
         x, y = lift(x), lift(y)
+        for number in (x, y):
+            if isinstance(number, Dual):
+                return number.where(condition, x, y)
         return Jet(*(operations.where(condition, p, q) for p, q in ((x.a, y.a), (x.b, y.b), (x.c, y.c))))
 
     def sqrt(self) -> "Jet":
@@ -114,6 +117,9 @@ class Jet:
 
     def atan2(self, y: Number, x: Number) -> "Jet":
         y, x = lift(y), lift(x)
+        for number in (y, x):
+            if isinstance(number, Dual):
+                return number.atan2(y, x)
         square = x.a * x.a + y.a * y.a
         rate = divide(x.a * y.b - y.a * x.b, square)
         bend = x.a * y.c - y.a * x.c - 2.0 * (rate * (x.a * x.b + y.a * y.b))
@@ -122,3 +128,58 @@ class Jet:
 
 def lift(x: Number) -> Jet:
     return x if isinstance(x, Jet) else Jet(x)
+
+
+class Dual(Jet):
+    """value and first derivative: the same operations as those of a jet, where nobody asks for the second."""
+
+    __slots__ = ()
+
+    def __init__(self, a: Any, b: Any = 0.0) -> None:
+        self.a, self.b = a, b
+
+    def _chain(self, f: Any, f1: Any, f2: Any) -> "Dual":
+        return Dual(f, f1 * self.b)
+
+    def __add__(self, other: Any) -> "Dual":
+        o = lift(other)
+        return Dual(self.a + o.a, self.b + o.b)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> "Dual":
+        o = lift(other)
+        return Dual(self.a - o.a, self.b - o.b)
+
+    def __rsub__(self, other: Any) -> "Dual":
+        o = lift(other)
+        return Dual(o.a - self.a, o.b - self.b)
+
+    def __neg__(self) -> "Dual":
+        return Dual(-self.a, -self.b)
+
+    def __mul__(self, other: Any) -> "Dual":
+        o = lift(other)
+        return Dual(self.a * o.a, self.b * o.a + self.a * o.b)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> "Dual":
+        return _quotient(self, lift(other))
+
+    def __rtruediv__(self, other: Any) -> "Dual":
+        return _quotient(lift(other), self)
+
+    def where(self, condition: Any, x: Any, y: Any) -> "Dual":
+        x, y = lift(x), lift(y)
+        return Dual(operations.where(condition, x.a, y.a), operations.where(condition, x.b, y.b))
+
+    def atan2(self, y: Any, x: Any) -> "Dual":
+        y, x = lift(y), lift(x)
+        square = x.a * x.a + y.a * y.a
+        return Dual(operations.atan2(y.a, x.a), divide(x.a * y.b - y.a * x.b, square))
+
+
+def _quotient(x: Jet, y: Jet) -> Dual:
+    q = divide(x.a, y.a)
+    return Dual(q, divide(x.b - q * y.b, y.a))

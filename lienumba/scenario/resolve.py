@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
@@ -27,10 +28,10 @@ from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import BESIDE, LISTS, ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import plural
 
 FIRST = ("name", "type")  # keys that head a table
-SEQUENCES = ("sobol", "halton", "saltelli")  # samplers to which it matters which path comes first
 
 
 @dataclass(frozen=True)
@@ -125,9 +126,10 @@ class Scenario:
         sweep = content["sweep"]
         del content["title"], content["output"], sweep["nominal"]
         sweep.pop("stop", None)
-        if sweep["sampler"] != "latin_hypercube":
+        sampler = SAMPLERS[self.data.sweep.sampler]
+        if not sampler.whole:
             del sweep["runs"]
-        if sweep["sampler"] in SEQUENCES:
+        if sampler.order_matters:
             sweep["order"] = list(sweep["vary"])
         if not sweep["correlate"]:
             del sweep["correlate"]
@@ -136,7 +138,9 @@ class Scenario:
             content["study"]["reference"].pop("file", None)  # its checksum stays
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
-        decisive = [q for q in content.pop("quantities", []) if own or q["name"] in used or q["type"] == "joint"]
+        turns = [name for name, kind in QUANTITIES.items() if kind.reads_coordinates]  # which they make a joint count
+        quantities = content.pop("quantities", [])
+        decisive = [q for q in quantities if own or q["name"] in used or q["type"] in turns]
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()

@@ -9,7 +9,7 @@ from lienumba.errors import ScenarioError
 from lienumba.sweep.copula import Rows, correlated
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.distributions.external import Column
-from lienumba.sweep.samplers.samplers import uniform_numbers
+from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.samplers.streams import BLOCK
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def design_table(
     runs: Sequence[int],
     seed: int,
     *,
-    sampler: str = "random",
+    sampler: str = DEFAULT,
     count: int = 0,
     correlate: Sequence[tuple[Sequence[str], Rows]] = (),
     table: SampleTable | None = None,
@@ -42,7 +42,8 @@ def design_table(
     labels = np.asarray(runs, dtype=np.int64)
     sampled = labels != NOMINAL_RUN
     drawn = labels[sampled]
-    u = uniform_numbers({path: kind.streams(path) for path, kind in vary.items()}, drawn, seed, sampler, count)
+    streams = {path: kind.streams(path) for path, kind in vary.items()}
+    u = SAMPLERS[sampler].draw(streams, drawn, seed, count)
     for names, matrix in correlate:
         u |= correlated(u, names, matrix)
     rows = None if table is None else table.indices(drawn)

@@ -3,8 +3,14 @@
 What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
 """
 
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.stats import qmc
 
 import lienumba
 from lienumba.analysis import orders
@@ -16,6 +22,9 @@ from lienumba.present.citation.cite import cite_dataset
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.scenario import Integrator, json_schema
+from lienumba.sweep.samplers import SAMPLERS
+from lienumba.sweep.samplers.sampler import Sampler, Streams
+from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
 from tests.integrators.methods.test_tableaus import holds, trees
 
 TOP = "scenarios/heavy_top.toml"
@@ -58,6 +67,45 @@ def test_a_method() -> None:
     assert "dop853, ralston3 (or omit it" in methods["description"]
     with pytest.raises(ScenarioError, match=r'integrator\.method = "ralston3": is not known'):
         resolve(TOP, overrides={"integrator.method": "ralston3"})
+
+
+def weyl(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
+    """Run n of stream j at the fraction of shift + n alpha^(j+1), 1/alpha the root of x^(d+1) = x + 1."""
+    names = [name for of_path in streams.values() for name in of_path]
+    alpha = 1 / brentq(lambda x: x ** (len(names) + 1) - x - 1, 1, 2)
+    shifted = {name: uniforms(f"{name} shift", [0], seed) + labels * alpha ** (j + 1) for j, name in enumerate(names)}
+    return {name: np.clip(x % 1, SMALLEST, LARGEST) for name, x in shifted.items()}
+
+
+WEYL = Sampler(
+    "weyl", "a Weyl sequence [@weyl1916], shifted at random", weyl,
+    (Reference(
+        "weyl1916", "article", "Weyl, Hermann", 1916, "Über die Gleichverteilung von Zahlen mod. Eins",
+        "Mathematische Annalen", "77(3):313--352", "10.1007/BF01475864",
+    ),),
+    order_matters=True,
+)  # fmt: skip
+
+
+def test_a_sampler(tmp_path: Path) -> None:
+    """The record of a sampler is how it draws, and what follows from that: here, that sweeps may grow."""
+    vary = {"bodies.top.mass": {"distribution": "uniform", "low": 14, "high": 16}}
+    scenario, file = {"extends": TOP, "sweep": {"runs": 64, "sampler": "weyl", "vary": vary}}, tmp_path / "runs.nc"
+    more: dict[str, Any] = {"output": file, "overrides": SHORT | {"sweep.runs": 80}, "resume": True}
+    with SAMPLERS.temporarily(WEYL):
+        short = lienumba.run(scenario, output=file, overrides=SHORT).load()
+        long = lienumba.run(scenario, **more).load()
+        text = cite_dataset(long)
+    with SAMPLERS.temporarily(replace(WEYL, whole="places all runs at once")):
+        match = 'has samples for sweep.runs = 80, not 96: the sampler "weyl" places all runs at once'
+        with pytest.raises(ScenarioError, match=match):
+            lienumba.run(scenario, **more | {"overrides": SHORT | {"sweep.runs": 96}})
+    mass = long["bodies.top.mass"].values
+    assert (mass[:64] == short["bodies.top.mass"].values).all()
+    assert np.histogram(mass, 16, (14, 16))[0].min() >= 4
+    points = np.array(list(weyl({"a": ["a"], "b": ["b"]}, np.arange(512), 1, 512).values()))
+    assert qmc.discrepancy(points.T) < 0.1 * qmc.discrepancy(np.random.default_rng(1).random((512, 2)))
+    assert "drawn from a Weyl sequence [@weyl1916], shifted at random with the seed 0." in text
 
 
 def test_a_pair_that_is_added_is_nobodys_default() -> None:

@@ -12,7 +12,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.numerics import operations
-from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.jets import Dual, Jet, lift
 from tests.compiler.evaluation import call
 
 OPERATIONS = {
@@ -140,3 +140,22 @@ def test_the_derivative_of_a_rotation_is_dexp():
     angle = operations.sqrt(so3.dot(*[so3.log(R)] * 2))
     assert angle.a == pytest.approx(math.sqrt(so3.dot(u, u)), rel=1e-14)
     assert angle.b == pytest.approx(so3.dot(u, w) / math.sqrt(so3.dot(u, u)), rel=1e-13)
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_dual_numbers_are_jets_without_the_second_derivative(name):
+    """To the bit, beside constants too."""
+    function = OPERATIONS[name]
+    x, y = np.random.default_rng(5).uniform(0.2, 2.0, (2, 2, 20))
+    for make in (lambda z: Jet(*z), lambda z: lift(z[0])):
+        jet, dual = function(operations, Jet(*x), make(y)), function(operations, Dual(*x), make(y))
+        assert not hasattr(dual, "c") or type(dual) is Jet
+        np.testing.assert_array_equal([jet.a, jet.b * np.ones(20)], [dual.a, dual.b * np.ones(20)])
+
+
+def test_choices_between_dual_numbers():
+    x, y = Dual(np.array([1.0, 3.0]), np.array([5.0, 6.0])), Dual(2.0, -5.0)
+    smaller = operations.minimum(x, y)
+    assert (smaller.a.tolist(), smaller.b.tolist()) == ([1.0, 2.0], [5.0, -5.0])
+    away = operations.absolute(Dual(-1.0, 2.0))
+    assert (away.a, away.b) == (1.0, -2.0)

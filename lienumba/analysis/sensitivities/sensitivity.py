@@ -13,6 +13,7 @@ from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks,
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.study_layout import is_study
+from lienumba.sweep.samplers import INDICES, SAMPLERS
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -132,18 +133,19 @@ def _plan(
     """The runs (indices) that count for ranks, the rows of Sobol' indices if there are any, and what to say of it."""
     import numpy as np
 
-    every, saltelli = np.flatnonzero(labels >= 0), sweep.get("sampler") == sobol.SAMPLER
-    rows = sobol.rows_of(labels, sweep, samples) if saltelli else None
+    every, sampler = np.flatnonzero(labels >= 0), SAMPLERS.get(sweep.get("sampler", ""))
+    in_rows = sampler is not None and sampler.sobol_indices
+    rows = sobol.rows_of(labels, sweep, samples) if in_rows else None
     runs, notes = (every, []) if rows is None else (rows.independent, [INDEPENDENT])
     if sweep.get("correlate") or any({"expression", "column"} & set(entry) for entry in sweep.get("vary", {}).values()):
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]
-    if saltelli:
+    if in_rows:
         return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
     d = len(sobol.sampled_inputs(sweep)) or len(samples)
     proposal = f"({d} + 2)*2^m runs, such as sweep.runs = {(d + 2) * ROWS}"
-    return runs, None, [*notes, f'Sobol\' indices need sweep.sampler = "{sobol.SAMPLER}" and {proposal}']
+    return runs, None, [*notes, f'Sobol\' indices need sweep.sampler = "{INDICES}" and {proposal}']
 
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:

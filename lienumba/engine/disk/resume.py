@@ -7,10 +7,10 @@ from typing import Any
 from lienumba import __version__
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
+from lienumba.sweep.samplers import GROWING, SAMPLERS
 from lienumba.words import show
 
 INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
-WHOLE = {"latin_hypercube": "divides each range into as many parts as there are runs"}
 VARY, ORDER = "sweep.vary", "{} (order)"  # what comes first matters: to sequences of samples, and to records
 LONGEST = 40  # characters of a value in a sentence
 
@@ -35,7 +35,7 @@ def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None
             f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
             f"{remedy}"
         )
-    check_samplers(old, new, where, 'start again with --overwrite, or use the sampler "sobol"')
+    check_samplers(old, new, where, f'start again with --overwrite, or use the sampler "{GROWING}"')
 
 
 def check_parts(there: Mapping[str, Any], here: Mapping[str, Any], where: str, first: str) -> None:
@@ -68,11 +68,11 @@ def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str | No
 
 def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, remedy: str) -> None:
     """The samples of some samplers depend on how many there are."""
-    sampler, before, runs = str(new["sweep.sampler"]), old["sweep.runs"], new["sweep.runs"]
-    if sampler in WHOLE and before != runs:
+    sampler, before, runs = SAMPLERS[new["sweep.sampler"]], old["sweep.runs"], new["sweep.runs"]
+    if sampler.whole and before != runs:
         raise ScenarioError(
-            f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler)} "
-            f"{WHOLE[sampler]}, so that samples would not fit together; {remedy}"
+            f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler.name)} "
+            f"{sampler.whole}, so that samples would not fit together; {remedy}"
         )
 
 

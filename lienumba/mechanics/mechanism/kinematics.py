@@ -9,13 +9,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from lienumba.groups import so3
+from lienumba.mechanics.mechanism.directions import Directions, go_together, seeds
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.jets import Dual, Jet, lift
 
 Body = tuple[Any, ...]  # 18 numbers: an element of S
 AT_REST = (0.0, 0.0, 0.0)
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UNITS = tuple(tuple(float(i == j) for j in range(6)) for i in range(6))  # velocities of a body
+TOGETHER = seeds(UNITS)
 
 
 @dataclass(frozen=True)
@@ -104,28 +109,36 @@ def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocit
     view = still(now, ends)
     m = view[body]
     if velocity_level:
-        m = Motion(m.r, m.R, _jets(m.v, v), _jets(m.w, w))
+        m = Motion(m.r, m.R, _duals(m.v, v), _duals(m.w, w))
     else:
-        m = Motion(_jets(m.r, v), _jets(m.R, _times_hat(m.R, w)), m.v, m.w)
+        m = Motion(_duals(m.r, v), _duals(m.R, _times_hat(m.R, w)), m.v, m.w)
     return replace(view, motions=view.motions | {body: m})
 
 
 def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Any]) -> View:
     """The R of every body moving along a matrix of its own (9 numbers each), which may lead off SO(3); time stands."""
     view = still(now, ends)
-    motions = {i: replace(m, R=_jets(m.R, drifts[i])) for i, m in view.motions.items()}
+    motions = {i: replace(m, R=_duals(m.R, drifts[i])) for i, m in view.motions.items()}
     return replace(view, motions=motions)
 
 
 def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_level: bool = False) -> list[list[Any]]:
     """The block of C of one body: rows x 6 (v global, w in the body frame)."""
-    units = [(*e, *AT_REST) for e in UNIT] + [(*AT_REST, *e) for e in UNIT]
-    block = [[lift(row).b for row in law(_unit(now, ends, body, u, velocity_level))] for u in units]
+    own = now.motion(body)
+    if go_together((*own.r, *own.R, *own.v, *own.w)):
+        with np.errstate(all="ignore"):  # floats know no warnings
+            rows = [lift(row).b for row in law(_unit(now, ends, body, TOGETHER, velocity_level))]
+        return [row.apart() if isinstance(row, Directions) else [row] * 6 for row in rows]
+    block = [[lift(row).b for row in law(_unit(now, ends, body, u, velocity_level))] for u in UNITS]
     return [list(row) for row in zip(*block, strict=True)]
 
 
 def _jets(values: Any, rates: Any) -> Any:
     return tuple(Jet(x, dx) for x, dx in zip(values, rates, strict=True))
+
+
+def _duals(values: Any, rates: Any) -> Any:
+    return tuple(Dual(x, dx) for x, dx in zip(values, rates, strict=True))
 
 
 def _times_hat(R: Any, w: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Motion, still
@@ -218,12 +219,6 @@ def _with_offset(model: Model, index: int, now: Instant) -> Joint:
 
 
 def _with_rest(force: Force, now: Instant) -> Force:
-    spring = force.type == "spring_damper" and force.numbers.get("free_length") is None
-    if force.rest is not None or not (spring or force.type == "bushing"):
+    if force.rest is not None or force.code is not None:
         return force
-    view = still(now, force.bodies)
-    a, b = (view[i] for i in force.bodies)
-    if not spring:
-        return replace(force, rest=so3.multiply(so3.transpose(a.R), b.R))
-    d = so3.subtract(b.point(force.points[1]), a.point(force.points[0]))
-    return replace(force, rest=(sqrt(so3.dot(d, d)),))
+    return replace(force, rest=FORCES[force.type].at_start(force, still(now, force.bodies)))

@@ -1,6 +1,6 @@
 """What force laws do to the bodies: generalised forces, potential energy and power, all derived from the laws.
 
-Types and their numbers: `FORCE_TYPES`. With J the derivative of the coordinates' rates by v (global) and w (body
+With J the derivative of the coordinates' rates by v (global) and w (body
 frame), the rates are J u and the generalised forces J^T effort; the conservative effort is -dV/dc, and at rest the
 potential changes by dV/dt: both by jets.
 """
@@ -11,16 +11,14 @@ from functools import partial
 from typing import Any
 
 from lienumba.mechanics.elements import user_laws
-from lienumba.mechanics.elements.forces import FORCE_TYPES, ForceType, Given, Number
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import ForceLaw, Given
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.elements.quantities import bodies_of
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Force, Model
 from lienumba.numerics.jets import Jet, lift
-from lienumba.numerics.operations import is_zero
-
-__all__ = ["FORCE_TYPES", "ForceType", "Number", "angle_joints", "generalized", "potential", "power"]
 
 
 @dataclass(frozen=True)
@@ -60,8 +58,8 @@ def potential(model: Model, now: Instant) -> Any:
             if force.code.returns == user_laws.POTENTIAL:
                 total = total + user_laws.energy(model, force, now, kinematics.still(now, ends))
             continue
-        kind, given = FORCE_TYPES[force.type], _given(model, force, now)
-        if kind.potential is not None:
+        kind, given = FORCES[force.type], _given(model, force, now)
+        if kind.has_potential():
             total = total + kind.potential(given, kind.coordinates(given, given.view))
     return total
 
@@ -76,8 +74,8 @@ def power(model: Model, now: Instant) -> Any:
         acting = _acting(model, force, now)
         for rate, effort in zip(acting.rates, acting.other, strict=True):
             total = total + rate * effort
-        kind, given = FORCE_TYPES[force.type], _given(model, force, now)
-        if kind.potential is not None:
+        kind, given = FORCES[force.type], _given(model, force, now)
+        if kind.has_potential():
             later = replace(given, view=kinematics.moving(given.view))
             total = total + lift(kind.potential(later, kind.coordinates(given, given.view))).b
     return total
@@ -88,9 +86,7 @@ def angle_joints(model: Model) -> set[int]:
     stiff = {
         force.coordinate.joint
         for force in model.forces
-        if force.coordinate is not None
-        and force.coordinate.kind == "angle"
-        and not is_zero(force.numbers.get("stiffness", 0.0))
+        if force.coordinate is not None and force.coordinate.kind == "angle" and FORCES[force.type].reads_angle(force)
     }
     seen = {j for force in model.forces if force.code is not None for j in force.code.joints}
     return stiff | {j for j in seen if "angle" in COORDINATES.get(model.joints[j].type, ())}
@@ -107,7 +103,7 @@ def _given(model: Model, force: Force, now: Instant) -> Given:
 
 
 def _acting(model: Model, force: Force, now: Instant) -> _Acting:
-    kind, given, ends = FORCE_TYPES[force.type], _given(model, force, now), _ends(model, force)
+    kind, given, ends = FORCES[force.type], _given(model, force, now), _ends(model, force)
     law = partial(kind.coordinates, given)
     c = law(given.view)
     J = {i: kinematics.columns(law, now, ends, i, kind.velocity_level) for i in ends if i != GROUND}
@@ -115,8 +111,8 @@ def _acting(model: Model, force: Force, now: Instant) -> _Acting:
     for i, rows in J.items():
         velocity = now.bodies[i][12:18]
         rates = tuple(_plus_dot(rate, row, velocity) for rate, row in zip(rates, rows, strict=True))
-    conservative = tuple(_slopes(kind, given, c)) if kind.potential else (0.0,) * len(c)
-    other = kind.effort(given, c, rates, conservative) if kind.effort else (0.0,) * len(c)
+    conservative = tuple(_slopes(kind, given, c)) if kind.has_potential() else (0.0,) * len(c)
+    other = kind.effort(given, c, rates, conservative) if kind.has_effort() else (0.0,) * len(c)
     return _Acting(J, rates, conservative, other)
 
 
@@ -126,8 +122,7 @@ def _plus_dot(start: Any, a: Any, b: Any) -> Any:
     return start
 
 
-def _slopes(kind: ForceType, given: Given, c: tuple[Any, ...]) -> Iterator[Any]:
+def _slopes(kind: type[ForceLaw], given: Given, c: tuple[Any, ...]) -> Iterator[Any]:
     """-dV/dc along every coordinate."""
-    assert kind.potential is not None
     for n, x in enumerate(c):
         yield -lift(kind.potential(given, (*c[:n], Jet(x, 1.0), *c[n + 1 :]))).b

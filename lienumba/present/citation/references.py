@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.keys.literature import Reference
+from lienumba.sweep.samplers import SAMPLERS
 
 VENUES = {
     "article": "journal", "book": "publisher", "inproceedings": "booktitle", "techreport": "institution",
@@ -27,40 +28,6 @@ LITERATURE = (
         "baumgarte1972", "article", "Baumgarte, J.", 1972,
         "Stabilization of constraints and integrals of motion in dynamical systems",
         "Computer Methods in Applied Mechanics and Engineering", "1(1):1--16", "10.1016/0045-7825(72)90018-7",
-    ),
-    Reference(
-        "oneill2014", "techreport", "O'Neill, Melissa E.", 2014,
-        "PCG: A family of simple fast space-efficient statistically good algorithms for random number generation",
-        "Harvey Mudd College", "HMC-CS-2014-0905",
-    ),
-    Reference(
-        "mckay1979", "article", "McKay, M. D. and Beckman, R. J. and Conover, W. J.", 1979,
-        "A comparison of three methods for selecting values of input variables in the analysis of output from a "
-        "computer code",
-        "Technometrics", "21(2):239--245", "10.1080/00401706.1979.10489755",
-    ),
-    Reference(
-        "sobol1967", "article", "Sobol', I. M.", 1967,
-        "On the distribution of points in a cube and the approximate evaluation of integrals",
-        "USSR Computational Mathematics and Mathematical Physics", "7(4):86--112", "10.1016/0041-5553(67)90144-9",
-    ),
-    Reference(
-        "joe2008", "article", "Joe, Stephen and Kuo, Frances Y.", 2008,
-        "Constructing Sobol sequences with better two-dimensional projections",
-        "SIAM Journal on Scientific Computing", "30(5):2635--2654", "10.1137/070709359",
-    ),
-    Reference(
-        "halton1960", "article", "Halton, J. H.", 1960,
-        "On the efficiency of certain quasi-random sequences of points in evaluating multi-dimensional integrals",
-        "Numerische Mathematik", "2(1):84--90", "10.1007/BF01386213",
-    ),
-    Reference(
-        "saltelli2010", "article",
-        "Saltelli, Andrea and Annoni, Paola and Azzini, Ivano and Campolongo, Francesca and Ratto, Marco and "
-        "Tarantola, Stefano",
-        2010,
-        "Variance based sensitivity analysis of model output. Design and estimator for the total sensitivity index",
-        "Computer Physics Communications", "181(2):259--270", "10.1016/j.cpc.2009.09.018",
     ),
     Reference(
         "lam2015", "inproceedings", "Lam, Siu Kwan and Pitrou, Antoine and Seibert, Stanley", 2015,
@@ -100,14 +67,14 @@ def software(version: str, year: int) -> str:
 
 def references() -> dict[str, Reference]:
     """Every reference by its key."""
-    elements = (*METHODS.values(), *GROUPS.values())
+    elements = (*METHODS.values(), *GROUPS.values(), *SAMPLERS.values())
     return {x.key: x for x in (*LITERATURE, *(x for element in elements for x in element.references))}
 
 
 def bibtex(keys: Iterable[str]) -> list[str]:
     """The entries with these keys."""
-    known = references()
-    return [_entry(known[key].kind, key, _fields(known[key])) for key in keys]
+    every = references()
+    return [_entry(every[key].kind, key, _fields(every[key])) for key in keys]
 
 
 def _fields(reference: Reference) -> dict[str, str]:

@@ -5,20 +5,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from lienumba.sweep.distributions.registry import form_of
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import listed, show
 
 Table = Mapping[str, Any]
 Told = Callable[[Table, "Words"], str]
-
-SAMPLERS = {
-    "random": "independent random numbers (PCG64 [@oneill2014], one stream for each input and run)",
-    "latin_hypercube": "a Latin hypercube [@mckay1979]",
-    "sobol": "a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random",
-    "halton": "a Halton sequence [@halton1960] with digits permuted at random",
-    "saltelli": "pairs of points of a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random, "
-    "and their combinations for Sobol' indices [@saltelli2010]",
-    "table": "a table of samples that were given",
-}
 
 
 class Words:
@@ -134,8 +125,9 @@ def correlations(groups: list[Table]) -> str:
 
 def drawn(sweep: Table) -> str:
     """The sampler and its seed."""
-    seed = "" if sweep["sampler"] == "table" and not _random(sweep) else f" with the seed {sweep['seed']}"
-    return f"Their values were drawn from {SAMPLERS[sweep['sampler']]}{seed}"
+    sampler = SAMPLERS[sweep["sampler"]]
+    seed = "" if sampler.from_table and not _random(sweep) else f" with the seed {sweep['seed']}"
+    return f"Their values were drawn from {sampler.words}{seed}"
 
 
 def _random(sweep: Table) -> bool:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.scenario.base import paths
 
@@ -9,18 +10,6 @@ UNITS = {
     "gravity": "m s-2", "mass": "kg", "inertia": "kg m2", "position": "m", "velocity": "m s-1",
     "angular_velocity": "rad s-1", "points": "m", "point": "m", "at": "m", "length": "m", "angle": "rad",
     "angles": "rad", "rotation_vector": "rad", "rate": "rad s-1", "displacement": "m", "speed": "m s-1", "pitch": "m",
-    "free_length": "m", "free_angle": "rad", "rotational_stiffness": "N m rad-1",
-    "rotational_damping": "N m s rad-1", "linear": "N s m-1", "quadratic": "N s2 m-2", "mu": "m3 s-2",
-}  # fmt: skip
-# Of laws that act along a length, and about an angle.
-ALONG = {
-    "stiffness": "N m-1", "damping": "N s m-1", "viscous": "N s m-1", "coulomb": "N", "velocity": "m s-1",
-    "value": "N", "limit": "N", "target": "m", "lower": "m", "upper": "m", "offset": "m", "ratio": "1",
-}  # fmt: skip
-ABOUT = {
-    "stiffness": "N m rad-1", "damping": "N m s rad-1", "viscous": "N m s rad-1", "coulomb": "N m",
-    "velocity": "rad s-1", "value": "N m", "limit": "N m", "target": "rad", "lower": "rad", "upper": "rad",
-    "offset": "rad", "ratio": "1",
 }  # fmt: skip
 DRIVEN = {"point": "m", "orientation": "rad", "angular_velocity": "rad s-1", "angle": "rad", "displacement": "m"}
 SETTINGS = {
@@ -53,11 +42,9 @@ def units(path: str, model: dict[str, Any]) -> str:
         kind = item["motion"] if "motion" in item else _coordinate(item["joint"], item["coordinate"], model)
         return RATES[kind] if key == "rate" else UNITS["point"] if key == "point" else DRIVEN[kind]
     if keys[0] == "forces":
-        turning = item["type"] in ("torque", "torsion_spring")
-        if "joint" in item:
-            turning = _coordinate(item["joint"], item["coordinate"], model) == "angle"
-        laws = ABOUT if turning else ALONG
-        return laws.get(key, UNITS.get(key, "1"))
+        number = FORCES[item["type"]].numbers().get(key)
+        if number is not None:
+            return number.units_of(_coordinate(item["joint"], item["coordinate"], model) if "joint" in item else None)
     return UNITS.get(key, "1")
 
 

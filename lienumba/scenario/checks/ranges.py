@@ -4,6 +4,8 @@ from math import erfc, sqrt
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.scenario.base import paths
 from lienumba.sweep.distributions.base import Kind, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
@@ -12,12 +14,13 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 # Numbers that must be above 0 in every run, and who says so.
-POSITIVE = {"mass": "no body has", "length": "no rod has", "velocity": "no friction sets in at"}
+POSITIVE = {"mass": "no body has", "length": "no rod has"}
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
-def check_range(path: str, nominal: Any, given: Kind, runs: int, report: "Report") -> None:
-    """Distributions that do not fit the nominal value, and those that draw masses or lengths which no body can have."""
+def check_range(path: str, nominal: Any, given: Kind, runs: int, refused: str, report: "Report") -> None:
+    """Distributions that do not fit the nominal value, and those that draw values of 0 or below where these cannot be;
+    refused: what such a value would be, "no body has", if so."""
     if isinstance(given, Given):
         return
     at = f'sweep.vary."{path}"'
@@ -26,14 +29,13 @@ def check_range(path: str, nominal: Any, given: Kind, runs: int, report: "Report
     except ScenarioError as error:
         report.problems.append(f"{at}.{error}")
         return
-    key = path.rpartition(".")[2]
-    if not isinstance(given, Scalar) or key not in POSITIVE or ".parameters." in path or nominal <= 0.0:
+    if not isinstance(given, Scalar) or not refused or nominal <= 0.0:
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):
         if given.low * factor <= 0.0:
             report.problems.append(
-                f"{at}.low = {given.low!r}: allows values of 0 or below, which {POSITIVE[key]}; give low above 0"
+                f"{at}.low = {given.low!r}: allows values of 0 or below, which {refused}; give low above 0"
             )
         return
     if isinstance(given, Normal):
@@ -45,12 +47,22 @@ def check_range(path: str, nominal: Any, given: Kind, runs: int, report: "Report
     else:
         share = _share_of_zero_and_below(given, nominal)
     if share == 1.0:
-        report.problems.append(f"{at}: draws only values of 0 or below, which {POSITIVE[key]}; give values above 0")
+        report.problems.append(f"{at}: draws only values of 0 or below, which {refused}; give values above 0")
     elif share * runs > RARE:
         remedy = "a smaller std, or a uniform distribution" if isinstance(given, Normal) else "other numbers"
         report.warnings.append(
             f"{at}: of {runs} runs about {share * runs:.2g} will draw a value of 0 or below and fail; give {remedy}"
         )
+
+
+def refused_below(path: str, model: dict[str, Any]) -> str:
+    """Which value of 0 or below the number at a path cannot be, in words; empty if it may be."""
+    tokens = paths.parse(path)
+    if tokens[0] == "forces" and len(tokens) == 3:
+        law = FORCES.get(str(paths.get(model, tokens[:2]).get("type")))
+        number = law.numbers().get(str(tokens[2])) if law is not None else None
+        return number.sign.refused if number is not None and number.sign is not None else ""
+    return POSITIVE.get(str(tokens[-1]), "") if tokens[0] in ("bodies", "joints") and "parameters" not in tokens else ""
 
 
 def _sample(given: Kind, u: float, nominal: Any) -> float:

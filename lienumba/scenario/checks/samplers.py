@@ -10,41 +10,48 @@ from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import Kind
 from lienumba.sweep.distributions.inertia import Inertia
 from lienumba.sweep.distributions.rotations import Direction, RotationNormal, RotationUniform
-from lienumba.sweep.samplers.sequences import MOST_DIMENSIONS
-from lienumba.words import plural, show, suggestion
+from lienumba.sweep.samplers import DEFAULT, GROWING, SAMPLERS, Sampler
+from lienumba.words import listed, plural, show, suggestion
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-SALTELLI = "saltelli"
-
 
 def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[str, Any], report: "Report") -> None:
     """Check the sampler with the inputs that vary, by their canonical paths."""
-    sampler, runs = sweep.get("sampler", "random"), sweep.get("runs", 1)
-    factors = sum(kind.dimensions > 0 for kind in vary.values())
-    dimensions = sum(kind.dimensions for kind in vary.values())
-    if sampler == SALTELLI:
-        if not factors:
-            report.problems.append(f'sweep.sampler = "{SALTELLI}": no distribution varies; give at least two')
-        elif isinstance(runs, int) and runs % (factors + 2):
-            below = runs - runs % (factors + 2)
-            nearest = " or ".join(str(n) for n in (below, below + factors + 2) if n)
-            report.problems.append(
-                f'sweep.runs = {runs}: must be a multiple of {factors + 2} for the sampler "{SALTELLI}" with {factors} '
-                f"inputs that vary; give {nearest}"
+    sampler, runs = SAMPLERS.get(str(sweep.get("sampler", DEFAULT))), sweep.get("runs", 1)
+    inputs = sum(kind.dimensions > 0 for kind in vary.values())
+    if sampler is not None:
+        if sampler.row is not None:
+            _check_rows(sampler, sampler.row(inputs), inputs, runs, report)
+        used = sampler.dimensions(sum(kind.dimensions for kind in vary.values()))
+        if sampler.most_dimensions is not None and used > sampler.most_dimensions:
+            others = sorted(x.name for x in SAMPLERS.values() if x.most_dimensions is None and not x.from_table)
+            report.add(
+                "sweep.sampler",
+                f"has at most {sampler.most_dimensions} dimensions, but sweep.vary needs {used}",
+                f"take {listed(map(show, others), 'or')}",
+                sampler.name,
             )
-    used = {"sobol": dimensions, SALTELLI: 2 * dimensions}.get(str(sampler), 0)
-    if used > MOST_DIMENSIONS:
-        report.problems.append(
-            f'sweep.sampler = "{sampler}": has at most {MOST_DIMENSIONS} dimensions, but sweep.vary needs {used}; '
-            'take "halton", "latin_hypercube" or "random"'
-        )
     _check_correlations(sweep, sampler, vary, model, report)
 
 
+def _check_rows(sampler: Sampler, row: int, inputs: int, runs: Any, report: "Report") -> None:
+    """Runs in whole rows, of so many each."""
+    if not inputs:
+        report.add("sweep.sampler", "no distribution varies", "give at least two", sampler.name)
+    elif isinstance(runs, int) and runs % row:
+        below = runs - runs % row
+        report.add(
+            "sweep.runs",
+            f'must be a multiple of {row} for the sampler "{sampler.name}" with {inputs} inputs that vary',
+            f"give {' or '.join(str(n) for n in (below, below + row) if n)}",
+            runs,
+        )
+
+
 def _check_correlations(
-    sweep: dict[str, Any], sampler: Any, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
+    sweep: dict[str, Any], sampler: Sampler | None, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
 ) -> None:
     groups = sweep.get("correlate", [])
     seen: dict[str, str] = {}
@@ -53,10 +60,11 @@ def _check_correlations(
         group = read(Correlation, raw)
         if group is None:
             continue
-        if sampler == SALTELLI:
-            report.problems.append(
-                f'{at}: the sampler "{SALTELLI}" is for inputs that vary independently; leave the correlation out, or '
-                'take "sobol"'
+        if sampler is not None and sampler.independent:
+            report.add(
+                at,
+                f'the sampler "{sampler.name}" is for inputs that vary independently',
+                f'leave the correlation out, or take "{GROWING}"',
             )
         for number, path in enumerate(group.paths):
             here = f"{at}.paths[{number}]"

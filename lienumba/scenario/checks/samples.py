@@ -7,32 +7,33 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.sweep.distributions.base import Kind
 from lienumba.sweep.distributions.external import Column
+from lienumba.sweep.samplers import DEFAULT, SAMPLERS
+from lienumba.sweep.samplers.independent import TABLE
 from lienumba.sweep.table import SampleTable
 from lienumba.words import show, suggestion
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-TABLE = "table"
-
 
 def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report") -> None:
     """Check the table with what varies by its columns."""
-    sampler = sweep.get("sampler", "random")
+    sampler = sweep.get("sampler", DEFAULT)
+    given = sampler in SAMPLERS and SAMPLERS[sampler].from_table
     raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
-    if sampler == TABLE and raw is None:
+    if given and raw is None:
         report.problems.append('sweep.table is missing; give { file = "design.csv" }, a table of samples')
         return
     if raw is None:
         report.problems += [
-            f'sweep.vary."{path}".column: there is no table; give sweep.sampler = "{TABLE}" and sweep.table'
+            f'sweep.vary."{path}".column: there is no table; give sweep.sampler = "{TABLE.name}" and sweep.table'
             for path in names
         ]
         return
-    if sampler != TABLE:
+    if not given:
         report.problems.append(
-            f'sweep.sampler = {show(sampler)}: takes nothing from sweep.table; give sampler = "{TABLE}", or leave the '
-            "table out"
+            f'sweep.sampler = {show(sampler)}: takes nothing from sweep.table; give sampler = "{TABLE.name}", or leave '
+            "the table out"
         )
     table = read(SampleTable, raw)
     if table is None:

@@ -7,9 +7,10 @@ from typing import Any
 from lienumba.keys.types import NAME
 from lienumba.scenario.base.problems import GROUND, Report, placed, read, tables
 from lienumba.scenario.checks.bodies import check_bases, check_body
+from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
 from lienumba.scenario.checks.joints import check_joint
-from lienumba.scenario.checks.laws import check_driven_once, check_driver, check_force, check_start
+from lienumba.scenario.checks.laws import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.methods import check_method, check_projection
 from lienumba.scenario.checks.output import check_output, check_stop
 from lienumba.scenario.checks.quantities import check_quantity

@@ -9,7 +9,7 @@ from typing import Any
 
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.forces import FORCE_TYPES
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
@@ -158,11 +158,12 @@ class _Taking:
             return quantities.POSITION, "what a driver prescribes is differentiated"
         forces = {str(f.get("name")): f for f in rows_of(self.model.get("forces"))}
         force, key = forces.get(str(tokens[1]), {}), str(tokens[2])
-        kind = FORCE_TYPES.get(str(force.get("type")))
-        if kind is not None and kind.potential is not None and not key.endswith("damping"):
+        kind = FORCES.get(str(force.get("type")))
+        number = kind.numbers().get(key) if kind is not None else None
+        if kind is not None and kind.has_potential() and (number is None or number.in_potential):
             return quantities.POSITION, f"{key} belongs to a potential energy, which is differentiated"
-        if key == "target" and "damping" in force:
-            return quantities.POSITION, "the damping needs the rate of the target"
+        if number is not None and number.rate_with in force:
+            return quantities.POSITION, f"the {number.rate_with} needs the rate of the {key}"
         return quantities.VELOCITY, ""
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import embedded
 from lienumba.scenario.reading.extends import extended, replaced_by
 from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.sample_table import sampled
-from lienumba.scenario.schema.forces import FORCES
 from lienumba.scenario.schema.scenario import BESIDE, LISTS
 from lienumba.scenario.schema.tables import inlined
 from lienumba.words import nearest, show, suggestion

@@ -28,16 +28,21 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
-from lienumba.scenario.schema.forces import DRIVERS, FORCES, Driver, Force, driver_form
+from lienumba.mechanics.elements.events import ACTIONS, Event, described
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities.base import QuantityType
+from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
+from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
 from lienumba.sweep.distributions.registry import Distribution
-from lienumba.sweep.samplers.samplers import SAMPLERS, Sampler
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
@@ -103,8 +108,12 @@ class ModelSection(Gravity):
         default=[], description="the joints, each as [[model.joints]]"
     )
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
-    forces: list[Force] = Field(default=[], description="force laws, each as [[model.forces]]")
-    quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
+    forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
+        default=[], description="force laws, each as [[model.forces]]"
+    )
+    quantities: list[Annotated[QuantityType, OneOf(QUANTITIES)]] = Field(
+        default=[], description="named quantities, each as [[quantities]]"
+    )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
 
 
@@ -218,6 +227,10 @@ class SampleFile(Section):
     file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
 
 
+def _samplers() -> str:
+    return "how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
+
+
 class Sweep(Section):
     runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
         default=1, description="a whole number of runs, at least 1"
@@ -226,9 +239,7 @@ class Sweep(Section):
         default=0, description="a whole number from 0 to 2^63 - 1"
     )
     stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
-    sampler: Sampler = Field(
-        default="random", description="how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
-    )
+    sampler: Annotated[str, NameOf(SAMPLERS)] = Field(default=samplers.DEFAULT, description=_samplers())
     nominal: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="whether the nominal run, -1, is simulated, too: true or false"
     )
@@ -320,14 +331,16 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
 def _derive() -> None:
     """What follows from the registries."""
     Integrator.model_fields["method"].description = _methods()
-    for section in (Integrator, ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    Sweep.model_fields["sampler"].description = _samplers()
+    Event.model_fields["action"].description = described()
+    for section in (Event, Integrator, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, METHODS, GROUPS, COORDINATES):
+for registry in (JOINTS, FORCES, QUANTITIES, ACTIONS, METHODS, GROUPS, COORDINATES, SAMPLERS):
     registry.listeners.append(_derive)
 
 

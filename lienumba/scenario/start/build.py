@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING
 
 from lienumba.groups import so3
 from lienumba.keys.conversions import inertia_of, rotation_of
+from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND, Model, Pose, Start
-from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
-from lienumba.scenario.checks.code import code_of, tried
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.forces import OrientationDriver
 from lienumba.scenario.schema.joints import Between, Coupler, Gear, PythonJoint
-from lienumba.scenario.schema.quantities import Event
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
 from lienumba.scenario.start import elements
+from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
 if TYPE_CHECKING:
@@ -75,9 +74,9 @@ class _Builder:
             bodies=self.masses(),
             joints=tuple(elements.joint(x, self) for x in data.joints),
             drivers=tuple(elements.driver(x, self) for x in data.drivers),
-            forces=tuple(elements.force(x, self) for x in data.forces),
-            quantities=tuple(elements.quantity(x, self) for x in data.quantities),
-            events=tuple(map(_event, data.events)),
+            forces=tuple(x.to_model(self) for x in data.forces),
+            quantities=tuple(x.to_model(self) for x in data.quantities),
+            events=tuple(event.to_model() for event in data.events),
         )
         return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(elements.joint_start, data.joints)))
 
@@ -139,11 +138,6 @@ class _Builder:
         return None
 
 
-def _event(event: Event) -> m.Event:
-    when = event.when if callable(event.when) else Formula(event.when, condition=True)
-    return m.Event(event.name, when, event.action == "stop")
-
-
 def _pose(state: StartState) -> Pose:
     return Pose(
         position=elements.optional(state.position),
@@ -154,7 +148,7 @@ def _pose(state: StartState) -> Pose:
 
 
 def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.ndarray":
-    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or speed of friction that
+    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or number of a force that
     nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
@@ -178,9 +172,10 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.n
         if joint.length is not None:
             bad |= ~(np.asarray(joint.length) > 0.0)
     for force in model.forces:
-        speed = force.numbers.get("velocity") if force.type == "friction" else None  # at which it sets in
-        if speed is not None and not callable(speed):
-            bad |= ~(np.asarray(speed) > 0.0)
+        for key, number in FORCES[force.type].numbers().items():
+            x = force.numbers.get(key)
+            if number.sign is not None and number.sign.refused and x is not None and not callable(x):
+                bad |= number.sign.broken(np.asarray(x)) | np.isnan(x)
     for pose in start.poses:
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0

@@ -26,6 +26,7 @@ MIX = (0xCA01F9DD, 0x4973F715)
 PCG_MULTIPLIER = 0x2360ED051FC65DA44385DF649FCCF645
 BLOCK = 1 << 14  # runs at a time, so that what they need stays in the processor's cache
 SMALLEST = 2.0**-54  # stands for 0, which no unbounded distribution can take
+LARGEST = 1.0 - 2.0**-53  # below 1
 
 
 def uniforms(path: str, runs: Sequence[int] | np.ndarray, seed: int) -> np.ndarray:

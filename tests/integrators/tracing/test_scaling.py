@@ -189,7 +189,6 @@ def timed(model, now, choice, program, machine, runs=64, steps=200):
     return run
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", REDUNDANT)
 def test_redundant_rows_run(name):
     """Prints times, asserts none."""
@@ -204,7 +203,6 @@ def test_redundant_rows_run(name):
           f"with exchanged rows x {exchanging / by_hand:.2f}", end="")  # fmt: skip
 
 
-@pytest.mark.slow
 def test_fifty_revolutes_compile_and_run(monkeypatch):
     """Prints times, asserts none."""
     monkeypatch.setattr(cache, "remember", lambda _, make: make())  # nothing is compiled yet

@@ -12,11 +12,12 @@ from scipy.stats import qmc
 
 from lienumba.sweep.design import design_table
 from lienumba.sweep.distributions.registry import Distribution
-from lienumba.sweep.samplers import sequences
-from lienumba.sweep.samplers.samplers import uniform_numbers
+from lienumba.sweep.samplers import SAMPLERS, halton, sobol
 from lienumba.sweep.samplers.streams import uniforms
 
-SEQUENCES = ("random", "latin_hypercube", "sobol", "halton")
+DRAWING = {name: sampler for name, sampler in SAMPLERS.items() if not sampler.from_table}
+SEQUENCES = tuple(name for name, sampler in DRAWING.items() if sampler.row is None)  # the others have rows of runs
+GROWING = tuple(name for name, sampler in DRAWING.items() if not sampler.whole)
 PATHS = ("bodies.a.mass", "bodies.b.mass", "gravity[1]")
 NUMBER = {"distribution": "uniform", "low": 0, "high": 1}
 VARY = TypeAdapter(dict[str, Distribution]).validate_python(
@@ -43,7 +44,7 @@ def table(sampler, labels, count=1000, vary=VARY, correlate=CORRELATE, seed=7):
 
 
 def points(sampler, runs, seed=7, paths=PATHS):
-    found = uniform_numbers({path: [path] for path in paths}, np.arange(runs), seed, sampler, runs)
+    found = SAMPLERS[sampler].draw({path: [path] for path in paths}, np.arange(runs), seed, runs)
     return np.array([found[path] for path in paths])
 
 
@@ -54,23 +55,23 @@ def assert_same(one, two, rows=slice(None)):
 
 
 # ---------------------------------------------------------------- promises
-@pytest.mark.parametrize("sampler", [*SEQUENCES, "saltelli"])
+@pytest.mark.parametrize("sampler", DRAWING)
 def test_any_selection_of_runs_has_the_samples_of_the_whole_sweep(sampler):
-    correlate = () if sampler == "saltelli" else CORRELATE
+    correlate = () if SAMPLERS[sampler].independent else CORRELATE
     whole = table(sampler, range(-1, 1000), correlate=correlate)
     for chosen in ([17, 42], [999], [-1, 3], range(100, 250), []):
         assert_same(table(sampler, chosen, correlate=correlate), whole, np.array(chosen, int) + 1)
 
 
 @settings(deadline=None, max_examples=20)
-@given(st.sampled_from([s for s in SEQUENCES if s != "latin_hypercube"]), st.lists(st.integers(0, 2**20), max_size=5))
+@given(st.sampled_from([s for s in SEQUENCES if s in GROWING]), st.lists(st.integers(0, 2**20), max_size=5))
 def test_a_run_is_the_same_wherever_it_is(sampler, labels):
     found = table(sampler, labels)
     for i, label in enumerate(labels):
         assert_same(table(sampler, [label], count=5), found, [i])
 
 
-@pytest.mark.parametrize("sampler", ["random", "sobol", "halton", "saltelli"])
+@pytest.mark.parametrize("sampler", GROWING)
 def test_more_runs_change_no_sample(sampler):
     assert_same(table(sampler, range(90), count=90, correlate=()), table(sampler, range(1000), correlate=()), range(90))
 
@@ -88,7 +89,7 @@ def test_a_path_more_at_the_end_changes_no_other(sampler):
     assert_same(found, {name: whole[name] for name in found})
 
 
-@pytest.mark.parametrize("sampler", [*SEQUENCES, "saltelli"])
+@pytest.mark.parametrize("sampler", DRAWING)
 def test_another_seed_changes_every_sample(sampler):
     one, two = points(sampler, 200), points(sampler, 200, seed=8)
     assert (one != two).all()
@@ -97,6 +98,13 @@ def test_another_seed_changes_every_sample(sampler):
 def test_random_samples_are_those_of_the_streams():
     for path, column in zip(PATHS, points("random", 50), strict=True):
         np.testing.assert_array_equal(column, uniforms(path, range(50), 7))
+
+
+@pytest.mark.parametrize("sampler", GROWING)
+def test_a_sampler_says_whether_it_matters_which_path_comes_first(sampler):
+    """Of the inputs beside one another; what stands in rows takes them one after the other anyway."""
+    there, back = (points(sampler, 50, paths=paths) for paths in (PATHS, PATHS[::-1]))
+    assert (there != back[::-1]).any() == SAMPLERS[sampler].order_matters
 
 
 # ---------------------------------------------------------------- evenness
@@ -138,15 +146,15 @@ def test_sequences_fill_the_cube_more_evenly_than_random_points():
 
 # ---------------------------------------------------------------- the sequences themselves
 def test_sobol_points_are_scipys_with_their_digits_flipped(monkeypatch):
-    monkeypatch.setattr(sequences, "uniforms", lambda path, runs, seed: np.zeros(len(runs)))
-    found = sequences.sobol(PATHS, np.arange(300), 0)
+    monkeypatch.setattr(sobol, "uniforms", lambda path, runs, seed: np.zeros(len(runs)))
+    found = sobol.points(PATHS, np.arange(300), 0)
     expected = qmc.Sobol(3, scramble=False, bits=32).random(512)[:300]
     np.testing.assert_array_equal(np.array([found[path] for path in PATHS]).T, np.maximum(expected, 2.0**-54))
 
 
 def test_halton_points_are_scipys_with_their_digits_permuted(monkeypatch):
-    monkeypatch.setattr(sequences, "uniforms", lambda path, runs, seed: np.arange(len(runs)) / len(runs))  # sorted
-    found = sequences.halton(PATHS, np.arange(300), 0)
+    monkeypatch.setattr(halton, "uniforms", lambda path, runs, seed: np.arange(len(runs)) / len(runs))  # sorted
+    found = halton.draw({path: [path] for path in PATHS}, np.arange(300), 0, 300)
     expected = qmc.Halton(3, scramble=False).random(300)
     np.testing.assert_allclose(np.array([found[path] for path in PATHS]).T, np.maximum(expected, 2.0**-54), rtol=1e-14)
 
@@ -176,7 +184,7 @@ def test_sobols_indices_come_out_of_saltellis_runs():
 
 def test_a_million_runs_need_no_more_than_their_labels():
     last = 2**32 - 2
-    found = sequences.halton(PATHS, np.array([0, last]), 1)
+    found = halton.draw({path: [path] for path in PATHS}, np.array([0, last]), 1, last + 1)
     assert all(np.isfinite(column).all() for column in found.values())
 
 
@@ -192,5 +200,5 @@ PINS = {
 @pytest.mark.parametrize("sampler", PINS)
 def test_the_bits_are_the_same_everywhere(sampler):
     own = {path: kind for path, kind in VARY.items() if path != "s"}  # those of SciPy are SciPy's
-    found = table(sampler, range(1000), vary=own, correlate=() if sampler == "saltelli" else CORRELATE)
+    found = table(sampler, range(1000), vary=own, correlate=() if SAMPLERS[sampler].independent else CORRELATE)
     assert hashlib.sha256(b"".join(x.tobytes() for x in found.values())).hexdigest()[:16] == PINS[sampler]

@@ -8,7 +8,8 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from lienumba.cli import app
-from tests.scenario.checks.code_cases import (
+from tests.scenario.checks.refusal import force, refused, refused_by_both, rig
+from tests.scenario.start.code_cases import (
     ARGUMENTS,
     CALLS,
     FILES,
@@ -21,7 +22,6 @@ from tests.scenario.checks.code_cases import (
     law,
     own_joint,
 )
-from tests.scenario.checks.refusal import force, refused, refused_by_both, rig
 
 RETURNS = {
     "a number": (law("def f(j): return 3.0\n"), RULES + LOADS),

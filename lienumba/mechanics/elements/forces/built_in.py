@@ -1,0 +1,291 @@
+"""The force types: what each acts along, its potential, its effort."""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from lienumba.errors import Problem
+from lienumba.groups import so3
+from lienumba.keys.formulas import constant
+from lienumba.keys.types import AXES, ZERO, Axes, Timed, Timed3, Two
+from lienumba.mechanics.elements.forces.base import (
+    FORCES,
+    AlongJoint,
+    BetweenPoints,
+    Given,
+    OnBody,
+    OnPoint,
+    apart,
+    quadratic,
+)
+from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, number, positive
+from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.model import Force
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import is_zero, maximum, minimum, sqrt, tanh, where
+from lienumba.words import show
+
+# Units of numbers along a displacement, and about an angle.
+EFFORT = ("N", "N m")
+PLACE = ("m", "rad")
+RATE = ("m s-1", "rad s-1")
+STIFFNESS = ("N m-1", "N m rad-1")
+DAMPING = ("N s m-1", "N m s rad-1")
+
+
+@FORCES.add
+class SpringDamper(BetweenPoints):
+    """A linear spring and damper."""
+
+    type: Literal["spring_damper"]
+    stiffness: Timed = number("the stiffness in {}", "N m-1", DISSIPATIVE, effective=True)
+    damping: Timed = number("the damping in {}", "N s m-1", DISSIPATIVE, effective=True, in_potential=False)
+    free_length: Timed | None = number(
+        "the length in {} without force", "m", SIZE, default=None, omitted="the length at the start"
+    )
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        free = given["free_length"]
+        return quadratic(given["stiffness"], c[0] - (given.rest[0] if free is None else free))
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        return (-(given["damping"] * rates[0]),)
+
+    @classmethod
+    def at_start(cls, force: Force, view: View) -> Vector | None:
+        if force.numbers.get("free_length") is not None:
+            return None
+        d = apart(force, view)[2]
+        return (sqrt(so3.dot(d, d)),)
+
+
+@FORCES.add
+class PointForce(OnPoint):
+    """A force at a point."""
+
+    type: Literal["force"]
+    frame: Axes = AXES
+    value: Timed3 = number("the force in {}", "N", size=3, required=True)
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        value, body = given["value"], given.view[given.force.bodies[-1]]
+        return so3.rotate(body.R, value) if given.force.frame == "body" else value
+
+
+@FORCES.add
+class Torque(OnBody):
+    """A torque."""
+
+    velocity_level: ClassVar[bool] = True
+
+    type: Literal["torque"]
+    frame: Axes = AXES
+    value: Timed3 = number("the torque in {}", "N m", size=3, required=True)
+
+    @staticmethod
+    def coordinates(given: Given, view: View) -> Vector:
+        """Angular velocity."""
+        body = view[given.force.bodies[-1]]
+        return body.w if given.force.frame == "body" else so3.rotate(body.R, body.w)
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        value: Vector = given["value"]
+        return value
+
+
+@FORCES.add
+class TorsionSpring(AlongJoint):
+    """A linear spring and damper about an axis."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("angle",)
+    otherwise: ClassVar[str] = "use an actuator (stiffness, damping, target), or a spring_damper"
+
+    type: Literal["torsion_spring"]
+    stiffness: Timed = number("the stiffness in {}", "N m rad-1", DISSIPATIVE, effective=True)
+    damping: Timed = number(
+        "the damping in {}", "N m s rad-1", DISSIPATIVE, effective=True, in_potential=False, counts_turns=False
+    )
+    free_angle: Timed = number("the angle in {} without torque", "rad", counts_turns=False)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return quadratic(given["stiffness"], c[0] - given["free_angle"])
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        return (-(given["damping"] * rates[0]),)
+
+
+@FORCES.add
+class Actuator(AlongJoint):
+    """What is prescribed, and what draws the coordinate to its target."""
+
+    type: Literal["actuator"]
+    value: Timed = number("the force in {0} or torque in {1}", EFFORT, counts_turns=False)
+    stiffness: Timed = number("the gain towards the target in {}", STIFFNESS, DISSIPATIVE)
+    damping: Timed = number("the gain towards the target's rate", DAMPING, DISSIPATIVE, counts_turns=False)
+    target: Timed = number(
+        "the angle in {1} or displacement in {0} to reach", PLACE, counts_turns=False, rate_with="damping"
+    )
+    limit: Timed | None = number(
+        "the largest force in {0} or torque in {1}", EFFORT, SIZE, default=None, counts_turns=False
+    )
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        effort = given["value"] + given["stiffness"] * (given["target"] - c[0])
+        effort = effort + given["damping"] * (given.rate("target") - rates[0])
+        limit = given["limit"]
+        return (effort if limit is None else maximum(-limit, minimum(limit, effort)),)  # NaN stays NaN
+
+    def faults(self) -> Iterator[Problem]:
+        given = self.model_fields_set
+        if not given & {"value", "stiffness", "damping", "target"}:
+            yield Problem(
+                "",
+                "has neither value nor stiffness nor damping, so it does nothing",
+                "give value, or stiffness, damping and target",
+            )
+        if "target" in given and not given & {"stiffness", "damping"}:
+            yield Problem("target", "has no effect without stiffness or damping", "give them", self.target)
+
+
+@FORCES.add
+class Friction(AlongJoint):
+    """Viscous and Coulomb friction, the latter smoothed about rest."""
+
+    type: Literal["friction"]
+    viscous: Timed = number("the viscous coefficient in {}", DAMPING, DISSIPATIVE, effective=True, counts_turns=False)
+    coulomb: Timed = number(
+        "the sliding force in {0} or torque in {1}", EFFORT, DISSIPATIVE, effective=True, counts_turns=False
+    )
+    velocity: Timed = number(
+        "the speed in {} at which sliding sets in, above 0", RATE,
+        positive("give the speed at which sliding sets in", "no friction sets in at"),
+        default=1e-3, counts_turns=False,
+    )  # fmt: skip
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
+        return (-(given["viscous"] * rates[0] + sliding),)
+
+
+@FORCES.add
+class EndStop(AlongJoint):
+    """Springs and dampers beyond two limits."""
+
+    type: Literal["end_stop"]
+    lower: Timed | None = number("the lower stop in {}", PLACE, default=None, counts_turns=False)
+    upper: Timed | None = number("the upper stop in {}", PLACE, default=None, counts_turns=False)
+    stiffness: Timed = number("the stiffness in {}", STIFFNESS, DISSIPATIVE, required=True)
+    damping: Timed = number(
+        "the damping in contact in {}", DAMPING, DISSIPATIVE, in_potential=False, counts_turns=False
+    )
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        """Of the penetration beyond either stop."""
+        total: Number = 0.0
+        for stop, outwards in (("lower", -1.0), ("upper", 1.0)):
+            limit = given[stop]
+            if limit is not None:
+                depth = maximum(0.0, outwards * (c[0] - limit))
+                total = total + quadratic(given["stiffness"], depth)
+        return total
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        """Damping only in contact, and never more than what leaves the stop without a pull."""
+        push = conservative[0]
+        damping = -(given["damping"] * rates[0])
+        if is_zero(damping):
+            return (0.0,)
+        return (where(push > 0.0, maximum(-push, damping), where(push < 0.0, minimum(-push, damping), 0.0)),)
+
+    def faults(self) -> Iterator[Problem]:
+        lower, upper = constant(self.lower), constant(self.upper)
+        if self.lower is None and self.upper is None:
+            yield Problem("", "has no stop", "give lower, upper or both")
+        elif lower is not None and upper is not None and not lower < upper:
+            remedy = "exchange the two" if lower > upper else "move them apart"
+            yield Problem("lower", f"must be below upper = {show(self.upper)}", remedy, self.lower)
+
+
+@FORCES.add
+class Bushing(BetweenPoints):
+    """Springs and dampers along and about the axes of the first body. The rotation stays below half a turn: it jumps
+    there."""
+
+    type: Literal["bushing"]
+    stiffness: Timed3 = number("the stiffness in {}", "N m-1", DISSIPATIVE, size=3, effective=True)
+    damping: Timed3 = number("the damping in {}", "N s m-1", DISSIPATIVE, size=3, effective=True, in_potential=False)
+    rotational_stiffness: Timed3 = number(
+        "the rotational stiffness in {}", "N m rad-1", DISSIPATIVE, size=3, effective=True
+    )
+    rotational_damping: Timed3 = number(
+        "the rotational damping in {}", "N m s rad-1", DISSIPATIVE, size=3, effective=True, in_potential=False
+    )
+
+    @staticmethod
+    def coordinates(given: Given, view: View) -> Vector:
+        """Displacement of the second point, and rotation vector of the second body since the start, along the axes of
+        the first body."""
+        a, b, d = apart(given.force, view)
+        since_start = so3.multiply(b.R, so3.transpose(given.rest))
+        pose: Vector = so3.rotate_back(a.R, d) + so3.log(so3.multiply(so3.transpose(a.R), since_start))
+        return pose
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        stiffness = given["stiffness"] + given["rotational_stiffness"]
+        return sum((quadratic(k, x) for k, x in zip(stiffness, c, strict=True)), 0.0)
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        damping = given["damping"] + given["rotational_damping"]
+        return tuple(-(d * rate) for d, rate in zip(damping, rates, strict=True))
+
+    @classmethod
+    def at_start(cls, force: Force, view: View) -> Vector | None:
+        a, b = (view[i] for i in force.bodies)
+        return so3.multiply(so3.transpose(a.R), b.R)
+
+
+@FORCES.add
+class Drag(OnPoint):
+    """Against the velocity of a point."""
+
+    type: Literal["drag"]
+    linear: Timed = number("the linear coefficient in {}", "N s m-1", DISSIPATIVE, effective=True)
+    quadratic: Timed = number("the quadratic coefficient in {}", "N s2 m-2", DISSIPATIVE, effective=True)
+
+    @staticmethod
+    def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
+        v: Any = rates
+        return so3.scale(-(given["linear"] + given["quadratic"] * sqrt(so3.dot(v, v))), v)
+
+
+@FORCES.add
+class PointMassGravity(BetweenPoints):
+    """The attraction of a point mass, the first body's, on the whole mass of the second."""
+
+    infinite: ClassVar[tuple[str, str]] = (
+        "is infinite at the start, because its two points coincide",
+        "move one of them",
+    )
+
+    type: Literal["point_mass_gravity"]
+    points: Two = Field(
+        default=[ZERO, ZERO], description="two points in m, each with 3 numbers in the frame of its own body"
+    )
+    mu: Timed = number("the gravitational parameter of the first body in {}", "m3 s-2", DISSIPATIVE, required=True)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return -(given["mu"] * given.model.bodies[given.force.bodies[1]].mass) / c[0]

@@ -1,0 +1,112 @@
+"""What is wrong with a force: the names it refers to and its numbers, one sentence each."""
+
+import re
+from dataclasses import replace
+from keyword import iskeyword
+from typing import Any
+
+from lienumba.keys.conversions import timed
+from lienumba.keys.formulas import at_start, constant
+from lienumba.keys.types import NAME, NAME_RULE
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, OnBody
+from lienumba.mechanics.elements.forces.numbers import Sign
+from lienumba.mechanics.elements.forces.python import PythonForce
+from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.scenario.base.problems import GROUND, Report, check_name, read
+from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
+from lienumba.scenario.checks.laws import check_driven_body, check_start, numbers_at
+from lienumba.store.layout import VARIABLES
+from lienumba.words import show
+
+
+def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """Check one force against the names of all bodies, and all joints by name."""
+    name = force.get("type")
+    if not isinstance(name, str) or name not in FORCES:
+        return
+    kind = FORCES[name]
+    if issubclass(kind, BetweenPoints):
+        check_two_bodies(place, force.get("bodies"), bodies, report)
+    elif issubclass(kind, OnBody):
+        check_driven_body(place, force.get("body"), bodies, report)
+    elif issubclass(kind, PythonForce):
+        _check_seen(place, force, bodies, joints, report)
+    checked = read(kind, force)
+    if checked is None:
+        return
+    if isinstance(checked, AlongJoint):
+        _check_coordinate(place, name, checked, joints, report)
+    elif isinstance(checked, PythonForce):
+        _check_own(place, checked, report)
+    for key, number in checked.numbers().items():
+        value = getattr(checked, key)
+        stored = checked.has_potential() and number.in_potential  # its rate does work
+        follows = number.rate_with in checked.model_fields_set
+        check_start(f"{place}.{key}", value, 2 if stored or follows else 1, report)
+        for at, x in numbers_at(f"{place}.{key}", value):
+            if number.sign is not None and x is not None:
+                _check_sign(at, x, number.sign, report)
+    for fault in checked.faults():
+        report.problems.append(replace(fault, place=f"{place}.{fault.place}" if fault.place else place))
+    effective = [key for key, number in checked.numbers().items() if number.effective]
+    if effective and not checked.model_fields_set.intersection(effective):
+        report.warn(
+            place,
+            f"has neither {' nor '.join(effective)}, so it does nothing",
+            "give one of them, or remove the force",
+        )
+
+
+def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, report: Report) -> None:
+    found = find_coordinate(place, "joint", force.joint, "coordinate", force.coordinate, joints, report)
+    if found is None or found[1] in force.kinds:
+        return
+    wanted, type_of_joint = force.kinds[0], joints[force.joint]["type"]
+    a_wanted = f"{'an' if wanted[0] == 'a' else 'a'} {wanted}"
+    if wanted in COORDINATES[type_of_joint]:
+        report.add(f"{place}.coordinate", f"a {name} acts on {a_wanted}", f'give "{wanted}"', found[1])
+    else:
+        report.add(
+            f"{place}.joint",
+            f"is a {type_of_joint} joint, which has no {wanted} for a {name} to act on",
+            force.otherwise,
+            force.joint,
+        )
+
+
+def _check_seen(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """What a law of the user's own is given."""
+    for key, known, what in (("bodies", [*bodies, GROUND], "a body"), ("joints", list(joints), "a joint")):
+        for i, name in enumerate(force[key] if isinstance(force.get(key), list) else []):
+            check_name(f"{place}.{key}[{i}]", name, known, what, report)
+
+
+def _check_own(place: str, force: PythonForce, report: Report) -> None:
+    """A law of the user's own, in itself."""
+    if not force.bodies and not force.joints:
+        report.add(place, "sees nothing", "give bodies or joints, as the function takes them")
+    if force.returns == "potential" and (force.states or force.every is not None):
+        report.add(place, "a potential energy has neither states nor samples", "leave states and every out")
+    if force.states and force.name in VARIABLES:
+        report.add(
+            f"{place}.name",
+            "its states are stored by this name, which the dataset has already",
+            "give another name",
+            force.name,
+        )
+    for name in force.states:
+        if not re.fullmatch(NAME, name) or iskeyword(name):
+            report.add(f"{place}.states", f"{show(name)} is no valid name", f"give {NAME_RULE}")
+    for name, value in force.parameters.items():
+        check_start(f"{place}.parameters.{name}", value, 1, report)
+
+
+def _check_sign(at: str, x: Any, sign: Sign, report: Report) -> None:
+    number, fixed = at_start(timed(x))[0], constant(x) is not None
+    if not sign.broken(number):
+        return
+    if not sign.warns:
+        report.add(at, sign.rule if fixed else f"{sign.rule}, and is {number:.6g} at t = 0", sign.remedy, x)
+    elif fixed:
+        report.warn(at, sign.rule, sign.remedy, x)

@@ -1,0 +1,27 @@
+"""Independent random numbers, one stream for each input and run; a table of samples takes them for what it lacks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lienumba.keys.literature import Reference
+from lienumba.sweep.samplers.sampler import Sampler, Streams, names_of
+from lienumba.sweep.samplers.streams import uniforms
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
+    return {name: uniforms(name, labels, seed) for name in names_of(streams)}
+
+
+ONEILL = Reference(
+    "oneill2014", "techreport", "O'Neill, Melissa E.", 2014,
+    "PCG: A family of simple fast space-efficient statistically good algorithms for random number generation",
+    "Harvey Mudd College", "HMC-CS-2014-0905",
+)  # fmt: skip
+RANDOM = Sampler(
+    "random", "independent random numbers (PCG64 [@oneill2014], one stream for each input and run)", draw, (ONEILL,)
+)
+TABLE = Sampler("table", "a table of samples that were given", draw, from_table=True)

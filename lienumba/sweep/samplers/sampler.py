@@ -1,0 +1,50 @@
+"""A sampler as a record: how the uniform numbers behind all samples of a sweep are drawn, and what follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lienumba.keys.literature import Reference
+from lienumba.keys.registry import Registry
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Streams = Mapping[str, Sequence[str]]  # the names of the streams of each varied path
+Draw = Callable[[Streams, "np.ndarray", int, int], "dict[str, np.ndarray]"]
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """draw(streams, labels, seed, runs): a number in (0, 1) for each stream and run (labels from 0 on) of a sweep of so
+    many; those of a run may depend on nothing else.
+
+    words: what a citation says of it, with [@key] for each of its `references`; order_matters: whether it does to
+    samples which path comes first; whole: what makes them depend on the number of runs, which then cannot grow;
+    most_dimensions: of uniform numbers for each run, of which it takes `dimensions` where inputs have n; row: of how
+    many runs a row consists where f inputs vary, all rows being whole; independent: whether inputs may have no
+    correlations; sobol_indices: whether its runs are laid out for them; from_table: whether samples are given.
+    """
+
+    name: str
+    words: str
+    draw: Draw
+    references: tuple[Reference, ...] = ()
+    order_matters: bool = False
+    whole: str = ""
+    most_dimensions: int | None = None
+    dimensions: Callable[[int], int] = lambda n: n
+    row: Callable[[int], int] | None = None
+    independent: bool = False
+    sobol_indices: bool = False
+    from_table: bool = False
+
+
+SAMPLERS: Registry[Sampler] = Registry("sampler", lambda sampler: sampler.name)
+
+
+def names_of(streams: Streams) -> list[str]:
+    """Of all streams."""
+    return [name for of_path in streams.values() for name in of_path]
