@@ -14,14 +14,12 @@ from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import COORDINATES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND, Model, Pose, Start
-from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.forces import OrientationDriver
 from lienumba.scenario.schema.joints import Between, Coupler, Gear, PythonJoint
-from lienumba.scenario.schema.quantities import Event
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
 from lienumba.scenario.start import elements
 from lienumba.scenario.start.code import code_of, tried
@@ -77,8 +75,8 @@ class _Builder:
             joints=tuple(elements.joint(x, self) for x in data.joints),
             drivers=tuple(elements.driver(x, self) for x in data.drivers),
             forces=tuple(x.to_model(self) for x in data.forces),
-            quantities=tuple(elements.quantity(x, self) for x in data.quantities),
-            events=tuple(map(_event, data.events)),
+            quantities=tuple(x.to_model(self) for x in data.quantities),
+            events=tuple(event.to_model() for event in data.events),
         )
         return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(elements.joint_start, data.joints)))
 
@@ -138,11 +136,6 @@ class _Builder:
                 x, y, z = (m.at_time(number, 0.0) for number in value)
                 return so3.exp((x, y, z))
         return None
-
-
-def _event(event: Event) -> m.Event:
-    when = event.when if callable(event.when) else Formula(event.when, condition=True)
-    return m.Event(event.name, when, event.action == "stop")
 
 
 def _pose(state: StartState) -> Pose:
