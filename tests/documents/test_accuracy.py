@@ -64,7 +64,6 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
-@slow
 def test_adaptive_steps() -> None:
     wanted = [cells for cells in rows("adaptive, satellite") if cells[0] == "dop853"]
     for found, cells in zip(work.adaptive_rows("satellite", "dop853"), wanted, strict=True):
