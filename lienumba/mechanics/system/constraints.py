@@ -15,10 +15,10 @@ from lienumba.mechanics.elements import joints, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, Law, View, is_zero
+from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
 from lienumba.numerics.jets import Jet, lift
-from lienumba.numerics.operations import absolute, maximum, sqrt
+from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
 @dataclass(frozen=True)
