@@ -31,11 +31,11 @@ from lienumba.keys.types import (
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.scenario.base import paths
 from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
-from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
@@ -98,16 +98,14 @@ class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
-AnyJoint = Annotated[Section, OneOf(JOINTS)]
+AnyJoint = Annotated[JointType, OneOf(JOINTS)]
 
 
 class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
-    joints: list[Annotated[Section, OneOf(JOINTS)]] = Field(
-        default=[], description="the joints, each as [[model.joints]]"
-    )
+    joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"

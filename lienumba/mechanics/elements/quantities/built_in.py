@@ -128,7 +128,7 @@ class JointQuantity(QuantityType):
     @classmethod
     def parts(cls, model: Model, quantity: Quantity) -> tuple[Part, ...]:
         joint = model.joints[quantity.joint]
-        kinds = joints.COORDINATES.get(joint.type, ())
+        kinds = joints.coordinate_kinds(joint.type)
         return tuple(
             Part(name, UNITS[name], f"{name} of the joint {joint.name}")
             for name, kind in COORDINATE_OF.items()
