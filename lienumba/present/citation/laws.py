@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed
@@ -37,8 +38,8 @@ def _function(law: Table) -> str:
 def events(source: CitedScenario) -> str:
     """Those that end a run, and those that are recorded."""
     watched = source.content.get("events", [])
-    ending = [_event(event) for event in watched if event["action"] == "stop"]
-    recorded = [_event(event) for event in watched if event["action"] != "stop"]
+    ending = [_event(event) for event in watched if ends_run(event["action"])]
+    recorded = [_event(event) for event in watched if not ends_run(event["action"])]
     said = []
     if ending:
         said.append(f"Runs ended at {'the first of ' if len(ending) > 1 else ''}{_named('the event', ending)}.")

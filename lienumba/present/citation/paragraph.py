@@ -6,6 +6,7 @@ from typing import Any
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital, number
@@ -72,7 +73,7 @@ def _method(source: CitedScenario) -> str:
     named = listed([f"{method.words} of order {method.order}" for method in methods])
     lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
-    stopped = any(event["action"] == "stop" for event in source.content.get("events", []))
+    stopped = any(ends_run(event["action"]) for event in source.content.get("events", []))
     duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
 
