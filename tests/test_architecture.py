@@ -47,6 +47,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
     ],
+    "cli": [{"options"}, {"checking", "running", "showing"}],
     "analysis": [
         {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"panels"},
@@ -57,7 +58,7 @@ LIGHT = [
     "__init__.py",
     "__main__.py",
     "errors.py",
-    "cli.py",
+    "cli",
     "words.py",
     "numerics",
     "keys",
