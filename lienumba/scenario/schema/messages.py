@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
+from lienumba.keys.facts import is_open_ended
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.schema import scenario
@@ -107,13 +108,9 @@ _BOUNDS = {
 
 
 def _least(loc: Loc) -> str:
-    open_ended = (
-        tuple(loc) == ("model", "bodies")
-        or loc[-1] in ("times", "grid", "paths")
-        or "momentum" in loc
-        or "python" in loc
-    )
-    return "at least " if open_ended else ""
+    """Before the number of entries that a list must have, where it may have more."""
+    section, key = scenario.SECTIONS.get(section_key(loc[:-1])), str(loc[-1])
+    return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
 def _unknown(loc: Loc, raw: Any) -> Problem:
