@@ -1,8 +1,9 @@
 """The cache on disk: one folder per state of the kernels, the libraries and the interpreter.
 
 Numba's own cache does not notice an edit in another module, so the folder's name carries a hash of every source file
-that the drivers may see and of the versions below it: what edits mechanics or the tracer compiles no driver again. Inside, object code is found by the hash of the complete LLVM text and
-CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
+that the drivers may see and of the versions below it: what edits mechanics or the tracer compiles no driver again.
+Inside, object code is found by the hash of the complete LLVM text and CPU it was made from, and its own checksum stands
+before it: neither a stale nor a torn entry can be served.
 """
 
 import atexit
