@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import state_rows
 from lienumba.integrators.tracing.program import Program
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import Part, joined
@@ -81,8 +82,8 @@ class Layout:
             )
             return kinetic
         if name == "work":
-            row = ELEMENT * program.elements + len(program.held.angles)
-            work = records[:, :, row] if program.held.work else 0.0
+            row = ELEMENT * program.sizes.elements + len(program.augmented.angles)
+            work = records[:, :, row] if program.augmented.work else 0.0
             return np.where(np.isnan(self.lanes("energy", records, program)), np.nan, work)
         if name == "energy_residual":
             energy = self.lanes("energy", records, program)
@@ -90,7 +91,7 @@ class Layout:
                 residual: np.ndarray = energy - self.lanes("work", records, program) - energy[:, :1]
                 return residual
         first, count = program.observed[name]
-        first += ELEMENT * program.elements + program.held.rows
+        first += state_rows(program.sizes)
         return records[:, :, first : first + count].reshape(blocks, outputs, *self.shape(name), width)
 
     def summary(self, name: str, records: np.ndarray, program: Program, runs: int) -> np.ndarray:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.figures.canvas import COLORS, empty, lines
 from lienumba.figures.playing import Film, played
 from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
+from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun, Scene
-from lienumba.scene.mechanism import AXIS
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.mechanics.elements.joints.base import ROD
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun
-from lienumba.scene.mechanism import ARM, ROD
+from lienumba.scene.mechanism import ARM
 from lienumba.scene.solids import Face, Solid
 
 if TYPE_CHECKING:

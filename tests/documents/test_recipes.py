@@ -3,25 +3,40 @@
 What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
 """
 
+import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pytest
+from pydantic import Field
 from scipy.optimize import brentq
+from scipy.special import ellipj, ellipk
 from scipy.stats import qmc
 
 import lienumba
 from lienumba.analysis import orders
 from lienumba.errors import ScenarioError
+from lienumba.groups import so3
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
+from lienumba.keys.types import Positive, Timed
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, Given
+from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, number
+from lienumba.mechanics.elements.joints import JOINTS, Own
+from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
+from lienumba.mechanics.elements.joints.parts import along, separation
+from lienumba.mechanics.mechanism.kinematics import Motion
+from lienumba.mechanics.mechanism.model import Joint
+from lienumba.numerics.number import Number, Vector
 from lienumba.present.citation.cite import cite_dataset
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.scenario import Integrator, json_schema
+from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
@@ -113,3 +128,150 @@ def test_a_pair_that_is_added_is_nobodys_default() -> None:
     with METHODS.temporarily(pair):
         assert "bs32b" in pairs()
         assert method_of(Integrator(tolerance=1e-6, end_time=1.0)) == "dop853"
+
+
+class OnRing(AtPoints, FirstAxis):
+    """The point of the second body stays on a circle about the point of the first, across its axis."""
+
+    words, leaves = "a point stays on a circle", "a point of the second body stays on a circle of the first"
+    row_kinds = "mm"
+
+    type: Literal["on_ring"]
+    radius: Annotated[Positive, Own("m", 0.5)] = Field(description="the radius in m, above 0")
+
+    @staticmethod
+    def residual(joint: Joint, a: Motion, b: Motion) -> Vector:
+        d, radius = separation(joint, a, b), joint.numbers["radius"]
+        return along(joint, a, b), 0.5 * (so3.dot(d, d) / radius - radius)
+
+
+def bead(**ring: object) -> dict[str, object]:
+    """A small ball on a ring of 2 m that stands upright, let go at the height of its centre."""
+    ball = {"name": "ball", "mass": 0.1, "inertia": [1e-4, 1e-4, 1e-4], "guess": {"position": [1.8, 0, 0]}}
+    points = {"points": [[0, 0, 0], [0, 0, 0]], "axes": [[0, 1, 0]]}
+    joint = {"name": "ring", "type": "on_ring", "bodies": ["ground", "ball"], **points, "radius": 2.0, **ring}
+    return {"model": {"bodies": [ball], "joints": [joint]}, "integrator": {"step": 1e-3, "end_time": 2.0}}
+
+
+def test_a_joint() -> None:
+    """A ball on an upright ring is a pendulum, whose angle Jacobi's functions know."""
+    sweep = {
+        "runs": 20,
+        "vary": {"joints.ring.radius": {"distribution": "uniform", "low": 1.0, "high": 3.0}},
+    }
+    with JOINTS.temporarily(OnRing):
+        one, many = lienumba.run(bead()), lienumba.run(bead() | {"sweep": sweep})
+        drawn = scene(one)
+        schema = json_schema()["$defs"]["OnRing"]
+    radius = many["joints.ring.radius"]
+    for runs, radii in ((one, [2.0]), (many, radius.values)):
+        assert (runs.status == 0).all()
+        for run, r in zip(runs.position.values[:, :, 0], radii, strict=True):
+            # released at 90 degrees: sin(angle/2) = k sn(K - w t, k), k = sin(45 degrees), w = sqrt(g/r)
+            sn, *_ = ellipj(ellipk(0.5) - np.sqrt(9.81 / r) * runs.time.values, 0.5)
+            angle = 2.0 * np.arcsin(np.sqrt(0.5) * sn)
+            np.testing.assert_allclose(run[:, 0], r * np.sin(angle), rtol=0, atol=1e-8)
+            np.testing.assert_allclose(run[:, 2], -r * np.cos(angle), rtol=0, atol=1e-8)
+            np.testing.assert_allclose(run[:, 1], 0.0, rtol=0, atol=1e-12)
+    assert radius.attrs["units"] == "m"
+    assert [segment.kind for segment in drawn.runs[0].mechanism.segments] == ["arm", "axis"]
+    assert schema["properties"]["radius"]["description"] == "the radius in m, above 0"
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"radius": -1.0}, "model.joints.ring.radius = -1.0: must be above 0; give the radius in m, above 0"),
+        ({"radus": 1.0}, 'model.joints.ring.radus is not a known key; the nearest known name is "radius"'),
+        ({"length": 1.0}, "model.joints.ring.length has no meaning for an on_ring joint; leave it out (it belongs to"),
+        ({"type": "on_rng"}, 'model.joints.ring.type = "on_rng": is not known; the nearest known name is "on_ring"'),
+        ({"axes": None}, "model.joints.ring.axes is missing; give the direction in the frame of the first body, as"),
+        ({"radius": "2*t"}, 'model.joints.ring.radius = "2*t": must be a number'),
+    ],
+)
+def test_a_joint_that_is_written_wrong(keys: dict[str, object], sentence: str) -> None:
+    data = bead(**keys)
+    data["model"]["joints"] = [{key: x for key, x in data["model"]["joints"][0].items() if x is not None}]
+    with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
+        resolve(data)
+
+
+def test_a_joint_that_does_not_fit_its_start() -> None:
+    data = bead()
+    data["model"]["bodies"][0] |= {"position": [1.8, 0, 0], "rotation": [1, 0, 0, 0]}
+    del data["model"]["bodies"][0]["guess"]
+    sentence = "model.joints.ring: its points are not where it allows them at t = 0: they miss by 0.19 m"
+    with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
+        lienumba.run(data)
+
+
+class Magnet(BetweenPoints):
+    """Two magnets that repel each other with strength/d^3."""
+
+    type: Literal["magnet"]
+    strength: Timed = number("the strength in {}", "N m3", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["strength"] / (c[0] * c[0])
+
+
+def repelled(**push: Any) -> dict[str, Any]:
+    """A bob that flies towards a magnet at the origin."""
+    bob = {"name": "bob", "mass": 2, "inertia": [1, 1, 1], "position": [0.5, 0, 0], "velocity": [-0.3, 0, 0]}
+    magnets = {"name": "push", "type": "magnet", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0]]}
+    return {
+        "model": {"gravity": [0, 0, 0], "bodies": [bob | {"rotation": [1, 0, 0, 0]}], "forces": [magnets | push]},
+        "quantities": [{"name": "gap", "type": "point", "body": "bob"}],
+        "integrator": {"step": 1e-3, "end_time": 1.0},
+    }
+
+
+def test_a_force() -> None:
+    """The record of a force is its keys and its potential; of a body that it drives away, d^2 is a parabola in time."""
+    vary = {"forces.push.strength": {"distribution": "uniform", "low": 0.5, "high": 2}}
+    with FORCES.temporarily(Magnet):
+        ds = lienumba.run(repelled(strength=1) | {"sweep": {"runs": 5, "vary": vary}})
+        forces = json_schema()["$defs"]["ModelSection"]["properties"]["forces"]["items"]
+        told = resolve(repelled(strength=-1)).warnings
+        with pytest.raises(ScenarioError, match='"magnt": is not known; the nearest known name is "magnet"'):
+            resolve(repelled(type="magnt"))
+        with pytest.raises(ScenarioError, match=r"must be a number; give the strength in N m\^3"):
+            resolve(repelled(strength=[1, 2]))
+    strength, t = ds["forces.push.strength"], ds["time"]
+    wanted = 0.25 - 0.3 * t + (0.09 + strength / (2 * 0.25)) * t**2
+    np.testing.assert_allclose(ds["gap"].sel(axis="x") ** 2, wanted.transpose("run", "time"), rtol=1e-9)
+    assert abs(ds["energy_residual"]).max() < 1e-9
+    assert strength.attrs["units"] == "N m3"
+    assert "magnet" in forces["discriminator"]["mapping"]
+    assert "model.forces.push.strength = -1.0: is negative, so it pushes away" in str(told[0])
+
+
+class Mainspring(AlongJoint):
+    """The spring of a clock: its torque grows with the angle, over all turns."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("angle",)
+
+    type: Literal["mainspring"]
+    winding: Timed = number("the winding in {}", "N m rad-1", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["winding"] * c[0] * c[0]
+
+
+def test_a_force_about_an_axis() -> None:
+    """It counts turns without being told to: from one side to the other it swings as far as it was wound."""
+    wheel = {"name": "wheel", "mass": 1, "inertia": [1, 1, 0.5], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "wheel"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    spring = {"name": "spring", "type": "mainspring", "joint": "hinge", "winding": 2}
+    scenario = {
+        "model": {"bodies": [wheel], "joints": [hinge | {"angle": 50.0, "rate": 0.0}], "forces": [spring]},
+        "quantities": [{"name": "spin", "type": "angular_velocity", "body": "wheel"}],
+        "integrator": {"step": 1e-3, "end_time": 2.0},
+    }
+    with FORCES.temporarily(Mainspring):
+        ds = lienumba.run(scenario)
+    t = ds["time"].values
+    np.testing.assert_allclose(ds["spin"][0, :, 2], -100.0 * np.sin(2.0 * t), atol=1e-6)
+    np.testing.assert_allclose(ds["potential_energy"][0], 2500.0 * np.cos(2.0 * t) ** 2, atol=1e-4)

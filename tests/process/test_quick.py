@@ -3,7 +3,7 @@
 from tests.quick import TOGETHER, cheap, read
 from tests.rigs.places import ROOT
 
-COSTS = {"a.py::f": (0.1, TOGETHER / 4), "a.py::g": (9.0, 9.0), "b.py::h": (9.0, 8.0), "b.py::i": (8.0, 0.0)}
+COSTS = {"a.py::f": (TOGETHER / 2, TOGETHER / 5), "a.py::g": (9.0, 9.0), "b.py::h": (9.0, 8.0), "b.py::i": (8.0, 1.0)}
 
 
 def test_the_first_cases_of_cheap_functions_and_the_cheapest_test_of_every_file() -> None:

@@ -82,7 +82,7 @@ def _body(view: View, i: int) -> laws.Body:
 def _joint(model: Model, view: View, j: int, rates: bool) -> laws.Joint:
     found = {}
     for name, kind in COORDINATE_OF.items():
-        if kind in joints.COORDINATES.get(model.joints[j].type, ()):
+        if kind in joints.coordinate_kinds(model.joints[j].type):
             is_rate = name in RATES
             if rates or not is_rate:
                 x = joints.coordinate(model, Coordinate(j, kind), kinematics.moving(view) if is_rate else view)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.scenario.base.problems import Report, check_name, read
@@ -66,8 +66,8 @@ def with_states(lists: Lists) -> list[str]:
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
     """A joint needs a coordinate to be looked at."""
     joint = next((j for j in lists["joints"] if j["name"] == name), None)
-    if joint is not None and not COORDINATES.get(str(joint.get("type")), ()):
-        having = [j["name"] for j in lists["joints"] if COORDINATES.get(str(j.get("type")), ())]
+    if joint is not None and not coordinate_kinds(joint.get("type")):
+        having = [j["name"] for j in lists["joints"] if coordinate_kinds(j.get("type"))]
         remedy = (
             f"joints that have one are {listed(having)}" if having else "look at a point or a rotation_error instead"
         )

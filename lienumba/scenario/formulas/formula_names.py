@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
@@ -66,6 +66,6 @@ def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]])
     """As much of a driver as tells what its effort is."""
     if driver_form(table) != "joint":
         return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))
-    kinds = COORDINATES.get(str(joints.get(str(table["joint"]), {}).get("type")), ())
+    kinds = coordinate_kinds(joints.get(str(table["joint"]), {}).get("type"))
     kind = table.get("coordinate") or (kinds[0] if kinds else "angle")
     return m.Driver(name, "value", (), (0.0,), m.Coordinate(0, str(kind)))

@@ -31,10 +31,11 @@ from lienumba.keys.types import (
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
+from lienumba.scenario.base import paths
 from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
-from lienumba.scenario.schema.joints import JOINTS
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
@@ -97,16 +98,14 @@ class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
-AnyJoint = Annotated[Section, OneOf(JOINTS)]
+AnyJoint = Annotated[JointType, OneOf(JOINTS)]
 
 
 class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
-    joints: list[Annotated[Section, OneOf(JOINTS)]] = Field(
-        default=[], description="the joints, each as [[model.joints]]"
-    )
+    joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"
@@ -297,8 +296,6 @@ FORMS: dict[str, Mapping[str, type[Section]]] = {
 }  # fmt: skip
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
 SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {}
-LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
-BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
 
 
 def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
@@ -348,7 +345,7 @@ def json_schema() -> dict[str, Any]:
     """The JSON schema of a scenario as people write it: quantities and events beside the model, tables with files."""
     schema = ScenarioData.model_json_schema()
     model = schema["$defs"]["ModelSection"]["properties"]
-    for kind in BESIDE:
+    for kind in paths.BESIDE:
         schema["properties"][kind] = model.pop(kind)
     schema["$defs"]["TableFile"] = TableFile.model_json_schema()
     schema["properties"]["tables"]["additionalProperties"] = {

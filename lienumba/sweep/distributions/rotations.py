@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.groups import so3
 from lienumba.numerics.operations import cos, sin, sqrt
 from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import ROTATION, VECTOR, Finite, Kind, Spread
+from lienumba.words import Written
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,12 +58,13 @@ class RotationNormal(Kind):
     def _one_of_both(self) -> RotationNormal:
         if (self.std is None) == (self.covariance is None):
             both = "has both std and covariance" if self.std is not None else "has neither std nor covariance"
-            raise ValueError(f"{both}; give one of them")
+            raise BadValueError(both, "give one of them")
         if self.covariance is not None:
             try:
                 cholesky(self.covariance)
             except MatrixError as error:
-                raise ValueError(f"covariance = {self.covariance}: {error}") from None
+                wrong = error.problem
+                raise BadValueError(wrong.rule, wrong.remedy, "covariance", Written(self.covariance)) from None
         return self
 
     def factor(self) -> list[list[float]]:
@@ -110,8 +112,8 @@ class Direction(Kind):
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         length = sqrt(so3.dot(nominal, nominal))
         if not length > 0.0:
-            raise ScenarioError(
-                f"distribution: the nominal vector {list(nominal)} has no direction; give one other than 0"
+            raise ScenarioError.at(
+                "distribution", f"the nominal vector {list(nominal)} has no direction", "give one other than 0"
             )
         half = sin(0.5 * self.angle)
         depth = 2.0 * (half * half) * u[0]  # 1 - cos of the angle to the nominal direction
@@ -137,6 +139,6 @@ def _product(p: Any, q: Any) -> tuple[Any, ...]:
 def _frame(n: so3.Vec3) -> tuple[so3.Vec3, so3.Vec3, so3.Vec3]:
     """Three orthogonal directions, the last of which is n."""
     smallest = min(range(3), key=lambda i: abs(n[i]))
-    across = so3.cross(n, tuple(1.0 if i == smallest else 0.0 for i in range(3)))  # type: ignore[arg-type]
+    across = so3.cross(n, tuple(1.0 if i == smallest else 0.0 for i in range(3)))
     first = so3.scale(1.0 / sqrt(so3.dot(across, across)), across)
     return first, so3.cross(n, first), n

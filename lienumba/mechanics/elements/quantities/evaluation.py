@@ -85,7 +85,7 @@ def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
 def angle_joints(model: Model) -> set[int]:
     """The joints (indices) of which a quantity is the angle, over several turns."""
     of_joints = {q.joint for q in model.quantities if QUANTITIES[q.type].reads_coordinates}
-    return {j for j in of_joints if "angle" in joints.COORDINATES.get(model.joints[j].type, ())}
+    return {j for j in of_joints if "angle" in joints.coordinate_kinds(model.joints[j].type)}
 
 
 def level(model: Model, name: str) -> int:
