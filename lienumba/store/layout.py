@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lienumba.compiler.memo import Memo, content
+
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
@@ -29,6 +31,9 @@ class Variable:
     frame: str | None = None
     dtype: str = "float64"
 
+
+FEW = 64  # runs, up to which what datasets have in common is kept
+FRAMES: Memo[xr.Dataset] = Memo(16)
 
 VARIABLES: dict[str, Variable] = {
     "position": Variable(STATE, "m", "position of the mass centre", "global"),
@@ -111,7 +116,6 @@ def dataset(
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
     import numpy as np
-    import xarray as xr
 
     labels: dict[str, np.ndarray] = {
         "run": np.asarray(runs, dtype=np.int64),
@@ -126,11 +130,34 @@ def dataset(
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
     specs, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
-    data = {
-        name: variable(name, specs[name], array, total)
+    arrays = {
+        name: _as_kept(name, specs[name], array)
         for name, array in variables.items()
         if all(len(labels[dim]) for dim in specs[name].dims[1:])
     }
+    columns = input_coordinates(inputs, input_units, total)
+    if len(runs) > FEW:
+        found = _frame(arrays, specs, labels, shared, total)
+    else:
+        shapes = tuple((name, x.shape, content(specs[name])) for name, x in arrays.items())
+        key = shapes, tuple((name, x.dtype.str, x.tobytes()) for name, x in labels.items()), tuple(shared), total
+        nothing = {name: np.broadcast_to(np.zeros((), x.dtype), x.shape) for name, x in arrays.items()}
+        found = FRAMES.get(key, lambda: _frame(nothing, specs, labels, shared, total)).copy(data=arrays)
+    found.attrs = dict(attributes)
+    return found.assign_coords(columns) if columns else found
+
+
+def _frame(
+    arrays: Mapping[str, np.ndarray],
+    specs: Mapping[str, Variable],
+    labels: Mapping[str, np.ndarray],
+    shared: Sequence[str],
+    total: int,
+) -> xr.Dataset:
+    """The dataset with its labels and texts."""
+    import xarray as xr
+
+    data = {name: variable(name, specs[name], array, total) for name, array in arrays.items()}
     if shared:
         for name in REACTIONS & data.keys():
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
@@ -140,8 +167,7 @@ def dataset(
         for name, values in labels.items()
         if name in used
     }
-    columns = input_coordinates(inputs, input_units, total)
-    return xr.Dataset(data, coordinates | columns, dict(attributes))
+    return xr.Dataset(data, coordinates)
 
 
 def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str], total: int) -> dict[str, xr.Variable]:
@@ -171,7 +197,6 @@ def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, Any]:
 
 def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Variable:
     """A variable of the dataset with its texts and encoding; a count below 0 is none; total: number of runs."""
-    import numpy as np
     import xarray as xr
 
     attributes: dict[str, Any] = texts(spec.units, spec.long_name)
@@ -179,10 +204,17 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
         attributes["frame"] = spec.frame
     if name == "status":
         attributes |= _flags()
+    array = _as_kept(name, spec, array)
+    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape, total))
+
+
+def _as_kept(name: str, spec: Variable, array: np.ndarray) -> np.ndarray:
+    """An array in the type that it has in memory; a count below 0 is none."""
+    import numpy as np
+
     if name in COUNTS:
         array = np.where(array < 0, np.nan, array)
-    array = np.asarray(array, dtype=np.float64 if name in COUNTS else spec.dtype)
-    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape, total))
+    return np.asarray(array, dtype=np.float64 if name in COUNTS else spec.dtype)
 
 
 def _encoding(spec: Variable, name: str, shape: tuple[int, ...], total: int) -> dict[str, Any]:
