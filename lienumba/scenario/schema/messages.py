@@ -148,7 +148,7 @@ def _kind(kind: str, form: str) -> str:
         return f"{'an' if form[0] in 'aeio' else 'a'} {form} joint"
     if kind == "forces":
         return f"a force of type {form}"
-    return DRIVERS[form].noun
+    return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
 
 
 def _header(names: tuple[str, ...]) -> str:
