@@ -30,9 +30,10 @@ from lienumba.keys.types import (
 )
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.joints import JOINTS
-from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.output import Output, described
 from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
@@ -328,14 +329,16 @@ def _derive() -> None:
     """What follows from the registries."""
     Integrator.model_fields["method"].description = _methods()
     Sweep.model_fields["sampler"].description = _samplers()
-    for section in (Integrator, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    variables = Output.model_fields["variables"]
+    variables.default, variables.description = list(OUTPUT_VARIABLES), described()
+    for section in (Integrator, Output, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS):
+for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS, OUTPUT_VARIABLES):
     registry.listeners.append(_derive)
 
 
