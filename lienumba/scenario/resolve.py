@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
@@ -23,7 +24,6 @@ from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.schema.messages import sentences
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.schema.scenario import BESIDE, LISTS, ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN

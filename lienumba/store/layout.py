@@ -52,7 +52,9 @@ def _derive() -> None:
     for name, x in kept_largest().items():
         VARIABLES[name] = Variable(RUN, x.units, x.largest_text)
     for x in kept_at_end():
-        VARIABLES[f"last_{x.name}"] = Variable((*RUN, *x.dims), x.units, f"{x.long_name} at the end of the run", x.frame)
+        VARIABLES[f"last_{x.name}"] = Variable(
+            (*RUN, *x.dims), x.units, f"{x.long_name} at the end of the run", x.frame
+        )
 
 
 def course(x: OutputVariable) -> Variable:

@@ -15,8 +15,8 @@ from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
-from lienumba.mechanics.system.output_variables import kept_largest
 from lienumba.batch.statuses import GOOD
+from lienumba.mechanics.system.output_variables import kept_largest
 from lienumba.store.layout import FULL, VARIABLES
 from lienumba.words import plural
 

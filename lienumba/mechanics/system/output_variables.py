@@ -35,12 +35,13 @@ class Observation:
 
 
 class Record(Protocol):
-    """What is stored of some runs: arrays (blocks, times, ..., lanes). record[name] is a variable, record.observed(name)
-    the numbers that are computed of it."""
+    """What is stored of some runs: arrays (blocks, times, ..., lanes)."""
 
-    def __getitem__(self, name: str) -> np.ndarray: ...
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A variable."""
 
-    def observed(self, name: str) -> np.ndarray: ...
+    def observed(self, name: str) -> np.ndarray:
+        """The numbers of a variable that were computed when it was stored, in one row."""
 
     def state(self, first: int, end: int) -> np.ndarray:
         """These rows of the state of every body."""
@@ -57,9 +58,9 @@ class OutputVariable:
     """A variable (run, time, *dims).
 
     rows(observation): its numbers, computed where a state is stored; read(record): its values, if they are not these
-    numbers; state: the first row and the end of it in each body's state also known at the end of the run; count: of iterations, which
-    a failed run has none of; reaction: whether it may be one of many where joints do the same; largest: name of the
-    largest absolute value at the stored times, if that is kept of each run, and its text.
+    numbers; state: the first row of it in each body's state, and the end; it is known where a run ended, too; count: of
+    iterations, which a failed run has none of; reaction: whether it is one of many where joints do the same; largest,
+    largest_text: what the largest absolute value at the stored times is called, if that is kept of each run.
     """
 
     name: str

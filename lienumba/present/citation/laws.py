@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import Source
-from lienumba.words import listed
+from lienumba.words import listed, number
 
 Table = Mapping[str, Any]
 

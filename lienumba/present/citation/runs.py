@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from lienumba.present.citation import sampling
-from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import Source
-from lienumba.words import plural
+from lienumba.words import number, plural
 
 
 def sweep(source: Source) -> str:

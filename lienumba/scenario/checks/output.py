@@ -4,11 +4,11 @@ one sentence each."""
 from collections import Counter
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.quantities import Lists, with_states
 from lienumba.scenario.formulas.parameters import Parameters
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.stop import Stop
 from lienumba.words import show, suggestion

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.scenario.study_errors import STATE
 from lienumba.words import printable, show, suggestion

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
-from lienumba.sweep.distributions.registry import BY_KEY, NAMED
+from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, show, suggestion
 
 if TYPE_CHECKING:
@@ -163,14 +163,14 @@ def _no_form(loc: Loc, path: str, value: Any, remedy: str) -> str:
     """A distribution, rotation or inertia that has none of the known forms."""
     if loc[:2] != ("sweep", "vary"):
         return f"{path} = {show(value)}: has none of the known forms{remedy}"
-    known = list(NAMED)
+    known = named()
     if isinstance(value, dict) and isinstance(value.get("distribution"), str):
         name = value["distribution"]
         return f"{path}.distribution = {show(name)}: is not known; {suggestion(name, known)}"
     if isinstance(value, dict) and any(isinstance(item, dict) for item in value.values()):
         return f'{path}: a varied path needs quotes; write "{_dotted(str(loc[2]), value)}" = {{ ... }}'
     if isinstance(value, dict):
-        return f"{path}.distribution is missing; give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead"
+        return f"{path}.distribution is missing; give one of {', '.join(known)}, or {', '.join(by_key())} instead"
     return f'{path} = {show(value)}: must be a table; give {{ distribution = "normal", std = ... }}'
 
 

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.keys.types import Number, Positive, Section
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 
 Statistic = Literal["max", "min", "mean", "rms", "final", "time_of_max"]
 

@@ -39,8 +39,7 @@ from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
 from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
-from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
-from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
 
@@ -240,7 +239,7 @@ class Sweep(Section):
     nominal: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="whether the nominal run, -1, is simulated, too: true or false"
     )
-    vary: dict[str, Distribution] = Field(
+    vary: dict[str, AnyDistribution] = Field(
         default={},
         description='what varies: "path" = { distribution = "normal", std = ... } '
         'or { distribution = "uniform", low = ..., high = ... }',
@@ -331,14 +330,20 @@ def _derive() -> None:
     Sweep.model_fields["sampler"].description = _samplers()
     variables = Output.model_fields["variables"]
     variables.default, variables.description = list(OUTPUT_VARIABLES), described()
-    for section in (Integrator, Output, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    for section in (
+        Integrator,
+        Output,
+        Sweep,
+        ModelSection,
+        ScenarioData,
+    ):  # those that hold them, the inner ones first
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS, OUTPUT_VARIABLES):
+for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS, DISTRIBUTIONS, OUTPUT_VARIABLES):
     registry.listeners.append(_derive)
 
 
