@@ -205,12 +205,12 @@ def replay(
     """Simulate one run of a dataset again, alone, with its whole course."""
     with console.exit_codes():
         from lienumba.engine.replay import again, warnings_of
-        from lienumba.engine.select_run import chosen
+        from lienumba.engine.select_run import select_run
         from lienumba.store.files import read, write
         from lienumba.store.targets import check_dataset_target
 
         with read(file) as dataset:
-            choice = chosen(dataset, str(file), run, worst)
+            choice = select_run(dataset, str(file), run, worst)
             target = output if output is not None else Path(f"{file.stem}.run{choice.run}.nc")
             check_dataset_target(target, overwrite, resumable=False)
             if not quiet:
@@ -255,12 +255,12 @@ def sample(
         labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         check_samples_target(target, overwrite)
         console.print_warnings(resolved.warnings)
-        spreads = sample(resolved, labels, target)
+        statistics = sample(resolved, labels, target)
 
         from lienumba.present.terminal.samples import print_samples
 
         with console.unheard():
-            print_samples(spreads, len(labels), target)
+            print_samples(statistics, len(labels), target)
 
 
 @app.command()

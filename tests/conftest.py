@@ -2,6 +2,8 @@
 
 import pytest
 
+pytest_plugins = ["tests.quick"]
+
 
 @pytest.fixture
 def anew(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,13 +35,14 @@ def components(variable: xr.DataArray) -> list[str]:
     return [".".join([str(variable.name), *labels]) for labels in product(*each)]
 
 
-def matching(asked: str, known: Mapping[str, Sequence[str]], what: str) -> list[str]:
-    """The components of a variable, one of them, or those of a body or joint; known: those of each variable; what: the
-    word for what is asked for."""
-    found = list(known.get(asked, ())) or [
-        name for each in known.values() for name in each if f"{name}.".startswith(f"{asked}.")
+def matching(asked: str, by_variable: Mapping[str, Sequence[str]], what: str) -> list[str]:
+    """The components of a variable, one of them, or those of a body or joint; by_variable: those that there are; what:
+    the word for what is asked for."""
+    found = list(by_variable.get(asked, ())) or [
+        name for each in by_variable.values() for name in each if f"{name}.".startswith(f"{asked}.")
     ]
     if not found:
-        own = next((x for name, x in known.items() if asked.startswith(f"{name}.") and len(x) > 1), list(known))
-        raise ScenarioError(f"the dataset has no {what} {show(asked)}; {suggestion(asked, own)}")
+        own = [x for name, x in by_variable.items() if asked.startswith(f"{name}.") and len(x) > 1]
+        remedy = suggestion(asked, own[0] if own else by_variable)
+        raise ScenarioError(f"the dataset has no {what} {show(asked)}; {remedy}")
     return found

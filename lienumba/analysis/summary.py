@@ -120,12 +120,12 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
     """The variables whose final values are told, the scenario's own first, by name, and at what time (s). Last states,
     which each run has one of, say it where runs that finished ended at that time, and where courses are not stored."""
     ends = ds["end_time"].values[finished] if "end_time" in ds else ()
-    courses = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
-    time = float(ds["time"].values[-1]) if courses else float(max(ends, default=0.0))
-    own = [name for name in courses if name not in VARIABLES]
-    asked = [name for name in FINAL if name in courses or not courses]
+    timed = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
+    time = float(ds["time"].values[-1]) if timed else float(max(ends, default=0.0))
+    own = [name for name in timed if name not in VARIABLES]
+    asked = [name for name in FINAL if name in timed or not timed]
     last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
-    names = [name for name in (*own, *asked) if name in last or name in courses]
+    names = [name for name in (*own, *asked) if name in last or name in timed]
     return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in names], time
 
 

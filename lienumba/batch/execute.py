@@ -92,9 +92,9 @@ def _chunk(
 def _slices(batch: Batch, workers: int, cost: Cost) -> Iterator[slice]:
     """The runs of each chunk: whole blocks, enough chunks for all workers, none too large or too long."""
     blocks = -(-batch.runs // W)
-    landings = 2 * sum(len(landing.knots) for landing in batch.landings)
-    record = 8 * W * (len(batch.outputs) * batch.record_rows + landings)
-    chunks = workers * (LONG_CHUNKS_PER_WORKER if batch.machine.free else CHUNKS_PER_WORKER)
+    times = 2 * sum(len(times.knots) for times in batch.discontinuities)
+    record = 8 * W * (len(batch.outputs) * batch.record_rows + times)
+    chunks = workers * (LONG_CHUNKS_PER_WORKER if batch.machine.queued else CHUNKS_PER_WORKER)
     most, first = min(CHUNK_BYTES // record, blocks // chunks), 0
     while first < batch.runs:
         long = FIRST_BLOCKS if cost.per_run is None else int(SECONDS / max(cost.per_run * W, 1e-9))

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from lienumba.compiler.rows import W
-from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import record_rows
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, prepare
 from lienumba.mechanics.mechanism.tables import Numbers
-from lienumba.mechanics.system.discontinuities import Landing
+from lienumba.mechanics.system.discontinuities import Discontinuity
 
 SAME = 1e-9  # times nearer to each other than this fraction of a step are one
 SKIPPED = -1.0  # the code of lanes behind the last run
@@ -31,9 +31,9 @@ class Pace:
 class Batch:
     """Everything the runs need.
 
-    parameters: one number per slot, a float or an array (runs,), or a table's Numbers; states (runs, 18 k + held) at
-    the start; codes (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None
-    with a pace; outputs: the times to be stored (s), from 0 to the end; landings: where steps must land;
+    parameters: floats, arrays (runs,), or a table's Numbers; states (runs, 18 k + augmented) at the start; codes
+    (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
+    outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
     stops: of each event, whether it ends a run.
     """
 
@@ -46,7 +46,7 @@ class Batch:
     outputs: np.ndarray
     tolerance: float
     iterations: int
-    landings: tuple[Landing, ...] = ()
+    discontinuities: tuple[Discontinuity, ...] = ()
     pace: Pace | None = None
     stops: tuple[bool, ...] = ()
 
@@ -56,9 +56,8 @@ class Batch:
 
     @property
     def record_rows(self) -> int:
-        """A state, what is seen of it, and the iterations of the two projections."""
-        sizes = self.machine.sizes
-        return ELEMENT * sizes.elements + sizes.held + sizes.seen + 2
+        """A state, what is observed of it, and the iterations of the two projections."""
+        return record_rows(self.machine.sizes)
 
     def part(self, runs: np.ndarray) -> "Batch":
         """The batch of these runs (indices) alone."""
@@ -66,7 +65,7 @@ class Batch:
         return replace(
             self,
             parameters=[_of(p, runs) for p in self.parameters],
-            landings=tuple(landing.part(runs) for landing in self.landings),
+            discontinuities=tuple(times.part(runs) for times in self.discontinuities),
             states=self.states[runs],
             codes=self.codes[runs],
             pace=pace,
@@ -80,8 +79,8 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 @dataclass(frozen=True)
 class Chunk:
     """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; states (runs,
-    18 k + held): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events): the
-    time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
+    18 k + augmented): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events):
+    the time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -96,7 +95,7 @@ class Chunk:
 
 
 def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
-    """Integrate these runs; see `driver.drive` for progress and stop."""
+    """Integrate these runs; see `fixed_step.drive` for progress and stop."""
     machine, count = batch.machine, runs.stop - runs.start
     blocks = -(-count // W)
     numbers = [np.broadcast_to(_number(p), (batch.runs,))[runs] for p in batch.parameters]
@@ -104,12 +103,12 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     parameters = aligned(blocks, machine.sizes.parameters, W)
     parameters[:, : table.shape[1]] = _lanes(table, blocks)
     prepare(machine, parameters)
-    states, landings = _lanes(batch.states[runs], blocks), _landings(batch, runs, blocks)
+    states, jumps = _lanes(batch.states[runs], blocks), _discontinuities(batch, runs, blocks)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
-    drive = _free if machine.free else _together
+    drive = _queued if machine.queued else _together
     started = thread_time()
-    counted = drive(batch, runs, states, parameters, landings, records, codes, progress, stop)
+    counted = drive(batch, runs, states, parameters, jumps, records, codes, progress, stop)
     seconds = thread_time() - started
     ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
     last = states.transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
@@ -120,23 +119,23 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
 
 def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
     """By the driver of steps of one length. Returns (blocks, W) and (blocks, W, 0), as `Chunk` has them."""
-    machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
+    machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
     assert batch.h is not None
     number, outputs = round(batch.end / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
     steps, ends = np.zeros((2, *codes.shape))
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
-        states, parameters, landings, records, codes, steps, ends, machine.buffer(), progress, stop,
+        states, parameters, jumps, records, codes, steps, ends, machine.buffer(), progress, stop,
     )  # fmt: skip
     none = np.zeros((*codes.shape, 0))
     return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes), none, none
 
 
-def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """By the driver of free lanes. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
+def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    """By the driver of a queue. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
     from lienumba.integrators.drivers.lane_queue import Runs
 
-    machine, (states, parameters, landings, records, codes, progress, stop) = batch.machine, arrays
+    machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
     first = 0.0 if batch.pace is None else batch.pace.first
     firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
@@ -144,7 +143,7 @@ def _free(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, .
     times = np.full((len(codes), len(batch.stops), W), np.nan)
     counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
     every = Runs(
-        states, parameters, landings, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
+        states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
@@ -161,7 +160,7 @@ def _on_grid(times: Any, h: float | None) -> Any:
 
 
 def _pace(batch: Batch) -> np.ndarray:
-    """See `adaptive.drive`."""
+    """See `variable_step.drive`."""
     if batch.h is not None:
         return np.array([_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0])
     assert batch.pace is not None
@@ -177,13 +176,13 @@ def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:
     return out
 
 
-def _landings(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
-    """The times on which steps must land (blocks, n, W), those of a run ascending, with an infinite one behind them.
+def _discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
+    """The times on which steps must end (blocks, n, W), those of a run ascending, with an infinite one behind them.
 
     Those outside the run are left out; those at the end of a step of fixed length are that end to the bit.
     """
     count = runs.stop - runs.start
-    every = [landing.part(runs).times(count) for landing in batch.landings]
+    every = [times.part(runs).times(count) for times in batch.discontinuities]
     times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
     end = _on_grid(batch.end, batch.h)
     times = np.where(np.abs(times - end) <= SAME * end, end, times)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import PROJECTIONS, state_rows
 from lienumba.integrators.tracing.program import Program
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import Part, joined
@@ -12,7 +13,6 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, kept_largest
 
-PROJECTIONS = 2  # whose iterations are the last rows
 AXES = {"axis": 3, "body_axis": 3}
 
 
@@ -83,7 +83,7 @@ class Record:
 
     def observed(self, name: str) -> np.ndarray:
         first, count = self.program.observed[name]
-        first += ELEMENT * self.program.elements + self.program.held.rows
+        first += state_rows(self.program.sizes)
         return self.rows[:, :, first : first + count]
 
     def state(self, first: int, end: int) -> np.ndarray:
@@ -92,8 +92,8 @@ class Record:
         return self.rows[:, :, : ELEMENT * bodies].reshape(blocks, outputs, bodies, ELEMENT, width)[:, :, :, first:end]
 
     def work(self) -> np.ndarray | float:
-        row = ELEMENT * self.program.elements + len(self.program.held.angles)
-        work: np.ndarray | float = self.rows[:, :, row] if self.program.held.work else 0.0
+        row = ELEMENT * self.program.sizes.elements + len(self.program.augmented.angles)
+        work: np.ndarray | float = self.rows[:, :, row] if self.program.augmented.work else 0.0
         return work
 
     def iterations(self, projection: int) -> np.ndarray:

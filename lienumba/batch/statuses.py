@@ -13,7 +13,7 @@ class Status:
 
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
-STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.EXCHANGED`)
+STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (

@@ -8,6 +8,7 @@ flag.
 """
 
 import struct
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,6 +57,12 @@ class Kernel:
                 if isinstance(x, Symbol) and x.invariant and x.op != "input":
                     used.setdefault(x.id, self.first_hoisted + len(used))
         self.hoisted = used
+
+    def hoisted_from(self, row: int) -> "Kernel":
+        """The same with its invariants from this row of the parameters on."""
+        moved = copy(self)
+        moved.first_hoisted, moved.hoisted = row, {id_: row + n for n, id_ in enumerate(self.hoisted)}
+        return moved
 
     def counts(self) -> dict[str, int]:
         """Operations of one evaluation; invariants are not counted."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lienumba.groups.state import ELEMENT
-from lienumba.mechanics.system.discontinuities import landings
+from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
@@ -13,21 +13,21 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lienumba.batch.integrate import Batch, Pace
-    from lienumba.integrators.tracing.augmented_state import Held
+    from lienumba.integrators.tracing.augmented_state import AugmentedState
     from lienumba.integrators.tracing.compiled import Compiled
     from lienumba.integrators.tracing.program import Method, Program
-    from lienumba.integrators.tracing.row_selection import Choice
+    from lienumba.integrators.tracing.row_selection import RowSelection
 
 # Where no first step is given: so much of the run, and no body turns further than this (rad); it is soon corrected.
 FIRST_PART, FIRST_TURN = 1e-3, 0.01
 
 
-def _choice(prepared: Prepared) -> "Choice":
-    from lienumba.integrators.tracing.row_selection import first_choice
+def _selection(prepared: Prepared) -> "RowSelection":
+    from lienumba.integrators.tracing.row_selection import initial_selection
 
     nominal = prepared.nominal
-    choice = first_choice(nominal.model, nominal.rank.exchangeable, nominal.typical)
-    return replace(choice, singular=nominal.singular)
+    selection = initial_selection(nominal.model, nominal.rank.exchangeable, nominal.typical)
+    return replace(selection, singular=nominal.singular)
 
 
 def method_of(resolved: Scenario) -> "Method":
@@ -35,11 +35,11 @@ def method_of(resolved: Scenario) -> "Method":
     from lienumba.integrators.tracing.program import Method
 
     data: Any = resolved.data
-    integrator, projection, paced = data.integrator, data.projection, data.integrator.step is None
+    integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
-        baumgarte=projection.baumgarte, free=paced or bool(data.model.events), paced=paced,
+        baumgarte=projection.baumgarte, queued=adaptive or bool(data.model.events), adaptive=adaptive,
     )  # fmt: skip
 
 
@@ -47,14 +47,14 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     """The program of these runs; fixed: see `program.build`."""
     from lienumba.integrators.tracing.program import build
 
-    return build(prepared.model, method_of(resolved), _choice(prepared), fixed)
+    return build(prepared.model, method_of(resolved), _selection(prepared), fixed)
 
 
 def compiled_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Compiled":
     """The program of these runs, and that as machine code."""
     from lienumba.integrators.tracing.compiled import compiled
 
-    return compiled(prepared.model, method_of(resolved), _choice(prepared), fixed)
+    return compiled(prepared.model, method_of(resolved), _selection(prepared), fixed)
 
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
@@ -65,18 +65,18 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine
     from lienumba.integrators.tracing.tracer import split
 
     data: Any = resolved.data
-    carried = program.carried.start(prepared.model.forces, len(prepared.states))
+    law_states = program.law_states.start(prepared.model.forces, len(prepared.states))
     return Batch(
         machine=machine,
         parameters=split(prepared.model)[1],
-        states=np.concatenate([prepared.states, carried, _held(prepared, program.held)], axis=1),
+        states=np.concatenate([prepared.states, law_states, _augmented(prepared, program.augmented)], axis=1),
         codes=prepared.codes,
         end=data.integrator.end_time,
         h=data.integrator.step,
         outputs=np.unique([0.0, *resolved.times]),  # the start too: energies count from it
         tolerance=data.projection.tolerance,
         iterations=data.projection.max_iterations,
-        landings=tuple(landings(prepared.model, data.integrator.end_time)),
+        discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
         stops=tuple(event.stop for event in prepared.model.events),
     )
@@ -108,21 +108,21 @@ def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
     )  # fmt: skip
 
 
-def _held(prepared: Prepared, held: "Held") -> "np.ndarray":
-    """What every run holds beside its state at the start (runs, rows)."""
+def _augmented(prepared: Prepared, state: "AugmentedState") -> "np.ndarray":
+    """What every run has beside its bodies and law states at the start (runs, rows)."""
     import numpy as np
 
     from lienumba.mechanics.mechanism.kinematics import Instant
     from lienumba.mechanics.system.kkt import Structure
     from lienumba.mechanics.system.singular import limiting_accelerations
 
-    choice, runs = _choice(prepared), len(prepared.states)
+    selection, runs = _selection(prepared), len(prepared.states)
     if not prepared.nominal.singular:
-        return held.start(prepared.angles, choice, runs)
-    structure = Structure.of(prepared.model, (), choice.dropped)
-    mask = [0.0 if row in choice.dropped else 1.0 for row in range(structure.rows)]
+        return state.start(prepared.angles, selection, runs)
+    structure = Structure.of(prepared.model, (), selection.dropped)
+    mask = [0.0 if row in selection.dropped else 1.0 for row in range(structure.rows)]
     bodies = tuple(tuple(body.T) for body in prepared.states.reshape(runs, -1, 18).transpose(1, 0, 2))
     now = Instant(bodies, 0.0, prepared.angles)
     with np.errstate(all="ignore"):
         last, rates = limiting_accelerations(prepared.model, structure, now, mask)
-    return held.start(prepared.angles, choice, runs, [np.nan_to_num(a) for a in (*last, *rates)])
+    return state.start(prepared.angles, selection, runs, [np.nan_to_num(a) for a in (*last, *rates)])

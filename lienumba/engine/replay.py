@@ -118,8 +118,8 @@ def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_cod
     difference, times = first_difference(one, other), times_of(one)
     if difference:
         return Replay(dataset, False, f"not the same as run {run} of {where}: {difference}; {_reason(there, dataset)}")
-    known = f"at {times:,} common times" if times else "in all that it keeps of a run"
-    return Replay(dataset, True, f"the same bits as run {run} of {where} {known}")
+    extent = f"at {times:,} common times" if times else "in all that it keeps of a run"
+    return Replay(dataset, True, f"the same bits as run {run} of {where} {extent}")
 
 
 def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:

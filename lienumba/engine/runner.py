@@ -184,36 +184,36 @@ def on_disk(
     """Write the dataset of these runs, and of those that are there already."""
     import numpy as np
 
-    from lienumba.engine.disk.background_writer import writing
+    from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
-    from lienumba.engine.disk.sweep_files import Arrived, stored
+    from lienumba.engine.disk.sweep_files import Arrived, sweep_files
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate
     from lienumba.engine.stopping import stopping_of
     from lienumba.store.shards import LABEL
     from lienumba.store.stream import Stream
 
-    with stored(target, resolved, resume) as there:
-        shards, known = there.shards, there.labels
+    with sweep_files(target, resolved, resume) as there:
+        shards, finished = there.shards, there.labels
         if shards.damaged:
             files = plural(len(shards.damaged), "file was", "files were")
             warnings.warn(f"{shards.folder}: {files} damaged; their runs are simulated again", stacklevel=3)
-        runs = there.samples(runs_of(resolved, np.union1d(known, labels).astype(np.int64).tolist()))
+        runs = there.samples(runs_of(resolved, np.union1d(finished, labels).astype(np.int64).tolist()))
         results = Results(resolved, runs.nominal)
         enough = stopping_of(resolved, results.numbers)
-        enough.know(known, there.column)
-        missing = runs.part(~np.isin(runs.labels, known) & enough.kept(runs.labels))
+        enough.know(finished, there.column)
+        missing = runs.part(~np.isin(runs.labels, finished) & enough.kept(runs.labels))
         shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)
         begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
-        with writing(begin, results.labels(runs.labels)) as dataset, _kept(shards, len(runs.labels)):
+        with background_writer(begin, results.labels(runs.labels)) as dataset, _kept(shards, len(runs.labels)):
             if len(missing.labels):
 
                 def watched(event: Progress) -> None:
                     tell(event)
                     shards.look()
 
-                pieces = simulate(missing, watched, compute, before=(len(known), there.failed()))
-                arrived = Arrived(runs.labels, known)
+                pieces = simulate(missing, watched, compute, before=(len(finished), there.failed()))
+                arrived = Arrived(runs.labels, finished)
                 for piece in enough.until(pieces):
                     arrived.take(piece.tables["run"][LABEL])
                     if shards.take(piece.tables):

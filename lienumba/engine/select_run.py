@@ -18,7 +18,7 @@ PEAKS = ("_max", "_min")
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectedRun:
     """A run, and the sentence that says why it is this one, if it was not named."""
 
     run: int
@@ -26,7 +26,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class _Peak:
+class Peak:
     """The largest absolute value of a variable, and the labels of its place."""
 
     size: float
@@ -34,13 +34,13 @@ class _Peak:
     variable: str
 
 
-def chosen(ds: "xr.Dataset", where: str, run: int | None, name: str | None) -> Choice:
+def select_run(ds: "xr.Dataset", where: str, run: int | None, name: str | None) -> SelectedRun:
     """The run that is asked for: by its label, or as the worst in a variable."""
     if run is not None and name is not None:
         raise ScenarioError("--run names a run, and --worst chooses one; give one of them")
     if run is not None:
         check_run(ds, where, run)
-        return Choice(run)
+        return SelectedRun(run)
     labels = ds["run"].values
     if name is not None:
         check_run(ds, where, int(labels[0]))
@@ -74,7 +74,7 @@ def check_run(ds: "xr.Dataset", where: str, run: int) -> None:
         )
 
 
-def worst(ds: "xr.Dataset", name: str) -> Choice:
+def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
     """The run in which the largest absolute value of a variable occurs, of all that have one, failed ones too."""
     names = _variables(ds, name)
     peak = max((_peak(ds, variable) for variable in names), key=lambda found: found.size)
@@ -87,7 +87,7 @@ def worst(ds: "xr.Dataset", name: str) -> Choice:
     value = f"{peak.size:.6g}" + ("" if unit == "1" else f" {unit}")
     number = plural(ds.sizes[dim], "run", "runs") + (" whose course is stored" if dim == FULL else "")
     run = int(peak.place[dim])
-    return Choice(
+    return SelectedRun(
         run,
         f"run {run} has the largest |{name}| of {number}: {value}"
         + (f" ({', '.join(rest)})" if rest else "")
@@ -99,25 +99,25 @@ def _variables(ds: "xr.Dataset", name: str) -> list[str]:
     """The variables in which the largest value of `name` is: its course in every run, its extremes, or its course in
     some runs."""
     peaks = [name + end for end in PEAKS if name + end in ds]
-    known = [str(x) for x in ds.variables if x not in ds.dims and ds[x].dims[:1] in (RUN, (FULL,))]
+    names = [str(x) for x in ds.variables if x not in ds.dims and ds[x].dims[:1] in (RUN, (FULL,))]
     if name == "status":
         raise ScenarioError("--worst status: says how a run ended, not how large something is; choose with --run")
-    if name in known and not (peaks and ds[name].dims[0] == FULL):
+    if name in names and not (peaks and ds[name].dims[0] == FULL):
         return [name]
     if not peaks:
-        stems = [x.removesuffix(end) for x in known for end in PEAKS if x.endswith(end)]
+        stems = [x.removesuffix(end) for x in names for end in PEAKS if x.endswith(end)]
         raise ScenarioError(
-            f"--worst {show(name)}: the dataset has no such variable; {suggestion(name, [*known, *stems])}"
+            f"--worst {show(name)}: the dataset has no such variable; {suggestion(name, [*names, *stems])}"
         )
     return peaks
 
 
-def _peak(ds: "xr.Dataset", variable: str) -> _Peak:
+def _peak(ds: "xr.Dataset", variable: str) -> Peak:
     """Where a variable is largest; of equals the first."""
     return max(_peaks(ds, variable), key=lambda found: found.size)
 
 
-def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[_Peak]:
+def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[Peak]:
     """That of each window of runs; below 0 where all are NaN."""
     import numpy as np
 
@@ -127,10 +127,10 @@ def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[_Peak]:
         sizes[np.isnan(sizes)] = -1.0
         place = np.unravel_index(int(sizes.argmax()), sizes.shape)
         labels = {dim: window[dim].values[n] for dim, n in zip(dims, place, strict=True)}
-        yield _Peak(float(sizes[place]), labels, variable)
+        yield Peak(float(sizes[place]), labels, variable)
 
 
-def _time(ds: "xr.Dataset", name: str, peak: _Peak) -> float:
+def _time(ds: "xr.Dataset", name: str, peak: Peak) -> float:
     """When it was (s); NaN if that is not known."""
     if "time" in peak.place:
         return float(peak.place["time"])

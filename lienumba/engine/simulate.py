@@ -12,7 +12,7 @@ from lienumba.batch.execute import Cost, Task, execute, tasks
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.programs import batch_of, compiled_of
 from lienumba.engine.results import Piece, Results
-from lienumba.integrators.codes import EXCHANGED
+from lienumba.integrators.codes import RESELECT
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, Prepared, prepare
 from lienumba.store.shards import LABEL
@@ -75,7 +75,7 @@ def simulate(
         pieces = compute(remaining, fixed, report)
         tell(Progress("compile", done, total, failed))
         for piece in pieces:
-            going = piece.codes == EXCHANGED
+            going = piece.codes == RESELECT
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
                 again.append(piece.tables["run"][LABEL][going])

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.panels.quantiles import (
     LEVELS,
-    Course,
-    Courses,
-    Spread,
+    Histogram,
+    PanelSeries,
+    TimeSeries,
     bins,
-    courses,
     ended_early,
+    histograms,
     label,
-    spreads,
     statuses,
+    time_series,
 )
 from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
@@ -48,17 +48,17 @@ CLOSE = 1000.0  # times their differences are numbers that have long names
 LONG = 44  # letters of a title in small print
 
 
-def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> Courses | None:
-    """Draw a panel; returned are its courses, if it has some."""
+def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> PanelSeries | None:
+    """Draw a panel; returned are its time series, if it has some."""
     shown = None
     if panel.name == STATUS:
         _bars(ax, statuses(ds))
-    elif panel.course:
-        shown = courses(ds, panel)
-        _courses(ax, shown, panel.logarithmic)
+    elif panel.over_time:
+        shown = time_series(ds, panel)
+        _time_series(ax, shown, panel.logarithmic)
         ax.set(xlabel="time (s)", ylabel=label(ds, panel))
     else:
-        _histograms(ax, spreads(ds, panel))
+        _histograms(ax, histograms(ds, panel))
         ax.set(xlabel=label(ds, panel), ylabel="runs")
     _entitle(ax, panel.title)
     ax.grid(True, lw=0.4, alpha=0.5)
@@ -66,23 +66,23 @@ def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> Courses | None:
     return shown
 
 
-def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], nominal: bool, note: str) -> None:
+def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[PanelSeries], nominal: bool, note: str) -> None:
     """Say below a figure what its bands and lines are, that of the nominal run too if there is one, and a note."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    fans = [(panel, courses) for panel, courses in zip(panels, shown, strict=True) if not courses.few]
-    note = "; ".join(filter(None, [ended_early([courses for _, courses in fans]), note]))
+    many = [(panel, series) for panel, series in zip(panels, shown, strict=True) if not series.few]
+    note = "; ".join(filter(None, [ended_early([series for _, series in many]), note]))
     handles: list[Any] = []
-    if fans:
+    if many:
         handles.append(Line2D([], [], color="0.3", label="median"))
-    if any(not panel.logarithmic for panel, _ in fans):
+    if any(not panel.logarithmic for panel, _ in many):
         for low, high, opacity in BANDS:
             text = f"{100 * LEVELS[low]:.0f} to {100 * LEVELS[high]:.0f} % of the runs"
             handles.append(Patch(color="0.3", alpha=opacity, lw=0, label=text))
-    if any(panel.logarithmic for panel, _ in fans):
+    if any(panel.logarithmic for panel, _ in many):
         handles.append(Line2D([], [], color="0.3", **LARGEST, label="largest of the runs"))
-    if any(len(courses.lines) == 1 for _, courses in fans):
+    if any(len(series.lines) == 1 for _, series in many):
         handles.append(Line2D([], [], **SAMPLE, label="some of the runs"))
     if nominal:
         handles.append(Line2D([], [], **NOMINAL, label="nominal run"))
@@ -95,7 +95,7 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[Courses], no
         )  # fmt: skip
 
 
-def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
+def _time_series(ax: Axes, shown: PanelSeries, logarithmic: bool) -> None:
     """Lines and bands over the time."""
     alone = len(shown.lines) == 1
     for n, line in enumerate(shown.lines):
@@ -103,11 +103,11 @@ def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
         if shown.few:
             _each(ax, shown, line, style, alone)
         elif logarithmic:
-            median = _positive(_known(shown, line.quantiles[MEDIAN]))
+            median = _positive(_where_enough(shown, line.quantiles[MEDIAN]))
             ax.plot(shown.times, median, **style, lw=1.3, label=line.label or None)
             ax.plot(shown.times, _positive(line.largest), color=style["color"], **LARGEST)
         else:
-            _fan(ax, shown, line, style, alone)
+            _bands(ax, shown, line, style, alone)
         if line.nominal is not None and not logarithmic:
             ax.plot(shown.times, line.nominal, **NOMINAL)
     largest = max((value for line in shown.lines for value in line.largest if value > 0.0), default=0.0)
@@ -116,7 +116,7 @@ def _courses(ax: Axes, shown: Courses, logarithmic: bool) -> None:
         ax.set_ylim(max(ax.get_ylim()[0], largest * 10.0**-DECADES))
 
 
-def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
+def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: dict[str, Any], alone: bool) -> None:
     """Each of few runs, in colours of their own if they are all there is in the panel."""
     own_colors = alone and 1 < shown.runs <= len(COLORS)
     for n, (run, values) in enumerate(line.each.items()):
@@ -125,20 +125,20 @@ def _each(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: 
         ax.plot(shown.times, values, **own, lw=0.8 if shown.runs > 1 else 1.3, label=name or None)
 
 
-def _fan(ax: Axes, shown: Courses, line: Course, style: dict[str, Any], alone: bool) -> None:
+def _bands(ax: Axes, shown: PanelSeries, line: TimeSeries, style: dict[str, Any], alone: bool) -> None:
     """Bands between quantiles and the median, where there are runs enough, else those that are left; and some runs if
     there is room."""
     for low, high, opacity in BANDS[::-1]:
-        low_values, high_values = _known(shown, line.quantiles[[low, high]])
+        low_values, high_values = _where_enough(shown, line.quantiles[[low, high]])
         ax.fill_between(shown.times, low_values, high_values, color=style["color"], alpha=opacity, lw=0)
     for values in line.each.values() if alone else ():
         ax.plot(shown.times, values, **SAMPLE)
     for values in line.left.values():
         ax.plot(shown.times, values, **style, lw=0.6)
-    ax.plot(shown.times, _known(shown, line.quantiles[MEDIAN]), **style, lw=1.3, label=line.label or None)
+    ax.plot(shown.times, _where_enough(shown, line.quantiles[MEDIAN]), **style, lw=1.3, label=line.label or None)
 
 
-def _known(shown: Courses, quantiles: np.ndarray) -> np.ndarray:
+def _where_enough(shown: PanelSeries, quantiles: np.ndarray) -> np.ndarray:
     """Quantiles (..., times) where enough runs have a value."""
     import numpy as np
 
@@ -152,24 +152,24 @@ def _positive(values: np.ndarray) -> np.ndarray:
     return np.where(values > 0.0, values, np.nan)
 
 
-def _histograms(ax: Axes, spreads: Sequence[Spread]) -> None:
-    """How numbers that each run has once are spread."""
-    known = [spread for spread in spreads if len(spread.values)]
-    if not known:
+def _histograms(ax: Axes, found: Sequence[Histogram]) -> None:
+    """How numbers that each run has once are one."""
+    shown = [one for one in found if len(one.values)]
+    if not shown:
         ax.text(0.5, 0.5, "no run has a value", transform=ax.transAxes, ha="center", va="center", color="0.35")
         return
-    edges: Any = bins(known)
+    edges: Any = bins(shown)
     if edges[0] > 0.0 and abs(edges[1] / edges[0] - edges[-1] / edges[-2]) < 1e-6 and len(edges) > 2:
         ax.set_xscale("log")
-    for n, spread in enumerate(known):
-        missing = f"{plural(spread.missing, 'run has', 'runs have')} none" if spread.missing else ""
-        name = ", ".join(filter(None, [spread.label if len(spreads) > 1 else "", missing]))
-        opacity = 0.7 if len(known) > 1 else 0.9
-        ax.hist(spread.values, edges, color=COLORS[n % len(COLORS)], alpha=opacity, label=name or None)
-        if spread.failed is not None:
-            ax.hist(spread.failed, edges, color=COLORS[1], label="failed runs")
-        if spread.nominal is not None:
-            ax.axvline(spread.nominal, **NOMINAL)
+    for n, one in enumerate(shown):
+        missing = f"{plural(one.missing, 'run has', 'runs have')} none" if one.missing else ""
+        name = ", ".join(filter(None, [one.label if len(found) > 1 else "", missing]))
+        opacity = 0.7 if len(shown) > 1 else 0.9
+        ax.hist(one.values, edges, color=COLORS[n % len(COLORS)], alpha=opacity, label=name or None)
+        if one.failed is not None:
+            ax.hist(one.failed, edges, color=COLORS[1], label="failed runs")
+        if one.nominal is not None:
+            ax.axvline(one.nominal, **NOMINAL)
     if len(edges) == 2:
         _constant(ax, edges)
     elif ax.get_xscale() == "linear":

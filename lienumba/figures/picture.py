@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from lienumba.figures.canvas import COLORS, empty, lines
 from lienumba.figures.playing import Film, played
 from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
+from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.scene import Moving, Scene
-from lienumba.scene.mechanism import AXIS
+from lienumba.scene import MovingRun, Scene
 
 if TYPE_CHECKING:
     import numpy as np
@@ -169,7 +169,7 @@ class Picture:
             )
 
 
-def _room(runs: Sequence[Moving]) -> tuple[np.ndarray, np.ndarray]:
+def _room(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """The box in which the runs move that reached their end, in no direction so thin that nothing could be read."""
     import numpy as np
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
-from lienumba.scene import Moving
+from lienumba.scene import MovingRun
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,7 +27,7 @@ class Film:
     speed: float
 
 
-def film(runs: Sequence[Moving], fps: int, duration: float | None) -> Film:
+def film(runs: Sequence[MovingRun], fps: int, duration: float | None) -> Film:
     """Frames from the start to the end of the longest run, in real time where that takes not too long."""
     import numpy as np
 
@@ -46,7 +46,7 @@ def film(runs: Sequence[Moving], fps: int, duration: float | None) -> Film:
     return Film(np.linspace(0.0, end, frames), fps, end / seconds)
 
 
-def played(run: Moving, times: np.ndarray) -> Moving:
+def played(run: MovingRun, times: np.ndarray) -> MovingRun:
     """The run at these times (s): between those that it has, positions on straight lines and rotations about one axis;
     after its end it stays where it is."""
     import numpy as np

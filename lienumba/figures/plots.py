@@ -9,9 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.analysis.outcomes import counts
-from lienumba.analysis.panels.quantiles import Courses
+from lienumba.analysis.panels.quantiles import PanelSeries
 from lienumba.analysis.panels.run_windows import nominal_run
-from lienumba.analysis.panels.select_panels import STATUS, Choice, Panel, asked, good_runs, telling
+from lienumba.analysis.panels.select_panels import (
+    STATUS,
+    Panel,
+    SelectedPanels,
+    default_panels,
+    good_runs,
+    named_panels,
+)
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
@@ -55,17 +62,17 @@ def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
 
 def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     if not is_study(ds):
-        return _of_runs(ds, asked(ds, names) if names else telling(ds))
+        return _of_runs(ds, named_panels(ds, names) if names else default_panels(ds))
     from lienumba.figures.study import study_figure
 
     for name in names:
         if name not in ds.variables or not set(ds[name].dims) - {name}:
-            known = [str(x) for x in (*ds.data_vars, *ds.coords) if str(x) not in ds.dims]
-            raise ScenarioError(f"the dataset has no variable {show(name)}; {suggestion(name, known)}")
+            drawable = [str(x) for x in (*ds.data_vars, *ds.coords) if str(x) not in ds.dims]
+            raise ScenarioError(f"the dataset has no variable {show(name)}; {suggestion(name, drawable)}")
     return study_figure(ds, names)
 
 
-def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
+def _of_runs(ds: xr.Dataset, choice: SelectedPanels) -> Figure:
     if not ds.sizes["run"]:
         raise ScenarioError("the dataset has no run; select at least one")
     if not good_runs(ds).any() and any(_is_of_good_runs(panel) for panel in choice.panels):
@@ -76,10 +83,10 @@ def _of_runs(ds: xr.Dataset, choice: Choice) -> Figure:
     shown = [draw(ax, ds, panel) for ax, panel in zip(flat, choice.panels, strict=False)]
     for ax in flat[len(choice.panels) :]:
         ax.set_visible(False)
-    courses = [courses for courses in shown if courses is not None]
+    series = [one for one in shown if one is not None]
     nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
-    explain(drawn, [panel for panel in choice.panels if panel.course], courses, nominal, choice.left_out)
-    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, choice.panels, courses)])))
+    explain(drawn, [panel for panel in choice.panels if panel.over_time], series, nominal, choice.left_out)
+    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, choice.panels, series)])))
     return drawn
 
 
@@ -92,10 +99,10 @@ def _is_of_good_runs(panel: Panel) -> bool:
     return panel.name != STATUS and not panel.sampled
 
 
-def _count(ds: xr.Dataset, panels: Sequence[Panel], courses: Sequence[Courses]) -> str:
+def _count(ds: xr.Dataset, panels: Sequence[Panel], series: Sequence[PanelSeries]) -> str:
     """Of how many runs it is, and what became of those that did not reach the end."""
     ran = counts(ds)
-    read = min((x.runs for x in courses), default=len(ds["run"]))
+    read = min((x.runs for x in series), default=len(ds["run"]))
     which = plural(ran.runs, "run", "runs") + ran.beside
     if ran.nominal and not ran.nominal.good:
         which += ", which failed"

@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.mechanics.elements.joints.base import ROD
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.scene import Moving
-from lienumba.scene.mechanism import ARM, ROD
+from lienumba.scene import MovingRun
+from lienumba.scene.mechanism import ARM
 from lienumba.scene.solids import Face, Solid
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ PRISM: tuple[Face, ...] = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5
 
 
 @dataclass(frozen=True)
-class Part:
+class Polyhedron:
     """A polyhedron that moves with a body (its index): vertices (n, 3) in m in the frame of the body; tones: how bright
     each of its faces is."""
 
@@ -39,16 +40,16 @@ class Shapes:
     """The quadrilaterals of one run, frame by frame; size: of the scene in m. body, tone: of each; that of rods is the
     ground."""
 
-    def __init__(self, run: Moving, size: float) -> None:
+    def __init__(self, run: MovingRun, size: float) -> None:
         import numpy as np
 
         self.run, self.thickness = run, THICKNESS * size
-        self.parts = [_part(n, solid) for n, solid in enumerate(run.mechanism.solids)]
+        self.parts = [_polyhedron(n, solid) for n, solid in enumerate(run.mechanism.solids)]
         for segment in run.mechanism.segments:
             first, second = (np.array(place.point, float) for place in segment.ends)
             if segment.kind == ARM and np.linalg.norm(second - first) > self.thickness:
                 bar = _prism(first, second, self.thickness)
-                self.parts.append(Part(segment.ends[0].body, bar, PRISM, (1.0,) * len(PRISM)))
+                self.parts.append(Polyhedron(segment.ends[0].body, bar, PRISM, (1.0,) * len(PRISM)))
         rods = [segment for segment in run.mechanism.segments if segment.kind == ROD]
         self.rods = [(run.at([segment.ends[0]])[:, 0], run.at([segment.ends[1]])[:, 0]) for segment in rods]
         more = len(PRISM) * len(self.rods)
@@ -68,7 +69,7 @@ class Shapes:
         return np.concatenate(found)
 
 
-def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
+def box(run: MovingRun) -> tuple[np.ndarray, np.ndarray]:
     """The corners (3,) of the box in which the bodies and joints of a run move."""
     import numpy as np
 
@@ -81,7 +82,7 @@ def box(run: Moving) -> tuple[np.ndarray, np.ndarray]:
     return every.min(axis=0), every.max(axis=0)
 
 
-def hiding(run: Moving) -> set[int]:
+def hiding(run: MovingRun) -> set[int]:
     """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
     import numpy as np
 
@@ -113,12 +114,12 @@ def shades(normals: np.ndarray) -> np.ndarray:
     return found
 
 
-def _part(body: int, solid: Solid) -> Part:
+def _polyhedron(body: int, solid: Solid) -> Polyhedron:
     """A body; the ends of a cylinder cut from their centres."""
     import numpy as np
 
     if solid.kind != "cylinder":
-        return Part(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
+        return Polyhedron(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
     *sides, bottom, top = solid.faces
     count, vertices = len(sides), [solid.vertices]
     faces, tones = list(sides), [_tone(k, count) for k in range(count)]
@@ -128,7 +129,7 @@ def _part(body: int, solid: Solid) -> Part:
             ring = [end[j % count] for j in range(k, k + 3)]
             faces.append((len(solid.vertices) + n, *ring))
             tones.append(_tone(ring[1] % count, count))
-    return Part(body, np.concatenate(vertices), tuple(faces), tuple(tones))
+    return Polyhedron(body, np.concatenate(vertices), tuple(faces), tuple(tones))
 
 
 def _tone(vertex: int, count: int) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lienumba.analysis.labels import axis_label
 from lienumba.analysis.studies.orders import orders
 from lienumba.analysis.studies.study import curves
-from lienumba.analysis.studies.study_rows import COSTS, EVALUATIONS, STEP, TIME, Line, doubtful, lines
+from lienumba.analysis.studies.study_rows import COSTS, EVALUATIONS, STEP, TIME, StudyLine, doubtful, lines
 from lienumba.errors import ScenarioError
 from lienumba.figures.canvas import COLORS, blank, entitle
 from lienumba.store.study_layout import ERRORS, typical
@@ -62,7 +62,7 @@ def _error_of(name: str) -> str:
     return kind if kind in ERRORS and kind != name else ""
 
 
-def _draw(ax: Axes, shown: Sequence[Line]) -> None:
+def _draw(ax: Axes, shown: Sequence[StudyLine]) -> None:
     for n, line in enumerate(shown):
         color, marker = COLORS[n % len(COLORS)], MARKERS[n % len(MARKERS)]
         ax.plot(line.x, line.y, color=color, marker=marker, lw=1.2, ms=4.5, label=line.name or None)

@@ -8,6 +8,7 @@ holds with the bracket of se(3), and each coefficient f(u.u) brings its derivati
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import kernel, where
 
 ELEMENT, ALGEBRA = 12, 6
@@ -69,14 +70,14 @@ def bracket(x: Twist, y: Twist) -> Twist:
 
 
 @kernel
-def _plus(s: Any, a: Twist, b: Twist) -> Twist:
+def _plus(s: Number, a: Twist, b: Twist) -> Twist:
     """s a + b."""
     return so3.axpy(s, a[0:3], b[0:3]) + so3.axpy(s, a[3:6], b[3:6])
 
 
 # ---------------------------------------------------------------- derivatives of the coefficients
 @kernel
-def _dexp_derivatives(x: Any) -> tuple[Any, Any]:
+def _dexp_derivatives(x: Number) -> tuple[Any, Any]:
     """Of both coefficients of dexp by x = angle**2."""
     b, d = so3.dexp_coefficients(x)
     p = -9 / 2432902008176640000 + x * (10 / 1124000727777607680000)
@@ -93,7 +94,7 @@ def _dexp_derivatives(x: Any) -> tuple[Any, Any]:
 
 
 @kernel
-def _dexpinv_derivative(x: Any) -> Any:
+def _dexpinv_derivative(x: Number) -> Any:
     """Of the coefficient of dexpinv by x = angle**2; infinite at angle = 2 pi."""
     c = so3.dexpinv_coefficient(x)
     p = 7 * 3617 / 10670622842880000 + x * (8 * 43867 / 5109094217170944000 + x * (9 * 174611 / 802857662698291200000))

@@ -7,12 +7,13 @@ exp(0) = I exactly. Closed forms: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-grou
 
 from typing import Any
 
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import atan2, cos, kernel, sin, sqrt, where
 
-Number = Any
-Vec3 = tuple[Number, Number, Number]
-Matrix3 = tuple[Number, ...]
-Quaternion = tuple[Number, Number, Number, Number]
+# What comes out is of the kind of numbers that went in, which no type checker is told.
+Vec3 = tuple[Any, Any, Any]
+Matrix3 = tuple[Any, ...]
+Quaternion = tuple[Any, Any, Any, Any]
 
 IDENTITY: Matrix3 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 SERIES_BOUND = 36.0  # the polynomials of half_angle hold for angle**2 below this
@@ -21,43 +22,43 @@ BERNOULLI_OVER_FACTORIAL = (1.0, -1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 
 
 # ---------------------------------------------------------------- vectors and matrices
 @kernel
-def dot(a: Vec3, b: Vec3) -> Number:
+def dot(a: Vector, b: Vector) -> Any:
     """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
-def cross(a: Vec3, b: Vec3) -> Vec3:
+def cross(a: Vector, b: Vector) -> Vec3:
     """a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 @kernel
-def add(a: Vec3, b: Vec3) -> Vec3:
+def add(a: Vector, b: Vector) -> Vec3:
     """a + b."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 @kernel
-def subtract(a: Vec3, b: Vec3) -> Vec3:
+def subtract(a: Vector, b: Vector) -> Vec3:
     """a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 @kernel
-def scale(s: Number, a: Vec3) -> Vec3:
+def scale(s: Number, a: Vector) -> Vec3:
     """s a."""
     return (s * a[0], s * a[1], s * a[2])
 
 
 @kernel
-def axpy(s: Number, a: Vec3, b: Vec3) -> Vec3:
+def axpy(s: Number, a: Vector, b: Vector) -> Vec3:
     """s a + b."""
     return (b[0] + s * a[0], b[1] + s * a[1], b[2] + s * a[2])
 
 
 @kernel
-def rotate(R: Matrix3, a: Vec3) -> Vec3:
+def rotate(R: Matrix, a: Vector) -> Vec3:
     """R a."""
     return (
         R[0] * a[0] + R[1] * a[1] + R[2] * a[2],
@@ -67,7 +68,7 @@ def rotate(R: Matrix3, a: Vec3) -> Vec3:
 
 
 @kernel
-def rotate_back(R: Matrix3, a: Vec3) -> Vec3:
+def rotate_back(R: Matrix, a: Vector) -> Vec3:
     """R^T a."""
     return (
         R[0] * a[0] + R[3] * a[1] + R[6] * a[2],
@@ -77,25 +78,25 @@ def rotate_back(R: Matrix3, a: Vec3) -> Vec3:
 
 
 @kernel
-def transpose(R: Matrix3) -> Matrix3:
+def transpose(R: Matrix) -> Matrix3:
     """R^T, the inverse of a rotation."""
     return (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
 
 
 @kernel
-def hat(u: Vec3) -> Matrix3:
+def hat(u: Vector) -> Matrix3:
     """The skew matrix with hat(u) a = u x a."""
     return (0.0, -u[2], u[1], u[2], 0.0, -u[0], -u[1], u[0], 0.0)
 
 
 @kernel
-def vee(S: Matrix3) -> Vec3:
+def vee(S: Matrix) -> Vec3:
     """The inverse of hat, from the skew part of S."""
     return (0.5 * (S[7] - S[5]), 0.5 * (S[2] - S[6]), 0.5 * (S[3] - S[1]))
 
 
 @kernel
-def multiply(A: Matrix3, B: Matrix3) -> Matrix3:
+def multiply(A: Matrix, B: Matrix) -> Matrix3:
     """The group's product A B."""
     return (
         A[0] * B[0] + A[1] * B[3] + A[2] * B[6],
@@ -112,7 +113,7 @@ def multiply(A: Matrix3, B: Matrix3) -> Matrix3:
 
 # ---------------------------------------------------------------- coefficients
 @kernel
-def half_angle(x: Number) -> tuple[Number, Number]:
+def half_angle(x: Number) -> tuple[Any, Any]:
     """cos(angle/2) and sin(angle/2)/(angle/2), at any angle.
 
     Minimax polynomials at a quarter of the angle (error below 5e-17 for angles up to 6), then one doubling.
@@ -146,7 +147,7 @@ def half_angle(x: Number) -> tuple[Number, Number]:
 
 
 @kernel
-def dexp_coefficients(x: Number) -> tuple[Number, Number]:
+def dexp_coefficients(x: Number) -> tuple[Any, Any]:
     """(1 - cos angle)/angle**2 and (angle - sin angle)/angle**3."""
     c, s = half_angle(x)
     p = -1 / 1307674368000 + x * (1 / 355687428096000 + x * (-1 / 121645100408832000))
@@ -156,7 +157,7 @@ def dexp_coefficients(x: Number) -> tuple[Number, Number]:
 
 
 @kernel
-def dexpinv_coefficient(x: Number) -> Number:
+def dexpinv_coefficient(x: Number) -> Any:
     """(1 - (angle/2) cot(angle/2))/angle**2; infinite at angle = 2 pi."""
     c, s = half_angle(x)
     p = 3617 / 10670622842880000 + x * (43867 / 5109094217170944000 + x * (174611 / 802857662698291200000))
@@ -169,7 +170,7 @@ def dexpinv_coefficient(x: Number) -> Number:
 
 # ---------------------------------------------------------------- exp, log, dexp
 @kernel
-def exp(u: Vec3) -> Matrix3:
+def exp(u: Vector) -> Matrix3:
     """The rotation by |u| about u: I + a hat(u) + b hat(u)^2 (Terze et al. 2015, section 2, d).
 
     Parameters
@@ -192,7 +193,7 @@ def exp(u: Vec3) -> Matrix3:
 
 
 @kernel
-def log(R: Matrix3) -> Vec3:
+def log(R: Matrix) -> Vec3:
     """The rotation vector of a rotation.
 
     Parameters
@@ -214,7 +215,7 @@ def log(R: Matrix3) -> Vec3:
 
 
 @kernel
-def dexp(u: Vec3, w: Vec3) -> Vec3:
+def dexp(u: Vector, w: Vector) -> Vec3:
     """dexp_u(w) = sum_j ad_u^j w / (j+1)!, with d/dt exp(u) = hat(dexp_u(u')) exp(u) (Terze et al. 2015, A.5).
 
     Parameters
@@ -235,7 +236,7 @@ def dexp(u: Vec3, w: Vec3) -> Vec3:
 
 
 @kernel
-def dexpinv(u: Vec3, w: Vec3) -> Vec3:
+def dexpinv(u: Vector, w: Vector) -> Vec3:
     """dexp_u^{-1}(w) in closed form (Terze et al. 2015, A.4); singular where |u| is a multiple of 2 pi.
 
     Parameters
@@ -255,7 +256,7 @@ def dexpinv(u: Vec3, w: Vec3) -> Vec3:
 
 
 @kernel
-def dexpinv_truncated(u: Vec3, w: Vec3, order: int) -> Vec3:
+def dexpinv_truncated(u: Vector, w: Vector, order: int) -> Vec3:
     """sum_{j <= order} B_j/j! ad_u^j w (Terze et al. 2015, A.4). A method of order p needs j <= p - 2.
 
     Parameters
@@ -272,7 +273,8 @@ def dexpinv_truncated(u: Vec3, w: Vec3, order: int) -> Vec3:
     Vec3
         The truncated series.
     """
-    term, total = w, w
+    term: Vector = w
+    total: Vec3 = (w[0], w[1], w[2])
     for j in range(1, order + 1):
         term = cross(u, term)
         total = axpy(BERNOULLI_OVER_FACTORIAL[j], term, total)
@@ -281,7 +283,7 @@ def dexpinv_truncated(u: Vec3, w: Vec3, order: int) -> Vec3:
 
 # ---------------------------------------------------------------- quaternions
 @kernel
-def from_quaternion(q: Quaternion) -> Matrix3:
+def from_quaternion(q: Vector) -> Matrix3:
     """The rotation of a quaternion.
 
     Parameters
@@ -304,7 +306,7 @@ def from_quaternion(q: Quaternion) -> Matrix3:
 
 
 @kernel
-def to_quaternion(R: Matrix3) -> Quaternion:
+def to_quaternion(R: Matrix) -> Quaternion:
     """The unit quaternion of a rotation: the best conditioned of four rows (Shepperd).
 
     Parameters

@@ -31,6 +31,11 @@ def timed(value: Any) -> Any:
     return formula if formula.constant is None else formula.constant
 
 
+def timed3(values: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Three of them."""
+    return timed(values[0]), timed(values[1]), timed(values[2])
+
+
 def tensor_of(inertia: Inertia) -> list[list[float]]:
     """The 3x3 matrix of an inertia in any of its three forms."""
     if has_rows(inertia):

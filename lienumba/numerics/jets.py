@@ -6,6 +6,7 @@ They turn a residual into its velocity and acceleration equations, on any kind o
 from typing import Any
 
 from lienumba.numerics import operations
+from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import divide
 
 
@@ -14,31 +15,34 @@ class Jet:
 
     __slots__ = ("a", "b", "c")
     __array_ufunc__ = None
+    a: Any
+    b: Any
+    c: Any
 
-    def __init__(self, a: Any, b: Any = 0.0, c: Any = 0.0) -> None:
+    def __init__(self, a: Number, b: Number = 0.0, c: Number = 0.0) -> None:
         self.a, self.b, self.c = a, b, c
 
-    def _chain(self, f: Any, f1: Any, f2: Any) -> "Jet":
+    def _chain(self, f: Number, f1: Number, f2: Number) -> "Jet":
         """f(self), with f1, f2 the derivatives of f at the value."""
         return Jet(f, f1 * self.b, f2 * (self.b * self.b) + f1 * self.c)
 
-    def __add__(self, other: Any) -> "Jet":
+    def __add__(self, other: Number) -> "Jet":
         o = lift(other)
         return Jet(self.a + o.a, self.b + o.b, self.c + o.c)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> "Jet":
+    def __sub__(self, other: Number) -> "Jet":
         o = lift(other)
         return Jet(self.a - o.a, self.b - o.b, self.c - o.c)
 
-    def __rsub__(self, other: Any) -> "Jet":
+    def __rsub__(self, other: Number) -> "Jet":
         return lift(other) - self
 
     def __neg__(self) -> "Jet":
         return Jet(-self.a, -self.b, -self.c)
 
-    def __mul__(self, other: Any) -> "Jet":
+    def __mul__(self, other: Number) -> "Jet":
         o = lift(other)
         return Jet(
             self.a * o.a, self.b * o.a + self.a * o.b, self.c * o.a + 2.0 * (self.b * o.b) + self.a * o.c
@@ -46,37 +50,37 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> "Jet":
+    def __truediv__(self, other: Number) -> "Jet":
         o = lift(other)
         q = divide(self.a, o.a)
         dq = divide(self.b - q * o.b, o.a)
         return Jet(q, dq, divide(self.c - 2.0 * (dq * o.b) - q * o.c, o.a))
 
-    def __rtruediv__(self, other: Any) -> "Jet":
+    def __rtruediv__(self, other: Number) -> "Jet":
         return lift(other) / self
 
     def __pos__(self) -> "Jet":
         return self
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> Number:
         return operations.absolute(self)
 
-    def __pow__(self, p: Any) -> Any:
+    def __pow__(self, p: Number) -> Number:
         return operations.power(self, p)
 
-    def __lt__(self, other: Any) -> Any:
+    def __lt__(self, other: Number) -> Condition:
         return self.a < lift(other).a
 
-    def __le__(self, other: Any) -> Any:
+    def __le__(self, other: Number) -> Condition:
         return self.a <= lift(other).a
 
-    def __gt__(self, other: Any) -> Any:
+    def __gt__(self, other: Number) -> Condition:
         return self.a > lift(other).a
 
-    def __ge__(self, other: Any) -> Any:
+    def __ge__(self, other: Number) -> Condition:
         return self.a >= lift(other).a
 
-    def where(self, condition: Any, x: Any, y: Any) -> "Jet":
+    def where(self, condition: Condition, x: Number, y: Number) -> "Jet":
         x, y = lift(x), lift(y)
         for number in (x, y):
             if isinstance(number, Dual):
@@ -104,14 +108,14 @@ class Jet:
         slope = divide(1.0, self.a)
         return self._chain(operations.log(self.a), slope, -slope * slope)
 
-    def power(self, p: Any) -> Any:
+    def power(self, p: Number) -> Number:
         """p: a number that is not whole, or a jet."""
         if isinstance(p, Jet):
             return operations.exp(p * self.log())
         power = operations.power
         return self._chain(power(self.a, p), p * power(self.a, p - 1.0), (p * (p - 1.0)) * power(self.a, p - 2.0))
 
-    def atan2(self, y: Any, x: Any) -> "Jet":
+    def atan2(self, y: Number, x: Number) -> "Jet":
         y, x = lift(y), lift(x)
         for number in (y, x):
             if isinstance(number, Dual):
@@ -122,7 +126,7 @@ class Jet:
         return Jet(operations.atan2(y.a, x.a), rate, divide(bend, square))
 
 
-def lift(x: Any) -> Jet:
+def lift(x: Number) -> Jet:
     return x if isinstance(x, Jet) else Jet(x)
 
 

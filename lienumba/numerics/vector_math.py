@@ -4,8 +4,7 @@ Used by arrays, symbols and lanes. No branch, no table, no call into a mathemati
 pi/2 in four parts (Cody and Waite, 151 bits), so that results stay relatively exact beside the zeros.
 """
 
-from typing import Any
-
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import kernel, power_of_two, where
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
@@ -16,7 +15,7 @@ LOG2_E, LOG_2_HIGH, LOG_2_LOW = 1.4426950408889634, 0.6931471805582987, 1.646594
 
 
 @kernel
-def two_sum(a: Any, b: Any) -> Any:
+def two_sum(a: Number, b: Number) -> tuple[Number, Number]:
     """a + b and its rounding error (Knuth)."""
     s = a + b
     c = s - a
@@ -24,12 +23,12 @@ def two_sum(a: Any, b: Any) -> Any:
 
 
 @kernel
-def round_to_integer(x: Any) -> Any:
+def round_to_integer(x: Number) -> Number:
     return (x + ROUND) - ROUND
 
 
 @kernel
-def reduce_angle(x: Any) -> Any:
+def reduce_angle(x: Number) -> tuple[Number, Number, Number]:
     """x = n pi/2 + (r + low) with |r| <= pi/4: returns n, r, low."""
     n = round_to_integer(x * TWO_OVER_PI)
     t = x - n * HALF_PI_1
@@ -41,7 +40,7 @@ def reduce_angle(x: Any) -> Any:
 
 
 @kernel
-def _sin_near_zero(r: Any, low: Any) -> Any:
+def _sin_near_zero(r: Number, low: Number) -> Number:
     z = r * r
     p = -1 / 1307674368000 + z * (1 / 355687428096000)
     p = 1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800 + z * p))
@@ -50,7 +49,7 @@ def _sin_near_zero(r: Any, low: Any) -> Any:
 
 
 @kernel
-def _cos_near_zero(r: Any, low: Any) -> Any:
+def _cos_near_zero(r: Number, low: Number) -> Number:
     z = r * r
     p = 1 / 479001600 + z * (-1 / 87178291200 + z * (1 / 20922789888000))
     p = 1 / 24 + z * (-1 / 720 + z * (1 / 40320 + z * (-1 / 3628800 + z * p)))
@@ -60,13 +59,13 @@ def _cos_near_zero(r: Any, low: Any) -> Any:
 
 
 @kernel
-def _quadrant(n: Any) -> Any:
+def _quadrant(n: Number) -> Number:
     """n modulo 4, as one of -2, -1, 0, 1, 2."""
     return n - 4.0 * round_to_integer(0.25 * n)
 
 
 @kernel
-def sin(x: Any) -> Any:
+def sin(x: Number) -> Number:
     n, r, low = reduce_angle(x)
     q = _quadrant(n)
     s, c = _sin_near_zero(r, low), _cos_near_zero(r, low)
@@ -75,7 +74,7 @@ def sin(x: Any) -> Any:
 
 
 @kernel
-def cos(x: Any) -> Any:
+def cos(x: Number) -> Number:
     n, r, low = reduce_angle(x)
     q = _quadrant(n)
     s, c = _sin_near_zero(r, low), _cos_near_zero(r, low)
@@ -84,7 +83,7 @@ def cos(x: Any) -> Any:
 
 
 @kernel
-def exp(x: Any) -> Any:
+def exp(x: Number) -> Number:
     clipped = where(x < 710.0, where(x > -746.0, x, -746.0), where(x > 710.0, 710.0, x))
     n = round_to_integer(clipped * LOG2_E)
     r = clipped - n * LOG_2_HIGH
@@ -100,7 +99,7 @@ def exp(x: Any) -> Any:
 
 
 @kernel
-def atan2(y: Any, x: Any) -> Any:
+def atan2(y: Number, x: Number) -> Number:
     """The angle of (x, y) in [-pi, pi]; 0 at the origin. A minimax polynomial up to tan(pi/8)."""
     a, b = where(x < 0.0, -x, x), where(y < 0.0, -y, y)
     high, low = where(a < b, b, a), where(a < b, a, b)
@@ -118,7 +117,7 @@ def atan2(y: Any, x: Any) -> Any:
 
 
 @kernel
-def log(x: Any) -> Any:
+def log(x: Number) -> Number:
     """The natural logarithm; -inf at 0, NaN below. x = m 2^n with m near 1 by exact steps, then the series of atanh."""
     tiny = x < 2.2250738585072014e-308
     m = where(x > 0.0, x, 1.0) * where(tiny, 18014398509481984.0, 1.0)

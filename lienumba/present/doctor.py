@@ -79,7 +79,7 @@ def self_test() -> tuple[bool, str]:
     dataset = runner.run(HEAVY_TOP)
     seconds = perf_counter() - start
     position = dataset["position"].values[0, -1, 0]
-    error = max(abs(float(value) - known) for value, known in zip(position, KNOWN, strict=True))
+    error = max(abs(float(value) - right) for value, right in zip(position, KNOWN, strict=True))
     passed = error < KNOWN_TOLERANCE
     verdict = "passed" if passed else f"FAILED, more than {KNOWN_TOLERANCE:g} m; please report this output"
     distance = f"the heavy top is {error:.1e} m from the exact solution at 0.1 s"

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
@@ -137,7 +138,9 @@ class Scenario:
             content["study"]["reference"].pop("file", None)  # its checksum stays
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
-        decisive = [q for q in content.pop("quantities", []) if own or q["name"] in used or q["type"] == "joint"]
+        turns = [name for name, kind in QUANTITIES.items() if kind.reads_coordinates]  # which they make a joint count
+        quantities = content.pop("quantities", [])
+        decisive = [q for q in quantities if own or q["name"] in used or q["type"] in turns]
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()

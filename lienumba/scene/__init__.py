@@ -1,7 +1,7 @@
 """The mechanism as it is seen: bodies as solids of equivalent inertia, joints as marks, and how they move in a run."""
 
-from lienumba.scene.runs import Choice as Choice
-from lienumba.scene.scene import Moving as Moving
+from lienumba.scene.runs import ShownRun as ShownRun
+from lienumba.scene.scene import MovingRun as MovingRun
 from lienumba.scene.scene import Scene as Scene
 from lienumba.scene.scene import box as box
 from lienumba.scene.scene import scene as scene

@@ -6,22 +6,22 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 from lienumba.groups import so3
+from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.joints.base import AXIS, RAIL, ROD
+from lienumba.mechanics.elements.joints.python import PythonJoint
 from lienumba.mechanics.mechanism.model import GROUND, Joint, Vec3
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.schema.joints import PythonJoint
 from lienumba.scenario.start.build import geometry
 from lienumba.scene.solids import Solid, equivalent
 
 if TYPE_CHECKING:
     import numpy as np
 
-AXIS, ROD, ARM = "axis", "rod", "arm"
+ARM = "arm"
 # How long an axis is drawn, relative to the size of the mechanism; where something slides along it, it is a rail.
-AXIS_LENGTH, RAIL_LENGTH = 0.25, 0.6
-RAILS = {"prismatic", "cylindrical", "point_on_line", "screw"}
-WITHOUT_AXIS = {"fixed", "spherical", "distance"}
+LENGTHS = {AXIS: 0.25, RAIL: 0.6}
 ORIGIN = (0.0, 0.0, 0.0)
 STILL = (0.0,) * 6  # velocities
 
@@ -113,18 +113,19 @@ def _points(joint: Joint) -> Iterator[Place]:
 
 def _lines(joint: Joint, size: float) -> Iterator[Segment]:
     """The axis of a joint, on every body where it has one of its own; the rod of a distance."""
-    if joint.type == "distance":
+    kind = JOINTS[joint.type]
+    drawn = kind.drawn()
+    if drawn == ROD:
         first, second = _points(joint)
         yield Segment(ROD, joint.name, (first, second))
-    if joint.frames is None or joint.type in WITHOUT_AXIS:
+    if joint.frames is None or drawn not in LENGTHS:
         return
-    half = 0.5 * size * (RAIL_LENGTH if joint.type in RAILS else AXIS_LENGTH)
-    kind = joint_frames.kind_of(joint)
+    half = 0.5 * size * LENGTHS[drawn]
     for body, point, frame in zip(joint.bodies, joint.points or (ORIGIN, ORIGIN), joint.frames, strict=True):
         z = frame[2]
         ends = (Place(body, _along(point, z, sign * half)) for sign in (-1.0, 1.0))
         yield Segment(AXIS, joint.name, (next(ends), next(ends)))
-        if kind.parallel or kind.axes == 1:
+        if kind.stays_parallel or kind.sides == 1:
             return  # one line for both
 
 

@@ -23,7 +23,7 @@ NOMINAL = "nominal"
 
 
 @dataclass(frozen=True)
-class Choice:
+class ShownRun:
     """A run that is shown.
 
     Attributes
@@ -38,7 +38,7 @@ class Choice:
     why: str
 
 
-def choose(
+def shown_runs(
     ds: "xr.Dataset",
     scenario: Scenario,
     where: str,
@@ -46,14 +46,14 @@ def choose(
     *,
     runs: Sequence[int] = (),
     name: str | None = None,
-) -> list[Choice]:
+) -> list[ShownRun]:
     """Up to `count` runs: the nominal one, or that with the most usual samples; the worst; the first that failed on the
     way; and others, evenly over the labels. runs: these instead; name: of what the worst has the largest, else it is
     the run that departs farthest from the first of these."""
     if runs:
         for run in runs:
             check_run(ds, where, run)
-        return [Choice(run, _status(ds, run)) for run in runs]
+        return [ShownRun(run, _status(ds, run)) for run in runs]
     import numpy as np
 
     labels, moved = ds["run"].values, ds["end_time"].values > 0.0
@@ -61,15 +61,15 @@ def choose(
     first = _usual(ds, good)
     found = [first] if first is not None else []
     if name is not None:
-        found.append(Choice(worst(ds, name).run, f"largest |{name}|"))
+        found.append(ShownRun(worst(ds, name).run, f"largest |{name}|"))
     elif first is not None and good.sum() > 1:
         label = _farthest(ds, scenario, first.run, good)
-        found += [] if label is None else [Choice(label, f"farthest from {first.why}")]
+        found += [] if label is None else [ShownRun(label, f"farthest from {first.why}")]
     failed = labels[moved & ~good]
-    found += [Choice(int(label), _status(ds, int(label))) for label in failed[: 1 if good.any() else count]]
+    found += [ShownRun(int(label), _status(ds, int(label))) for label in failed[: 1 if good.any() else count]]
     others = labels[good]
     spread = others[np.linspace(0, len(others) - 1, min(count, len(others))).astype(int)] if len(others) else []
-    found += [Choice(int(label), "") for label in spread]
+    found += [ShownRun(int(label), "") for label in spread]
     unique = {choice.run: choice for choice in reversed(found)}
     kept = [choice for choice in found if unique[choice.run] is choice]
     return kept[:count]
@@ -85,7 +85,7 @@ def _status(ds: "xr.Dataset", run: int) -> str:
     return "" if code == 0 else f"{names[code]} at {float(ds['end_time'].sel(run=run)):.4g} s".replace("_", " ")
 
 
-def _usual(ds: "xr.Dataset", which: "np.ndarray") -> Choice | None:
+def _usual(ds: "xr.Dataset", which: "np.ndarray") -> ShownRun | None:
     """The nominal run, or the one whose samples are nearest to the medians, in units of their spread."""
     import numpy as np
 
@@ -93,14 +93,14 @@ def _usual(ds: "xr.Dataset", which: "np.ndarray") -> Choice | None:
     if not which.any():
         return None
     if NOMINAL_RUN in labels[which]:
-        return Choice(NOMINAL_RUN, NOMINAL)
+        return ShownRun(NOMINAL_RUN, NOMINAL)
     inputs = [x.values[which] for x in ds.coords.values() if x.attrs.get("role") == "input" and x.dims == RUN]
     distance = np.zeros(which.sum())
     for x in inputs:
         low, middle, high = np.quantile(x, [0.25, 0.5, 0.75])
         distance += ((x - middle) / (high - low)) ** 2 if high > low else 0.0
     label = int(labels[which][distance.argmin()])
-    return Choice(label, "typical" if len(labels) > 1 else "")
+    return ShownRun(label, "typical" if len(labels) > 1 else "")
 
 
 def _farthest(ds: "xr.Dataset", scenario: Scenario, run: int, good: "np.ndarray") -> int | None:

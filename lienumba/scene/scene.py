@@ -11,7 +11,7 @@ from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
-from lienumba.scene.runs import NOMINAL, POSE, Choice, choose, has_bodies
+from lienumba.scene.runs import NOMINAL, POSE, ShownRun, has_bodies, shown_runs
 from lienumba.store.files import check_whole
 from lienumba.store.study_layout import is_study
 
@@ -26,7 +26,7 @@ FAR = 5.0  # of its own size: a free mechanism that travels farther is followed
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingRun:
     """One run in motion.
 
     Attributes
@@ -91,7 +91,7 @@ class Scene:
 
     Attributes
     ----------
-    runs : tuple of Moving
+    runs : tuple of MovingRun
         The first is the one to look at first.
     low, high : numpy.ndarray
         (3,) in m, global frame: the box in which all that reached their end move.
@@ -101,7 +101,7 @@ class Scene:
         Sentences on runs that were simulated again and came out otherwise.
     """
 
-    runs: tuple[Moving, ...]
+    runs: tuple[MovingRun, ...]
     low: "np.ndarray"
     high: "np.ndarray"
     followed: bool
@@ -157,7 +157,7 @@ def scene(
             "(--set) and without [study], and look at that"
         )
     scenario = scenario_of(ds)
-    found = choose(ds, scenario, where, count, runs=runs, name=worst)
+    found = shown_runs(ds, scenario, where, count, runs=runs, name=worst)
     if not found:
         raise ScenarioError(f"{where}: no run has moved, so there is nothing to see; lienumba info says why")
     told = [_moving(ds, where, scenario, choice, allow_code, tell) for choice in found]
@@ -170,24 +170,24 @@ def scene(
 
 
 def _moving(
-    ds: "xr.Dataset", where: str, scenario: Scenario, choice: Choice, allow_code: bool, tell: "Tell"
-) -> tuple[Moving, str]:
+    ds: "xr.Dataset", where: str, scenario: Scenario, choice: ShownRun, allow_code: bool, tell: "Tell"
+) -> tuple[MovingRun, str]:
     """A run, and what is to be said of its course."""
     import numpy as np
 
     there = of_run(ds, choice.run)
-    course, remark = _course(there) if has_bodies(there, scenario) else None, ""
-    if course is None or (_coarse(there) and (allow_code or not scenario.data.files)):
+    poses, remark = _stored_poses(there) if has_bodies(there, scenario) else None, ""
+    if poses is None or (_coarse(there) and (allow_code or not scenario.data.files)):
         done = again(ds, where, choice.run, None, allow_code, tell)
-        course, remark = _course(done.dataset), "" if done.same else done.sentence
-    assert course is not None, "a replay stores all from the start on"
-    times, positions, rotations = (x[np.isfinite(course[1]).all(axis=(1, 2))] for x in course)
+        poses, remark = _stored_poses(done.dataset), "" if done.same else done.sentence
+    assert poses is not None, "a replay stores all from the start on"
+    times, positions, rotations = (x[np.isfinite(poses[1]).all(axis=(1, 2))] for x in poses)
     if not len(times):
         raise ScenarioError(f"{where}: run {choice.run} has not moved ({choice.why}); choose another")
     samples = {str(name): x.item() for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     built = mechanism(scenario, samples, positions[0], rotations[0])
     good = there["status"].item() in GOOD
-    return Moving(choice.run, choice.why, good, built, times, positions, rotations), remark
+    return MovingRun(choice.run, choice.why, good, built, times, positions, rotations), remark
 
 
 def _along_time(there: "xr.Dataset", name: str) -> "np.ndarray | None":
@@ -198,7 +198,7 @@ def _along_time(there: "xr.Dataset", name: str) -> "np.ndarray | None":
     return values
 
 
-def _course(there: "xr.Dataset") -> "tuple[np.ndarray, ...] | None":
+def _stored_poses(there: "xr.Dataset") -> "tuple[np.ndarray, ...] | None":
     """Times, positions and rotations from the start on, if they are stored."""
     position, rotation = (_along_time(there, name) for name in POSE)
     if position is None or rotation is None or there["time"].values[0] != 0.0:
@@ -217,35 +217,35 @@ def _coarse(there: "xr.Dataset") -> bool:
     return bool(np.nanmax(np.diff(there["time"].values) * np.fmax(speed[:-1], speed[1:]), initial=0.0) > TURN)
 
 
-def _travels(run: Moving) -> bool:
+def _travels(run: MovingRun) -> bool:
     """Whether the mass centre of a mechanism that nothing holds leaves the place of the start."""
     path = _centre(run)
     return run.mechanism.free and bool(abs(path - path[0]).max() > FAR * _size(run))
 
 
-def _centre(run: Moving) -> "np.ndarray":
+def _centre(run: MovingRun) -> "np.ndarray":
     """The mass centre of the mechanism (T, 1, 3)."""
     import numpy as np
 
     return np.average(run.positions, axis=1, weights=run.mechanism.masses)[:, None]
 
 
-def _size(run: Moving) -> float:
+def _size(run: MovingRun) -> float:
     """The extent of the mechanism at the start in m."""
     low, high = box([replace(run, positions=run.positions[:1])])
     return float((high - low).max())
 
 
-def _followed(run: Moving) -> Moving:
+def _followed(run: MovingRun) -> MovingRun:
     return replace(run, positions=run.positions - _centre(run))
 
 
-def box(runs: Sequence[Moving]) -> "tuple[np.ndarray, np.ndarray]":
+def box(runs: Sequence[MovingRun]) -> "tuple[np.ndarray, np.ndarray]":
     """The box in which bodies and joints of these runs are.
 
     Parameters
     ----------
-    runs : sequence of Moving
+    runs : sequence of MovingRun
         Runs in motion.
 
     Returns

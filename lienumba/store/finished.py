@@ -22,7 +22,7 @@ def small_caches(file: Any) -> None:
             variable.set_var_chunk_cache(CACHE_BYTES)
 
 
-class Columns(dict[str, "np.ndarray"]):
+class RecordColumns(dict[str, "np.ndarray"]):
     """Records of a table, column by column."""
 
     @property
@@ -30,16 +30,16 @@ class Columns(dict[str, "np.ndarray"]):
         return sum(column.nbytes for column in self.values())
 
 
-class Table:
+class FinishedTable:
     """One table of a dataset, as the file holds it."""
 
     def __init__(self, file: Any, dim: str) -> None:
         self.file, self.dim = file, dim
         self.labels = _read(file, dim, slice(None))
 
-    def read(self, part: slice) -> Columns:
+    def read(self, part: slice) -> RecordColumns:
         own = [name for name, x in self.file.variables.items() if x.dimensions[:1] == (self.dim,)]
-        return Columns({name: _read(self.file, name, part) for name in own})
+        return RecordColumns({name: _read(self.file, name, part) for name in own})
 
     def column(self, name: str) -> np.ndarray:
         return _read(self.file, name, slice(None))
@@ -56,7 +56,7 @@ class Finished:
             self.file.set_auto_maskandscale(False)
             small_caches(self.file)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
-            self.tables = {dim: Table(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
+            self.tables = {dim: FinishedTable(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
 
     @property
     def inputs(self) -> dict[str, np.ndarray]:

@@ -121,14 +121,14 @@ def dataset(
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
-    known, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
+    specs, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
     data = {
-        name: variable(name, known[name], array, total)
+        name: variable(name, specs[name], array, total)
         for name, array in variables.items()
-        if all(len(labels[dim]) for dim in known[name].dims[1:])
+        if all(len(labels[dim]) for dim in specs[name].dims[1:])
     }
     if shared:
-        for name in (name for name in data if known[name].reaction):
+        for name in (name for name in data if specs[name].reaction):
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, Any] = {

@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
+from types import MappingProxyType
 from typing import Any
 
 PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
@@ -39,12 +42,13 @@ def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: 
     }
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """Of lienumba, of Python and of the packages that it uses, by their names in small letters."""
     from lienumba import __version__
 
     own = {"lienumba": __version__, "python": platform.python_version()}
-    return own | {name.lower(): version(name) for name in PACKAGES}
+    return MappingProxyType(own | {name.lower(): version(name) for name in PACKAGES})
 
 
 def command() -> str:

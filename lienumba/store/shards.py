@@ -51,7 +51,7 @@ class Shard:
         return np.array(records[name])
 
 
-class Held:
+class InMemory:
     """A table of some runs that is in memory."""
 
     def __init__(self, records: np.ndarray) -> None:
@@ -69,7 +69,7 @@ class Shards:
 
     def __init__(self, target: Path) -> None:
         self.folder = folder_of(target)
-        self.tables: dict[str, list[Shard | Held]] = {}
+        self.tables: dict[str, list[Shard | InMemory]] = {}
         self.pending: dict[str, list[np.ndarray]] = {}
         self.bytes, self.since = 0, time.monotonic()
         self.damaged: list[str] = []
@@ -150,9 +150,9 @@ class Shards:
             ) from error
         self.pending, self.bytes, self.since = {}, 0, time.monotonic()
 
-    def sources(self, table: str) -> list[Shard | Held]:
+    def sources(self, table: str) -> list[Shard | InMemory]:
         """What there is of a table, what is not yet on the disk too."""
-        return [*self.tables.get(table, []), *map(Held, self.pending.get(table, []))]
+        return [*self.tables.get(table, []), *map(InMemory, self.pending.get(table, []))]
 
     def remove(self) -> None:
         """The dataset is safe: the folder has done its work."""

@@ -35,14 +35,14 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
-class Piece:
+class SourceSlice:
     """Consecutive records of a table that come from one source."""
 
     source: Source
     part: slice
 
 
-def pieces(labels: np.ndarray, sources: Sequence[Source]) -> list[Piece]:
+def slices(labels: np.ndarray, sources: Sequence[Source]) -> list[SourceSlice]:
     """From which source each of these runs (labels, ascending) comes, in their order; of several the first counts."""
     import numpy as np
 
@@ -59,7 +59,7 @@ def pieces(labels: np.ndarray, sources: Sequence[Source]) -> list[Piece]:
         raise ValueError(f"no source has run {labels[origin < 0][0]}")
     breaks = np.flatnonzero((np.diff(origin) != 0) | (np.diff(place) != 1)) + 1
     bounds = [0, *breaks.tolist(), len(labels)] if len(labels) else [0]
-    return [Piece(sources[origin[a]], slice(int(place[a]), int(place[a]) + b - a)) for a, b in pairwise(bounds)]
+    return [SourceSlice(sources[origin[a]], slice(int(place[a]), int(place[a]) + b - a)) for a, b in pairwise(bounds)]
 
 
 class Stream:
@@ -77,7 +77,7 @@ class Stream:
             frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
             self.file = _open(self.partial)
 
-    def put(self, dim: str, first: int, every: Iterable[Piece], tell: Callable[[int], None]) -> None:
+    def put(self, dim: str, first: int, every: Iterable[SourceSlice], tell: Callable[[int], None]) -> None:
         """Write pieces of a table, one behind the other, from a record on; tell(how many there are then)."""
         with self._safely():
             own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (dim,)}
@@ -141,7 +141,7 @@ def _names(records: Records) -> Any:
     return records.dtype.names if hasattr(records, "dtype") else records
 
 
-def _parts(piece: Piece) -> Iterator[Records]:
+def _parts(piece: SourceSlice) -> Iterator[Records]:
     """What is written at a time."""
     first, last = piece.part.start, piece.part.stop
     step = max(1, PART_BYTES // max(1, piece.source.read(slice(first, first + 1)).nbytes))

@@ -8,7 +8,7 @@ import pytest
 import lienumba
 from lienumba.batch import execute
 from lienumba.compiler.rows import W
-from lienumba.integrators.codes import EXCHANGED
+from lienumba.integrators.codes import RESELECT
 from tests.rigs.sweeps import COUNTS, SWEEPS, assert_same, bits, linkage, links, run, top, wheel
 
 EVERY = pytest.mark.parametrize("sweep", SWEEPS.values(), ids=SWEEPS)
@@ -42,7 +42,7 @@ def test_some_runs_exchange_rows_and_others_do_not(sweep: Any, monkeypatch: pyte
 
     def watched(batch: Any, runs: slice, *rest: Any) -> Any:
         chunk = original(batch, runs, *rest)
-        found.append(chunk.codes == EXCHANGED)
+        found.append(chunk.codes == RESELECT)
         return chunk
 
     monkeypatch.setattr(execute, "integrate", watched)

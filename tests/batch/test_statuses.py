@@ -57,7 +57,7 @@ def test_the_drivers_codes_are_statuses() -> None:
         statuses.STOPPED,
     )  # fmt: skip
     assert [status.code for status in statuses.STATUSES] == [*range(7), 8, 9]
-    assert codes.EXCHANGED == 7  # such a run goes again
+    assert codes.RESELECT == 7  # such a run goes again
 
 
 def test_the_dataset_names_its_statuses() -> None:

@@ -18,7 +18,6 @@ finally:
 
 NUMBER = re.compile(r"-?\d[\d,]*\.?\d*(?:e-?\d+)?")
 PRECISE = 0.02  # two digits
-slow = pytest.mark.slow
 
 
 def rows(name: str) -> list[list[str]]:
@@ -65,14 +64,13 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
-@slow
 def test_adaptive_steps() -> None:
     wanted = [cells for cells in rows("adaptive, satellite") if cells[0] == "dop853"]
     for found, cells in zip(work.adaptive_rows("satellite", "dop853"), wanted, strict=True):
         same(found, cells)
 
 
-@pytest.mark.parametrize("method", [pytest.param("dp54", marks=slow), "dop853"])
+@pytest.mark.parametrize("method", ["dp54", "dop853"])
 def test_tolerances(method: str) -> None:
     n = tolerances.PAIRS.index(method)
     same(tolerances.column("heavy top", method), [cells[n + 1] for cells in rows("tolerances, heavy top")])
@@ -88,11 +86,11 @@ def test_errors_fall_with_every_tolerance(name: str) -> None:
     [
         ("heavy top", "euler", "projected"),
         ("free body", "rk4", "R^3 x SO(3)"),
-        pytest.param("heavy top", "rk4", "projected", marks=slow),
-        pytest.param("heavy top", "rk4", "SE(3)", marks=slow),
-        pytest.param("heavy top", "rk4", "nine elements", marks=slow),
-        pytest.param("heavy top", "dop853", "projected", marks=slow),
-        pytest.param("free body", "dop853", "SE(3)", marks=slow),
+        ("heavy top", "rk4", "projected"),
+        ("heavy top", "rk4", "SE(3)"),
+        ("heavy top", "rk4", "nine elements"),
+        ("heavy top", "dop853", "projected"),
+        ("free body", "dop853", "SE(3)"),
     ],
 )
 def test_a_million_steps(name: str, method: str, form: str) -> None:

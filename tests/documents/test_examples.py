@@ -8,7 +8,7 @@ import pytest
 import lienumba
 from lienumba.engine.runner import check_initial
 from lienumba.integrators.methods import METHODS
-from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES
 from tests.documents.pages import ROOT, blocks
@@ -63,11 +63,29 @@ def scenario(**model):
     return {"model": {"bodies": [body], **model}, "integrator": {"step": 1e-3, "end_time": 0.1}}
 
 
+def joint_rows() -> list[tuple[list[str], int, str, str]]:
+    """Types of joints that say the same of themselves, how many equations they have, and what they say."""
+    rows: dict[str, list[str]] = {}
+    for name, kind in JOINTS.items():
+        assert kind.leaves, f"{name} does not say what it leaves free"
+        rows.setdefault(kind.leaves, []).append(name)
+    kinds = {leaves: JOINTS[names[0]] for leaves, names in rows.items()}
+    return [(names, len(kinds[leaves].row_kinds), kinds[leaves].words, leaves) for leaves, names in rows.items()]
+
+
 def test_the_readme_has_every_joint() -> None:
-    table = (ROOT / "README.md").read_text(encoding="utf-8")
-    for name in (*JOINT_TYPES, *COUPLED):
-        rows = len(JOINT_TYPES[name].rows) if name in JOINT_TYPES else 5 if name == "screw" else 1
-        assert re.search(rf"`{name}`[^|]*\| {rows} \|", table), name
+    every = [(", ".join(f"`{name}`" for name in names), rows, words) for names, rows, words, _ in joint_rows() if rows]
+    cells = [f"{names} | {rows} | {words}" for names, rows, words in every]
+    half = (len(cells) + 1) // 2
+    lines = [f"| {left} | {right} |" for left, right in zip(cells[:half], cells[half:], strict=True)]
+    table = ["| joint | equations | | joint | equations | |", "|---|---|---|---|---|---|", *lines]
+    assert "\n".join(table) in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_template_has_every_joint() -> None:
+    lines = [f"#     {', '.join(names):<22}{rows or '':>3}  {leaves}" for names, rows, _, leaves in joint_rows()]
+    table = ["#     type                 rows  leaves free", *lines]
+    assert "\n".join(table) in (ROOT / "scenarios" / "template.toml").read_text(encoding="utf-8")
 
 
 def test_every_method_stands_beside_its_order() -> None:

@@ -17,11 +17,10 @@ try:
 finally:
     sys.path.remove(str(ROOT / "scripts"))
 
-SLOW = {"satellite, finely", "errors"}  # a million steps; ten programs to compile
 SHOWN = ("03", "04", "05", "07", "08", "10", "15", "19", "22")  # of the figures, one of each kind
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in tables.TABLES])
+@pytest.mark.parametrize("name", tables.TABLES)
 def test_the_document_has_what_is_computed(name: str) -> None:
     assert document.in_document(tables.DOCUMENT, name) == tables.TABLES[name](), "scripts/paper renews docs/paper.md"
 

@@ -3,15 +3,18 @@
 What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
 """
 
+import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
+from pydantic import Field
 from scipy.optimize import brentq
+from scipy.special import ellipj, ellipk
 from scipy.stats import qmc
 
 import lienumba
@@ -21,7 +24,12 @@ from lienumba.groups import so3
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
-from lienumba.mechanics.mechanism.kinematics import inertia_times
+from lienumba.keys.types import Positive
+from lienumba.mechanics.elements.joints import JOINTS, Own
+from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
+from lienumba.mechanics.elements.joints.parts import along, separation
+from lienumba.mechanics.mechanism.kinematics import Motion, inertia_times
+from lienumba.mechanics.mechanism.model import Joint
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation, OutputVariable
 from lienumba.numerics.number import Number, Vector
 from lienumba.present.citation.cite import cite_dataset, cite_scenario
@@ -29,12 +37,14 @@ from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData, json_schema
 from lienumba.scenario.study_errors import STATE
+from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
 from tests.integrators.methods.test_tableaus import holds, trees
+from tests.rigs.places import SCENARIOS
 
-TOP = "scenarios/heavy_top.toml"
+TOP = str(SCENARIOS / "heavy_top.toml")
 SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
 
 RALSTON = Tableau.of(
@@ -186,3 +196,78 @@ def test_a_default() -> None:
     assert scenario.sha256() != before.sha256()
     assert "in at most 20 iterations" in cite_scenario(scenario)
     assert json_schema()["$defs"]["Projection"]["properties"]["max_iterations"]["default"] == 20
+
+
+class OnRing(AtPoints, FirstAxis):
+    """The point of the second body stays on a circle about the point of the first, across its axis."""
+
+    words, leaves = "a point stays on a circle", "a point of the second body stays on a circle of the first"
+    row_kinds = "mm"
+
+    type: Literal["on_ring"]
+    radius: Annotated[Positive, Own("m", 0.5)] = Field(description="the radius in m, above 0")
+
+    @staticmethod
+    def residual(joint: Joint, a: Motion, b: Motion) -> Vector:
+        d, radius = separation(joint, a, b), joint.numbers["radius"]
+        return along(joint, a, b), 0.5 * (so3.dot(d, d) / radius - radius)
+
+
+def bead(**ring: object) -> dict[str, object]:
+    """A small ball on a ring of 2 m that stands upright, let go at the height of its centre."""
+    ball = {"name": "ball", "mass": 0.1, "inertia": [1e-4, 1e-4, 1e-4], "guess": {"position": [1.8, 0, 0]}}
+    points = {"points": [[0, 0, 0], [0, 0, 0]], "axes": [[0, 1, 0]]}
+    joint = {"name": "ring", "type": "on_ring", "bodies": ["ground", "ball"], **points, "radius": 2.0, **ring}
+    return {"model": {"bodies": [ball], "joints": [joint]}, "integrator": {"step": 1e-3, "end_time": 2.0}}
+
+
+def test_a_joint() -> None:
+    """A ball on an upright ring is a pendulum, whose angle Jacobi's functions know."""
+    sweep = {
+        "runs": 20,
+        "vary": {"joints.ring.radius": {"distribution": "uniform", "low": 1.0, "high": 3.0}},
+    }
+    with JOINTS.temporarily(OnRing):
+        one, many = lienumba.run(bead()), lienumba.run(bead() | {"sweep": sweep})
+        drawn = scene(one)
+        schema = json_schema()["$defs"]["OnRing"]
+    radius = many["joints.ring.radius"]
+    for runs, radii in ((one, [2.0]), (many, radius.values)):
+        assert (runs.status == 0).all()
+        for run, r in zip(runs.position.values[:, :, 0], radii, strict=True):
+            # released at 90 degrees: sin(angle/2) = k sn(K - w t, k), k = sin(45 degrees), w = sqrt(g/r)
+            sn, *_ = ellipj(ellipk(0.5) - np.sqrt(9.81 / r) * runs.time.values, 0.5)
+            angle = 2.0 * np.arcsin(np.sqrt(0.5) * sn)
+            np.testing.assert_allclose(run[:, 0], r * np.sin(angle), rtol=0, atol=1e-8)
+            np.testing.assert_allclose(run[:, 2], -r * np.cos(angle), rtol=0, atol=1e-8)
+            np.testing.assert_allclose(run[:, 1], 0.0, rtol=0, atol=1e-12)
+    assert radius.attrs["units"] == "m"
+    assert [segment.kind for segment in drawn.runs[0].mechanism.segments] == ["arm", "axis"]
+    assert schema["properties"]["radius"]["description"] == "the radius in m, above 0"
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"radius": -1.0}, "model.joints.ring.radius = -1.0: must be above 0; give the radius in m, above 0"),
+        ({"radus": 1.0}, 'model.joints.ring.radus is not a known key; the nearest known name is "radius"'),
+        ({"length": 1.0}, "model.joints.ring.length has no meaning for an on_ring joint; leave it out (it belongs to"),
+        ({"type": "on_rng"}, 'model.joints.ring.type = "on_rng": is not known; the nearest known name is "on_ring"'),
+        ({"axes": None}, "model.joints.ring.axes is missing; give the direction in the frame of the first body, as"),
+        ({"radius": "2*t"}, 'model.joints.ring.radius = "2*t": must be a number'),
+    ],
+)
+def test_a_joint_that_is_written_wrong(keys: dict[str, object], sentence: str) -> None:
+    data = bead(**keys)
+    data["model"]["joints"] = [{key: x for key, x in data["model"]["joints"][0].items() if x is not None}]
+    with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
+        resolve(data)
+
+
+def test_a_joint_that_does_not_fit_its_start() -> None:
+    data = bead()
+    data["model"]["bodies"][0] |= {"position": [1.8, 0, 0], "rotation": [1, 0, 0, 0]}
+    del data["model"]["bodies"][0]["guess"]
+    sentence = "model.joints.ring: its points are not where it allows them at t = 0: they miss by 0.19 m"
+    with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
+        lienumba.run(data)

@@ -7,7 +7,8 @@ from pydantic import Field, ValidationError
 
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import Positive, Section
-from lienumba.scenario.schema.joints import JOINTS, Between
+from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.joints.keys import Between
 from lienumba.scenario.schema.messages import sentences
 from lienumba.scenario.schema.scenario import ScenarioData, json_schema, section_of
 

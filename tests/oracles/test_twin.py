@@ -106,4 +106,4 @@ def test_a_rod_pulls_along_itself() -> None:
             np.testing.assert_allclose(np.cross(d, f), 0, atol=1e-11)
             multiplier = float(here["multiplier"].isel(time=-1).sel(constraint=f"{joint.name}[0]"))
             np.testing.assert_allclose(f, multiplier * d / np.linalg.norm(d), atol=1e-11)
-            assert np.linalg.norm(d) == pytest.approx(joint.length, abs=1e-13)
+            assert np.linalg.norm(d) == pytest.approx(joint.numbers["length"], abs=1e-13)

@@ -35,7 +35,7 @@ def by_engine(bench, sample, projection):
     return bench["engine"].integrate(batch, 1)
 
 
-@pytest.mark.parametrize("loop", [pytest.param("naive_numba", marks=pytest.mark.slow), "tuned_numba"])
+@pytest.mark.parametrize("loop", ["naive_numba", "tuned_numba"])
 @pytest.mark.parametrize("projection", ["none", "both"])
 def test_scalar_loops_agree_with_the_engine(bench, sample, loop, projection):
     records = bench["cases"].scalar(bench[loop], sample, 16, STEPS, projection == "both")
@@ -94,7 +94,6 @@ def test_installed_rivals_solve_the_same_top(bench):
         np.testing.assert_allclose(rival.mass_centre(), engine.MASS_CENTRE, rtol=0, atol=1e-6)
 
 
-@pytest.mark.slow
 def test_quick_run_end_to_end(tmp_path):
     target = tmp_path / "numbers.json"
     done = subprocess.run(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.groups import so3
-from lienumba.mechanics.elements.joints import JOINT_TYPES
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
 
 GRAVITY = (0.3, -0.2, -9.81)
@@ -106,7 +106,7 @@ def model(k: int, ends: Ends, seed: int = 0) -> Model:
             kind,
             (a, b),
             (vector(rng), vector(rng)),
-            length=float(rng.uniform(0.5, 2.0)) if kind == D else None,
+            numbers={"length": float(rng.uniform(0.5, 2.0))} if kind == D else {},
         )
         for n, (kind, a, b) in enumerate(ends)
     )
@@ -126,7 +126,7 @@ def arrays(x: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def rows(m: Model) -> int:
-    return sum(len(JOINT_TYPES[joint.type].rows) for joint in m.joints)
+    return sum(len(JOINTS[joint.type].kinds(joint)) for joint in m.joints)
 
 
 def dense(entries: dict[tuple[int, int], Any], shape: tuple[int, int]) -> np.ndarray:

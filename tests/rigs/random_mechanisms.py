@@ -4,7 +4,7 @@ import numpy as np
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import GROUND, Body, Coordinate, Driver, Force, Joint, Model
 from lienumba.numerics.expressions import Formula
@@ -12,8 +12,9 @@ from tests.rigs.mechanisms import vector
 
 STRONG = ["spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "screw", "fixed"]
 LOOSE = ["distance", "point_in_plane", "point_on_line", "perpendicular_axes", "parallel_axes", "spherical", "planar"]
+NUMBERS = {"distance": lambda x: {"length": x}, "screw": lambda x: {"pitch": 3.0 * x, "offset": 0.4}}
 TOPOLOGIES = ["tree", "loop", "star", "ladder"]
-TURNING = [kind for kind, names in COORDINATES.items() if "angle" in names]
+TURNING = [name for name, kind in JOINTS.items() if "angle" in kind.coordinate_kinds]
 
 
 def ties(topology, rng):
@@ -46,14 +47,13 @@ def joint(rng, name, kind, ends):
     number = float(rng.uniform(0.5, 2.0))
     return Joint(
         name, kind, tuple(int(i) for i in rng.permutation(ends)), (vector(rng), vector(rng)), (frame(rng), frame(rng)),
-        length=number if kind == "distance" else None, pitch=3.0 * number if kind == "screw" else None,
-        offset=0.4 if kind == "screw" else None,
+        numbers=NUMBERS.get(kind, lambda x: {})(number),
     )  # fmt: skip
 
 
 def a_coordinate(rng, every, kinds=("angle", "displacement")):
     """A coordinate of one of the joints, or None."""
-    found = [Coordinate(i, c) for i, j in enumerate(every) for c in COORDINATES.get(j.type, ()) if c in kinds]
+    found = [Coordinate(i, c) for i, j in enumerate(every) for c in coordinate_kinds(j.type) if c in kinds]
     return found[int(rng.integers(len(found)))] if found else None
 
 
@@ -63,7 +63,9 @@ def coupling(rng, name, every):
     if a is None or a.joint == b.joint:
         return None
     ends = tuple(dict.fromkeys((*every[a.joint].bodies, *every[b.joint].bodies)))
-    return Joint(name, "gear", ends, coordinates=(a, b), ratio=float(rng.uniform(-2.0, 2.0)), offset=0.3)
+    return Joint(
+        name, "gear", ends, coordinates=(a, b), numbers={"ratio": float(rng.uniform(-2.0, 2.0)), "offset": 0.3}
+    )
 
 
 WAVES = ("0.3*sin(2*t) + 0.1*t**2", "cos(3*t) - t", "exp(-t)*tanh(t)", "1.5*t")

@@ -10,7 +10,7 @@ from lienumba import ScenarioError
 from lienumba.batch import statuses
 from lienumba.scenario.reading.loading import load
 from lienumba.scenario.start.build import geometry
-from lienumba.scene import Moving, Scene, scene
+from lienumba.scene import MovingRun, Scene, scene
 from lienumba.scene.mechanism import AXIS, ROD, Segment
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import loop, top
@@ -25,7 +25,7 @@ def joints_of(shown: Scene) -> dict[str, list[Any]]:
     return found
 
 
-def rod_of(run: Moving) -> Segment:
+def rod_of(run: MovingRun) -> Segment:
     (rod,) = [line for line in run.mechanism.segments if (line.kind, line.name) == (ROD, "tie")]
     return rod
 

@@ -1,4 +1,4 @@
-"""The numbers of a panel: courses of runs with quantiles over them, and how numbers that each run has once are spread.
+"""The numbers of a panel: time series of runs with quantiles over them, and histograms of what each run has once.
 
 Failed runs are part of what was sampled, and of nothing else; a run that an event ended is, up to there. The nominal
 run is told apart.
@@ -29,9 +29,9 @@ ROUNDING = 1e-12  # relative: numbers nearer than this are the same
 
 
 @dataclass(frozen=True)
-class Course:
+class TimeSeries:
     """One line of a panel over the time. quantiles (5, times): at LEVELS over the runs that have a value; largest
-    (times,): of these; nominal (times,): the nominal run, None if there is none; each: courses (times,) by label, of
+    (times,): of these; nominal (times,): the nominal run, None if there is none; each: series (times,) by label, of
     all runs where they are few, else of some; left: those of the runs that go on where few have a value."""
 
     label: str
@@ -43,14 +43,14 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Courses:
+class PanelSeries:
     """times (s); runs: how many are shown; survivors (times,): how many of them have a value; lines: one for each line
     of the panel."""
 
     times: np.ndarray
     runs: int
     survivors: np.ndarray
-    lines: list[Course]
+    lines: list[TimeSeries]
 
     @property
     def few(self) -> bool:
@@ -65,7 +65,7 @@ class Courses:
 
 
 @dataclass(frozen=True)
-class Spread:
+class Histogram:
     """One line of a panel without times. values: of the runs that have one; missing: how many have none; nominal: that
     of the nominal run, None if there is none; failed: those of the values that are of failed runs, None if none is."""
 
@@ -76,8 +76,8 @@ class Spread:
     failed: np.ndarray | None = None
 
 
-def courses(ds: xr.Dataset, panel: Panel) -> Courses:
-    """The courses of a panel."""
+def time_series(ds: xr.Dataset, panel: Panel) -> PanelSeries:
+    """The time series of a panel."""
     import numpy as np
 
     which = run_windows.shown_runs(ds, panel)
@@ -86,10 +86,10 @@ def courses(ds: xr.Dataset, panel: Panel) -> Courses:
     every = [_largest(x, starts) for x in run_windows.values(ds, panel, which)]
     survivors = np.max([np.isfinite(x).sum(axis=0) for x in every], axis=0)
     lines = [
-        _course(line.label, x, labels[which], None if nominal is None else _largest(nominal, starts), survivors)
+        _one_line(line.label, x, labels[which], None if nominal is None else _largest(nominal, starts), survivors)
         for line, x, nominal in zip(panel.lines, every, _nominal(ds, panel), strict=True)
     ]
-    return Courses(ds["time"].values[starts], int(which.sum()), survivors, lines)
+    return PanelSeries(ds["time"].values[starts], int(which.sum()), survivors, lines)
 
 
 def _together(ds: xr.Dataset, panel: Panel) -> int:
@@ -108,8 +108,8 @@ def _largest(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
     return found
 
 
-def ended_early(shown: Sequence[Courses]) -> str:
-    """From when on fans are of some of their runs, as the fan tells that has most times; empty if none is."""
+def ended_early(shown: Sequence[PanelSeries]) -> str:
+    """From when on quantiles are of some runs, as the series with most times tell; empty if all go on to the end."""
     fullest = max(shown, key=lambda x: (len(x.times), x.survivors.mean()), default=None)
     if fullest is None or fullest.survivors[-1] == fullest.runs:
         return ""
@@ -119,18 +119,18 @@ def ended_early(shown: Sequence[Courses]) -> str:
     return f"from {first:g} s on some runs have ended, and quantiles are of those that go on: {last}{alone}"
 
 
-def spreads(ds: xr.Dataset, panel: Panel) -> list[Spread]:
-    """What each run has once of a panel, line by line; of a course the last value."""
+def histograms(ds: xr.Dataset, panel: Panel) -> list[Histogram]:
+    """What each run has once of a panel, line by line; of a time series the last value."""
     import numpy as np
 
     which = run_windows.shown_runs(ds, panel)
     failed = np.isin(ds[panel.dim].values[which], ds["run"].values[~ds["status"].isin(GOOD).values])
     found = []
     for line, x, nominal in zip(panel.lines, run_windows.values(ds, panel, which), _nominal(ds, panel), strict=True):
-        known = np.isfinite(x[:, 0])
+        finite = np.isfinite(x[:, 0])
         own = None if nominal is None or not np.isfinite(nominal[-1]) else float(nominal[-1])
-        missing = len(x) - int(known.sum())
-        found.append(Spread(line.label, x[known, 0], missing, own, x[known & failed, 0] if failed.any() else None))
+        missing = len(x) - int(finite.sum())
+        found.append(Histogram(line.label, x[finite, 0], missing, own, x[finite & failed, 0] if failed.any() else None))
     return found
 
 
@@ -145,7 +145,7 @@ def label(ds: xr.Dataset, panel: Panel) -> str:
     """What the axis of the values shows, with its unit."""
     if panel.angles:
         return f"angle of its axes\nfrom {run_windows.reference(ds, panel)} (°)"
-    together = _together(ds, panel) if panel.course else 1
+    together = _together(ds, panel) if panel.over_time else 1
     return panel.label + (f"\nlargest of each {together} times" if together > 1 else "")
 
 
@@ -162,27 +162,27 @@ def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarra
     return found
 
 
-def bins(spreads: Sequence[Spread]) -> np.ndarray:
+def bins(found: Sequence[Histogram]) -> np.ndarray:
     """The edges of a histogram of all of these: one thin bar of a constant; around whole numbers if they are few; of
     positive numbers of many magnitudes in equal ratios; else as many as Rice's rule says, 2 n^(1/3)."""
     import numpy as np
 
-    every = np.concatenate([spread.values for spread in spreads])
+    every = np.concatenate([one.values for one in found])
     low, high = float(every.min()), float(every.max())
     if high - low <= ROUNDING * max(abs(low), abs(high)):
         half = THIN * (abs(low) or 1.0)
         return np.array([low - half, low + half])
     if high - low < MOST_BINS and (every == np.round(every)).all():
         return np.arange(low - 0.5, high + 1.0)
-    number = int(np.clip(np.ceil(2.0 * max(len(x.values) for x in spreads) ** (1 / 3)), FEWEST_BINS, MOST_BINS))
+    number = int(np.clip(np.ceil(2.0 * max(len(one.values) for one in found) ** (1 / 3)), FEWEST_BINS, MOST_BINS))
     if low > 0.0 and high > WIDE * np.median(every):
         return np.geomspace(low, high, number + 1)
     return np.linspace(low, high, number + 1)
 
 
-def _course(
+def _one_line(
     label: str, values: np.ndarray, labels: np.ndarray, nominal: np.ndarray | None, survivors: np.ndarray
-) -> Course:
+) -> TimeSeries:
     """Of values (runs, times), of which so many (times,) are known."""
     import numpy as np
 
@@ -190,7 +190,7 @@ def _course(
     each = {int(labels[n]): values[n].copy() for n in kept}
     going = np.flatnonzero(np.isfinite(values[:, survivors <= FEW]).any(axis=1)) if len(values) > FEW else ()
     left = {int(labels[n]): np.where(survivors <= FEW, values[n], np.nan) for n in going[:FEW]}
-    return Course(label, quantiles(values), np.fmax.reduce(values, axis=0), nominal, each, left)
+    return TimeSeries(label, quantiles(values), np.fmax.reduce(values, axis=0), nominal, each, left)
 
 
 def _nominal(ds: xr.Dataset, panel: Panel) -> list[np.ndarray | None]:

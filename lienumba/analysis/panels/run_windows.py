@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.panels import attitude
-from lienumba.analysis.panels.select_panels import Line, Panel, good_runs
+from lienumba.analysis.panels.select_panels import Panel, PanelLine, good_runs
 from lienumba.batch.statuses import GOOD
 from lienumba.store.layout import FULL
 from lienumba.store.windows import windows
@@ -29,7 +29,7 @@ def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
     which = of_sweep(ds) if panel.sampled else good_runs(ds)
     if panel.dim == FULL:
         which = np.isin(ds[FULL].values, ds["run"].values[which])
-    most = max(MOST_VALUES // (ds.sizes["time"] * BLOCK), 1) * BLOCK if panel.course else len(which)
+    most = max(MOST_VALUES // (ds.sizes["time"] * BLOCK), 1) * BLOCK if panel.over_time else len(which)
     if which.sum() <= most:
         return which
     blocks = np.arange(len(which)) // BLOCK
@@ -42,27 +42,28 @@ def nominal_run(ds: xr.Dataset, panel: Panel) -> int | None:
 
     labels, good = ds[panel.dim].values, ds["run"].values[ds["status"].isin(GOOD).values]
     own = np.flatnonzero(labels == NOMINAL_RUN)
-    known = panel.sampled or NOMINAL_RUN in good
-    return int(own[0]) if len(own) and known and not shown_runs(ds, panel)[own[0]] else None
+    shown = panel.sampled or NOMINAL_RUN in good
+    return int(own[0]) if len(own) and shown and not shown_runs(ds, panel)[own[0]] else None
 
 
 def reference(ds: xr.Dataset, panel: Panel) -> str:
     """From what the angles of an attitude are measured."""
-    if panel.course and shown_runs(ds, panel).sum() == 1:
+    if panel.over_time and shown_runs(ds, panel).sum() == 1:
         return attitude.START
     return attitude.MEAN if nominal_run(ds, panel) is None else attitude.NOMINAL
 
 
 def values(ds: xr.Dataset, panel: Panel, which: np.ndarray) -> list[np.ndarray]:
-    """The values (runs, times) of each line for some of the runs, NaN where a run has none; of a spread one time."""
+    """The values (runs, times) of each line for some of the runs, NaN where a run has none; one time of
+    what each run has once."""
     import numpy as np
 
-    here = ds if panel.course else ds.isel(time=slice(-1, None)) if "time" in ds.dims else ds
+    here = ds if panel.over_time else ds.isel(time=slice(-1, None)) if "time" in ds.dims else ds
     of = _angles(here, panel, which) if panel.angles else _plain(here, panel.lines, panel.dim, which)
     return [np.where(np.isfinite(line), line, np.nan) for line in of]
 
 
-def _plain(ds: xr.Dataset, lines: Sequence[Line], dim: str, which: np.ndarray) -> list[np.ndarray]:
+def _plain(ds: xr.Dataset, lines: Sequence[PanelLine], dim: str, which: np.ndarray) -> list[np.ndarray]:
     """The values (runs, times, ...) of each line."""
     import numpy as np
 
@@ -74,15 +75,15 @@ def _plain(ds: xr.Dataset, lines: Sequence[Line], dim: str, which: np.ndarray) -
 
 
 def _columns(
-    ds: xr.Dataset, name: str, lines: Sequence[Line], dim: str, which: np.ndarray
+    ds: xr.Dataset, name: str, lines: Sequence[PanelLine], dim: str, which: np.ndarray
 ) -> Iterator[list[np.ndarray]]:
     """The values (runs, times, ...) of lines of one variable, window by window; times: 1 of what a run has once."""
     shared = {key: n for key, n in lines[0].place.items() if all(line.place[key] == n for line in lines)}
     few = ds[[name]].isel(shared)
     for window in windows(few, [name], dim, which):
         whole = window[name]
-        courses = whole if "time" in whole.dims else whole.expand_dims("time")
-        ordered = courses.transpose(dim, "time", ...).astype(float)
+        timed = whole if "time" in whole.dims else whole.expand_dims("time")
+        ordered = timed.transpose(dim, "time", ...).astype(float)
         yield [ordered.isel({key: n for key, n in line.place.items() if key not in shared}).values for line in lines]
 
 

@@ -1,6 +1,6 @@
 """What is shown of a dataset: panels of what says most, or of what is asked for by name.
 
-A panel has one or more lines, each one number of every run: over the time (a course), or once (a spread). The nine
+A panel has one or more lines, each one number of every run: over the time, or once. The nine
 elements of a rotation say little to people, so `rotation` is shown as the angles of the axes of the body, see
 `attitude.py`; an element of it can be asked for, such as `rotation.top.x.z`.
 """
@@ -32,14 +32,14 @@ POSE, MOTION = ("position", "rotation"), ("angular_velocity", "velocity")
 EACH = ("body", "joint")  # dimensions whose entries have panels of their own
 MOST_LINES = 12  # in one panel
 MOST_ASKED = 24  # panels
-MOST, COURSES, ALONE = 12, 6, 7  # panels that are chosen where none is asked for: courses with spreads, and without
+MOST, TIMED, ALONE = 12, 6, 7  # panels where none is asked for: all, over the time, these without histograms
 ROUNDING = 1e-12  # of the largest value of a variable: what varies by less is constant
-FEW = 12  # runs: too few for a spread
+FEW = 12  # runs: too few for a histogram
 RANKED = 10_000  # runs that say on which inputs an output depends
 
 
 @dataclass(frozen=True)
-class Line:
+class PanelLine:
     """One number of every run. place: its index along each dimension of its variable but run and time."""
 
     variable: str
@@ -49,15 +49,15 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """What one diagram shows. label: of the axis of its values, with the unit; dim: along which its runs are; course:
-    over the time; angles: of axes of a body, from columns of its rotations; logarithmic: its values are; sampled: it is
-    an input, which failed runs have too."""
+    """What one diagram shows. label: of the axis of its values, with the unit; dim: along which its runs are;
+    over_time: it shows time series, not histograms; angles: of axes of a body, from columns of its rotations;
+    logarithmic: its values are; sampled: it is an input, which failed runs have too."""
 
     title: str
     label: str
-    lines: tuple[Line, ...]
+    lines: tuple[PanelLine, ...]
     dim: str = "run"
-    course: bool = True
+    over_time: bool = True
     angles: bool = False
     logarithmic: bool = False
     sampled: bool = False
@@ -69,45 +69,45 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectedPanels:
     """The panels that say most, and a sentence on what has been left out, empty if nothing was."""
 
     panels: tuple[Panel, ...]
     left_out: str = ""
 
 
-def telling(ds: xr.Dataset) -> Choice:
-    """Courses of the scenario's own quantities, of efforts, of the state and the energy; drift; and of a sweep how its
-    outputs and its inputs are spread; how the runs ended, if some failed or there is nothing else."""
+def default_panels(ds: xr.Dataset) -> SelectedPanels:
+    """Time series of the scenario's own quantities, of efforts, of the state and the energy; drift; of a sweep
+    histograms of its outputs and inputs; how the runs ended, if some failed or there is nothing else."""
     ends, good = [*_panels(ds[STATUS])], good_runs(ds)
     if not good.any():
         inputs = _inputs(ds)
-        return Choice((*ends, *inputs[: MOST - 1]), _left_out([], len(inputs) - MOST + 1))
+        return SelectedPanels((*ends, *inputs[: MOST - 1]), _left_out([], len(inputs) - MOST + 1))
     ends = ends if good.sum() < of_sweep(ds).sum() else []
-    courses = [panel for panel in _courses(ds) if _moves(ds, panel)]
+    timed = [panel for panel in _over_time(ds) if _moves(ds, panel)]
     checks = [panel for panel in (*_drift(ds), *_violations(ds)) if _moves(ds, panel)] or list(_worst(ds))
-    several = not courses or good.sum() > FEW
+    several = not timed or good.sum() > FEW
     results, inputs = (list(_results(ds)), list(_inputs(ds))) if several else ([], [])
-    shown = courses[: COURSES if results or inputs else ALONE]
+    shown = timed[: TIMED if results or inputs else ALONE]
     room = MOST - len(shown) - len(checks) - len(ends)
     results = results[: max(room - len(inputs), room // 2)]
-    known = inputs[: room - len(results)]
-    first = (*shown, *checks, *results) if courses else (*results, *checks)
-    panels = (*first, *ends, *known) or tuple(_panels(ds[STATUS]))
-    return Choice(panels, _left_out(courses[len(shown) :], len(inputs) - len(known)))
+    sampled = inputs[: room - len(results)]
+    first = (*shown, *checks, *results) if timed else (*results, *checks)
+    panels = (*first, *ends, *sampled) or tuple(_panels(ds[STATUS]))
+    return SelectedPanels(panels, _left_out(timed[len(shown) :], len(inputs) - len(sampled)))
 
 
-def asked(ds: xr.Dataset, names: Sequence[str]) -> Choice:
+def named_panels(ds: xr.Dataset, names: Sequence[str]) -> SelectedPanels:
     """Panels of variables, inputs, `status`, or components such as `position.top` and `position.top.z`."""
-    known = {str(x): components(ds[x]) for x in ds.variables if _is_known(ds, str(x))}
+    by_variable = {str(x): components(ds[x]) for x in ds.variables if _has_runs(ds, str(x))}
     found: list[Panel] = []
     for name in names:
-        wanted = matching(name, known, "variable")
-        for variable in dict.fromkeys(x for x, each in known.items() for y in each if y in wanted):
-            whole = [n for n, component in enumerate(known[variable]) if component in wanted]
+        wanted = matching(name, by_variable, "variable")
+        for variable in dict.fromkeys(x for x, each in by_variable.items() for y in each if y in wanted):
+            whole = [n for n, component in enumerate(by_variable[variable]) if component in wanted]
             found += [_input(ds[variable])] if variable in ds.coords else _panels(ds[variable], whole)
     shown = [panel for n, panel in enumerate(found) if panel not in found[:n]]
-    return Choice(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))
+    return SelectedPanels(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))
 
 
 def good_runs(ds: xr.Dataset) -> np.ndarray:
@@ -117,7 +117,7 @@ def good_runs(ds: xr.Dataset) -> np.ndarray:
     return spread if spread.any() else good
 
 
-def _is_known(ds: xr.Dataset, name: str) -> bool:
+def _has_runs(ds: xr.Dataset, name: str) -> bool:
     dims = ds[name].dims
     return name not in ds.dims and bool({"run", FULL} & set(dims)) and ds[name].dtype.kind in "biuf"
 
@@ -131,27 +131,27 @@ def _left_out(panels: Sequence[Panel], inputs: int) -> str:
     return f"not shown: {', '.join(words)}" if words else ""
 
 
-def _courses(ds: xr.Dataset) -> Iterator[Panel]:
+def _over_time(ds: xr.Dataset) -> Iterator[Panel]:
     """Of the scenario's own quantities, of efforts, and of the state: bodies from the last on, which is the tip of a
     chain."""
-    courses = [str(x) for x in ds.data_vars if "time" in ds[x].dims and _is_known(ds, str(x))]
-    for name in [name for name in courses if name not in VARIABLES] + ["driver_effort"] * ("driver_effort" in courses):
+    timed = [str(x) for x in ds.data_vars if "time" in ds[x].dims and _has_runs(ds, str(x))]
+    for name in [name for name in timed if name not in VARIABLES] + ["driver_effort"] * ("driver_effort" in timed):
         yield from _panels(ds[name])
-    last, *others = [*_bodies(ds, courses)][::-1] or [[]]
+    last, *others = [*_bodies(ds, timed)][::-1] or [[]]
     yield from last[: len(POSE)]
     yield from _energy(ds)
     yield from [*last[len(POSE) :], *(panel for panels in others for panel in panels)]
 
 
-def _bodies(ds: xr.Dataset, courses: Sequence[str]) -> Iterator[list[Panel]]:
+def _bodies(ds: xr.Dataset, timed: Sequence[str]) -> Iterator[list[Panel]]:
     """The panels of the state of each body."""
-    names = [name for name in (*POSE, *MOTION) if name in courses]
+    names = [name for name in (*POSE, *MOTION) if name in timed]
     yield from map(list, zip(*(_panels(ds[name]) for name in names), strict=True))
 
 
 def _energy(ds: xr.Dataset) -> Iterator[Panel]:
     """Total, kinetic and potential energy in one panel."""
-    lines = [Line(name, label) for name, label in ENERGIES.items() if name in ds and "time" in ds[name].dims]
+    lines = [PanelLine(name, label) for name, label in ENERGIES.items() if name in ds and "time" in ds[name].dims]
     if lines:
         yield Panel("energy", axis_label("energy", "J"), tuple(lines), _dim(ds[lines[0].variable]))
 
@@ -165,14 +165,14 @@ def _drift(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _violations(ds: xr.Dataset) -> Iterator[Panel]:
     """Those of positions and velocities in one panel."""
-    lines = [Line(name, label) for name, label in VIOLATIONS.items() if name in ds and "time" in ds[name].dims]
+    lines = [PanelLine(name, label) for name, label in VIOLATIONS.items() if name in ds and "time" in ds[name].dims]
     if lines:
         words, label = "violation of the constraints", "violation (m, m/s)"
         yield Panel(words, label, tuple(lines), _dim(ds[lines[0].variable]), logarithmic=True)
 
 
 def _moves(ds: xr.Dataset, panel: Panel) -> bool:
-    """Whether anything of a course changes, or is not the same in all runs, as far as the first few tell."""
+    """Whether anything over the time changes, or is not the same in all runs, as far as the first few tell."""
     import numpy as np
 
     good = ds["run"].values[good_runs(ds)]
@@ -187,7 +187,7 @@ def _moves(ds: xr.Dataset, panel: Panel) -> bool:
 
 
 def _worst(ds: xr.Dataset) -> Iterator[Panel]:
-    """Drift and violations where there is no course: the largest of each run, if not the same in all."""
+    """Drift and violations where there is no time series: the largest of each run, if not the same in all."""
     import numpy as np
 
     for name in kept_largest():
@@ -201,13 +201,13 @@ def _results(ds: xr.Dataset) -> Iterator[Panel]:
     """What each run came to, if not all to the same: one number to a panel, at the last time, or once in a run."""
     import numpy as np
 
-    known = {str(x): components(ds[x]) for x in ds.data_vars if _is_known(ds, str(x)) and "run" in ds[x].dims}
-    for output in outputs.read(ds, outputs.telling(ds), None, good_runs(ds)):
+    by_variable = {str(x): components(ds[x]) for x in ds.data_vars if _has_runs(ds, str(x)) and "run" in ds[x].dims}
+    for output in outputs.read(ds, outputs.default_outputs(ds), None, good_runs(ds)):
         values = output.values[np.isfinite(output.values)]
         if len(values) and np.ptp(values) > ROUNDING * output.scale:
-            variable = next(x for x, each in known.items() if output.name in each)
-            panel = next(_panels(ds[variable], [known[variable].index(output.name)]))
-            yield replace(panel, title=panel.title + (" at the end" if panel.course else ""), course=False)
+            variable = next(x for x, each in by_variable.items() if output.name in each)
+            panel = next(_panels(ds[variable], [by_variable[variable].index(output.name)]))
+            yield replace(panel, title=panel.title + (" at the end" if panel.over_time else ""), over_time=False)
 
 
 def _inputs(ds: xr.Dataset) -> list[Panel]:
@@ -220,7 +220,7 @@ def _inputs(ds: xr.Dataset) -> list[Panel]:
 def _input(samples: xr.DataArray) -> Panel:
     name = str(samples.name)
     units = str(samples.attrs.get("units", ""))
-    return Panel(f"sampled {name}", axis_label("value", units), (Line(name, ""),), course=False, sampled=True)
+    return Panel(f"sampled {name}", axis_label("value", units), (PanelLine(name, ""),), over_time=False, sampled=True)
 
 
 def _strengths(ds: xr.Dataset, names: Sequence[str]) -> list[float]:
@@ -260,17 +260,17 @@ def _panels(variable: xr.DataArray, wanted: Iterable[int] | None = None) -> Iter
 
 def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str], each: int | None, of: str) -> Panel:
     name = str(variable.name)
-    course = "time" in variable.dims
+    over_time = "time" in variable.dims
     if name in ROTATIONS and len(group) == 9:
-        end = "" if course else " at the end"
-        lines = [Line(name, axis, {"body": group[0][0], "body_axis": n}) for n, axis in enumerate("xyz")]
-        return Panel(f"attitude{of}{end}", "", tuple(lines), _dim(variable), course, angles=True)
+        end = "" if over_time else " at the end"
+        lines = [PanelLine(name, axis, {"body": group[0][0], "body_axis": n}) for n, axis in enumerate("xyz")]
+        return Panel(f"attitude{of}{end}", "", tuple(lines), _dim(variable), over_time, angles=True)
     lines = []
     for place in group:
         index = dict(zip(dims, place, strict=True))
         label = "".join(str(variable[dim].values[n]) for dim, n in index.items() if dims.index(dim) != each)
         alone = f", {label}" if len(group) == 1 and label else ""
-        lines.append(Line(name, label if len(group) > 1 else "", index))
+        lines.append(PanelLine(name, label if len(group) > 1 else "", index))
     frame = ", body frame" if variable.attrs.get("frame") == "body" else ""
     more = f", the first {MOST_LINES} of {len(lines)}" if len(lines) > MOST_LINES else ""
     units = str(variable.attrs.get("units", ""))
@@ -279,6 +279,6 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
         axis_label(name, units),
         tuple(lines[:MOST_LINES]),
         _dim(variable),
-        course,
+        over_time,
         logarithmic=name in VIOLATIONS,
     )

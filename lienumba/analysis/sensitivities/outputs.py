@@ -47,52 +47,52 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
     import numpy as np
 
     good = ds[STATUS].isin(GOOD).values & sampled
-    known = {FAILED: [FAILED]} | {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
-    asked = [output for name in names for output in _matching(name, known)]
+    by_variable = {FAILED: [FAILED]} | {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
+    asked = [output for name in names for output in _matching(name, by_variable)]
     if not names:
-        asked = _telling(ds, known, time)
+        asked = _default_outputs(ds, by_variable, time)
         asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
     at = _stored(ds, time) if "time" in ds.sizes else 0
-    for name in dict.fromkeys(_variable_of(output, known) for output in asked):
-        wanted = [output for output in asked if _variable_of(output, known) == name]
+    for name in dict.fromkeys(_variable_of(output, by_variable) for output in asked):
+        wanted = [output for output in asked if _variable_of(output, by_variable) == name]
         if time is not None and (name not in ds or "time" not in ds[name].dims):
             raise ScenarioError(f"time = {time:g}: has no meaning for {name}, which each run has once; leave it out")
         if name not in ds:
             values = np.where(sampled, (~good).astype(float), nan)
             yield Output(FAILED, "1", "whether the run failed", values)
         else:
-            yield from _read(ds[name], known[name], dict.fromkeys(wanted), at, good)
+            yield from _read(ds[name], by_variable[name], dict.fromkeys(wanted), at, good)
 
 
-def telling(ds: xr.Dataset) -> list[str]:
+def default_outputs(ds: xr.Dataset) -> list[str]:
     """The names of the outputs that say most."""
-    return _telling(ds, {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}, None)
+    return _default_outputs(ds, {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}, None)
 
 
 def _is_output(variable: xr.DataArray) -> bool:
     return variable.name != STATUS and "run" in variable.dims and variable.dtype.kind in "biuf"
 
 
-def _variable_of(output: str, known: dict[str, list[str]]) -> str:
-    return next(name for name, components in known.items() if output in components)
+def _variable_of(output: str, by_variable: dict[str, list[str]]) -> str:
+    return next(name for name, components in by_variable.items() if output in components)
 
 
-def _matching(asked: str, known: dict[str, list[str]]) -> list[str]:
+def _matching(asked: str, by_variable: dict[str, list[str]]) -> list[str]:
     """The outputs of this name."""
     if asked == STATUS:
         raise ScenarioError(f'the output "{STATUS}" is a code, not a number; ask for "{FAILED}"')
-    return matching(asked, known, "output")
+    return matching(asked, by_variable, "output")
 
 
-def _telling(ds: xr.Dataset, known: dict[str, list[str]], time: float | None) -> list[str]:
+def _default_outputs(ds: xr.Dataset, by_variable: dict[str, list[str]], time: float | None) -> list[str]:
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
-    names = [name for name in known if name in ds and (time is None or "time" in ds[name].dims)]
+    names = [name for name in by_variable if name in ds and (time is None or "time" in ds[name].dims)]
     own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
     own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
-    outputs = [output for name in own for output in known[name]]
+    outputs = [output for name in own for output in by_variable[name]]
     if not outputs:
         where = [name for name in (f"{LAST}position", "position") if name in names] or names
-        outputs = known[where[0]][-3:] if where else []
+        outputs = by_variable[where[0]][-3:] if where else []
     if not outputs:
         raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
     return outputs[:MOST]

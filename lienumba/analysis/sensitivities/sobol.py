@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 RESAMPLES = 200
 SEED = 2010  # of the resampling: the same dataset gives the same intervals
-AT_ONCE = 1 << 22  # numbers of resampled outputs that are held
+AT_ONCE = 1 << 22  # numbers of resampled outputs that are in memory
 FEWEST = 4  # complete rows
 ERRORS = 1.96  # standard errors of 95 % of a normal distribution, to either side
 ENDS = ("", "_low", "_high")

@@ -38,14 +38,14 @@ class Block:
     first: int
 
 
-class Runs:
+class RunStatistics:
     """The runs of the variable `x` along `dim`, without the nominal one if there are others; core: the dimensions of
     what each of them has at a label; new: those of what is found, which `x` must not have."""
 
     def __init__(self, x: Any, dim: str, *core: str, new: Sequence[str] = ()) -> None:
         import numpy as np
 
-        check(x, dim, *core)
+        check_numbers(x, dim, *core)
         if dim in core:
             others = [f'"{name}"' for name in x.dims if name not in core]
             remedy = f"give one of {', '.join(others)}" if others else "there is none to take it over"
@@ -119,7 +119,7 @@ class Runs:
         return xr.Dataset({name: data[name] for name in (*described, "runs")}, {**coordinates, **(labels or {})})
 
 
-def check(x: Any, *dims: str) -> None:
+def check_numbers(x: Any, *dims: str) -> None:
     """Refuse what is no variable of numbers with these dimensions."""
     import xarray as xr
 

@@ -8,9 +8,9 @@ from lienumba.analysis.statistics.blockwise import (
     COUNT,
     Block,
     Found,
-    Runs,
-    check,
+    RunStatistics,
     check_free,
+    check_numbers,
     check_probability,
     power,
 )
@@ -46,7 +46,7 @@ def covariance(x: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
         `covariance` (..., axis, axis_2) by n - 1, in the square of the unit of `x`, over the `count` of the `runs` that
         have a value there; NaN of fewer than two.
     """
-    runs = Runs(x, dim, AXIS, new=(AXIS + OTHER,))
+    runs = RunStatistics(x, dim, AXIS, new=(AXIS + OTHER,))
     named = described(
         power(str(x.attrs.get("units", "1")), 2),
         f"covariance over {dim}: {x.attrs.get('long_name', x.name)}",
@@ -63,16 +63,16 @@ def moments(vectors: np.ndarray) -> Found:
     """The covariance of vectors (labels, runs, size), and how many there are; NaN is none."""
     import numpy as np
 
-    known = np.isfinite(vectors).all(axis=-1)
-    count = known.sum(axis=1)
-    mean = np.where(known[..., None], vectors, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
-    rest = np.where(known[..., None], vectors - mean[:, None], 0.0)
+    finite = np.isfinite(vectors).all(axis=-1)
+    count = finite.sum(axis=1)
+    mean = np.where(finite[..., None], vectors, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
+    rest = np.where(finite[..., None], vectors - mean[:, None], 0.0)
     found = np.swapaxes(rest, 1, 2) @ rest / np.where(count > 1, count - 1, np.nan)[:, None, None]
     return {"covariance": found, "count": count}
 
 
 def described(units: str, long_name: str, frame: str | None) -> dict[str, Any]:
-    """What `moments` found, for `Runs.labelled`."""
+    """What `moments` found, for `RunStatistics.labelled`."""
     attributes = texts(units, long_name) | ({} if frame is None else {"frame": frame})
     return {"covariance": ((AXIS, AXIS + OTHER), attributes), "count": ((), COUNT)}
 
@@ -124,9 +124,9 @@ def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.
     units = power(str(C.attrs.get("units", "1")), 0.5)
     labels, whole = C.dims[:-2], "volume" if size == 3 else "area"
     frame = {"frame": C.attrs["frame"]} if "frame" in C.attrs else {}
-    held = f"{100.0 * probability:g} %"
+    share = f"{100.0 * probability:g} %"
     data = {
-        "semi_axis": ((*labels, PRINCIPAL), semi, texts(units, f"semi-axes of the ellipsoid that holds {held}")),
+        "semi_axis": ((*labels, PRINCIPAL), semi, texts(units, f"semi-axes of the ellipsoid that holds {share}")),
         "direction": ((*labels, first, PRINCIPAL), directions, texts("1", "directions of the semi-axes") | frame),
         whole: (labels, ball * semi.prod(axis=-1), texts(power(units, size), f"{whole} of the ellipsoid")),
         "freedom": (labels, freedom, texts("1", "directions in which the vectors vary")),
@@ -149,7 +149,7 @@ def _counted(cov: Any) -> tuple[Any, xr.DataArray | None]:
 
 def _pair(cov: Any) -> tuple[str, str]:
     """The two dimensions of a covariance."""
-    check(cov)
+    check_numbers(cov)
     for name in map(str, cov.dims):
         if name + OTHER in cov.dims and cov.sizes[name] == cov.sizes[name + OTHER] in (2, 3):
             return name, name + OTHER
@@ -164,8 +164,8 @@ def _principal(cov: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     import numpy as np
 
     C = cov.values
-    known = np.isfinite(C).all(axis=(-2, -1))[..., None]
-    C = np.where(known[..., None], C, np.eye(C.shape[-1]))
+    finite = np.isfinite(C).all(axis=(-2, -1))[..., None]
+    C = np.where(finite[..., None], C, np.eye(C.shape[-1]))
     variances, directions = (x[..., ::-1] for x in np.linalg.eigh(C))
     largest = abs(C).max(axis=(-2, -1))
     skew = abs(C - np.swapaxes(C, -1, -2)).max(axis=(-2, -1)) > ROUNDING * largest
@@ -182,4 +182,4 @@ def _principal(cov: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     directions = np.where(longest < 0.0, -directions, directions)
     turned = np.linalg.det(directions) < 0.0
     directions[..., -1] = np.where(turned[..., None], -directions[..., -1], directions[..., -1])
-    return np.where(known, np.maximum(variances, 0.0), np.nan), np.where(known[..., None], directions, np.nan)
+    return np.where(finite, np.maximum(variances, 0.0), np.nan), np.where(finite[..., None], directions, np.nan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, Runs, check_probability
+from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, RunStatistics, check_probability
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
 from lienumba.sweep.confidence import half_width, ranks
@@ -40,16 +40,16 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
         the `runs` that have a finite value there.
     """
     check_probability("confidence", confidence)
-    runs = Runs(x, dim)
+    runs = RunStatistics(x, dim)
 
     def work(block: Block) -> Found:
         import numpy as np
 
-        known = np.isfinite(block.values)
-        count = known.sum(axis=1)
+        finite = np.isfinite(block.values)
+        count = finite.sum(axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean = np.where(known, block.values, 0.0).sum(axis=1) / count
-            rest = np.where(known, block.values - mean[:, None], 0.0)
+            mean = np.where(finite, block.values, 0.0).sum(axis=1) / count
+            rest = np.where(finite, block.values - mean[:, None], 0.0)
             deviation = ((rest * rest).sum(axis=1) / np.where(count > 1, count - 1, np.nan)) ** 0.5
             half = np.where(count > 1, half_width(deviation, count, confidence), np.inf)
         low, high = (np.where(count > 0, mean, 0.0) + sign * half for sign in (-1.0, 1.0))
@@ -100,7 +100,7 @@ def quantile_interval(
         check_probability("q", one)
     if not wanted:
         raise ScenarioError("q = []: asks for no quantile; give numbers between 0 and 1, such as [0.05, 0.5, 0.95]")
-    runs = Runs(x, dim, new=("quantile",))
+    runs = RunStatistics(x, dim, new=("quantile",))
 
     def work(block: Block) -> Found:
         ordered = np.sort(block.values, axis=1)

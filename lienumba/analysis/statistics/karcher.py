@@ -44,33 +44,33 @@ class Mean:
     status: np.ndarray
 
 
-def mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Mean:
+def mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Mean:
     """The mean of rotations, nine numbers (labels, runs), at each label over the runs that are known; margin (labels,):
     how well angles to them are known (rad)."""
     import numpy as np
 
     q = np.stack(so3.to_quaternion(R), axis=-1)
-    weights = _weights(known)
+    weights = _weights(finite)
     p, _, arrived = descend(_chordal(q, weights)[:, None], q, weights)
     p, arrived = p[:, 0], arrived[:, 0]
-    found = angles(R, p, known)
+    found = angles(R, p, finite)
     margin = np.maximum(margin, MARGIN)
-    status = np.where(arrived & _only(found, known, margin), UNIQUE, BEST)
+    status = np.where(arrived & _only(found, finite, margin), UNIQUE, BEST)
     doubtful = np.flatnonzero(status == BEST)
     at_once = max(1, NUMBERS // min(q.shape[1], FEW) // STARTS)
     for first in range(0, len(doubtful), at_once):
         these = doubtful[first : first + at_once]
-        p[these], status[these] = _search(q[these], known[these], p[these], np.maximum(margin[these], EQUAL))
-        found[these] = angles(tuple(x[these] for x in R), p[these], known[these])
-        only = _only(found[these], known[these], margin[these])
+        p[these], status[these] = _search(q[these], finite[these], p[these], np.maximum(margin[these], EQUAL))
+        found[these] = angles(tuple(x[these] for x in R), p[these], finite[these])
+        only = _only(found[these], finite[these], margin[these])
         status[these] = np.where((status[these] == BEST) & only, UNIQUE, status[these])
     status = np.where(found.max(axis=1) > HALF - MARGIN, NOT_CONVERGED, status)
     rotation = so3.from_quaternion(tuple(p.T))
-    none = ~known.any(axis=1)
+    none = ~finite.any(axis=1)
     return Mean(tuple(np.where(none, np.nan, x) for x in rotation), found, np.where(none, NONE, status))
 
 
-def _only(angles: np.ndarray, known: np.ndarray, margin: np.ndarray) -> np.ndarray:
+def _only(angles: np.ndarray, finite: np.ndarray, margin: np.ndarray) -> np.ndarray:
     """Whether a minimum is the mean for sure (labels,), from its angles to the runs, each known to a margin: all are
     below a quarter turn, or the cost is larger everywhere else.
 
@@ -80,7 +80,7 @@ def _only(angles: np.ndarray, known: np.ndarray, margin: np.ndarray) -> np.ndarr
     """
     import numpy as np
 
-    weights, farthest = _weights(known), angles.max(axis=1)
+    weights, farthest = _weights(finite), angles.max(axis=1)
     sure: np.ndarray = farthest < QUARTER - margin
     near = HALF - farthest
     far = np.clip(2.0 * (weights * angles).sum(axis=1), near, HALF)
@@ -95,13 +95,13 @@ def _only(angles: np.ndarray, known: np.ndarray, margin: np.ndarray) -> np.ndarr
     return sure | wider
 
 
-def angles(R: so3.Matrix3, p: np.ndarray, known: np.ndarray) -> np.ndarray:
+def angles(R: so3.Matrix3, p: np.ndarray, finite: np.ndarray) -> np.ndarray:
     """From rotations p (labels, 4) to R, nine numbers (labels, runs); 0 where these are not known."""
     import numpy as np
 
     back = so3.transpose(so3.from_quaternion(tuple(x[:, None] for x in p.T)))
     u = so3.log(so3.multiply(back, R))
-    return np.where(known, so3.dot(u, u) ** 0.5, 0.0)
+    return np.where(finite, so3.dot(u, u) ** 0.5, 0.0)
 
 
 def descend(
@@ -147,14 +147,14 @@ def _chordal(q: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return chords
 
 
-def _search(q: np.ndarray, known: np.ndarray, first: np.ndarray, equal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _search(q: np.ndarray, finite: np.ndarray, first: np.ndarray, equal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The best minimum from many starts (labels, 4), `first` among them, and what is known of it. Starts are the best
     points of a grid; of those that lie best after some steps, far from one another, the best go on to their minima.
     Of many runs, some are asked where to start. equal (labels,): costs that differ by less, relative, are the same."""
     import numpy as np
 
-    few, of_few = (q, known) if q.shape[1] <= FEW else _some(q, known)
-    weights, weights_few = _weights(known), _weights(of_few)
+    few, of_few = (q, finite) if q.shape[1] <= FEW else _some(q, finite)
+    weights, weights_few = _weights(finite), _weights(of_few)
     p = _best(np.broadcast_to(_grid(), (len(q), GRID, 4)), few, weights_few, STARTS)
     p = _best(descend(p, few, weights_few, ROUGH, ROUGH_STEPS)[0], few, weights_few, FINALISTS, CLOSE)
     p = _best(descend(p, q, weights, ROUGH, ROUGH_STEPS)[0], q, weights, LAST, CLOSE)
@@ -167,10 +167,10 @@ def _search(q: np.ndarray, known: np.ndarray, first: np.ndarray, equal: np.ndarr
     return mean[:, 0], status
 
 
-def _weights(known: np.ndarray) -> np.ndarray:
+def _weights(finite: np.ndarray) -> np.ndarray:
     import numpy as np
 
-    weights: np.ndarray = known / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    weights: np.ndarray = finite / np.maximum(finite.sum(axis=1, keepdims=True), 1)
     return weights
 
 
@@ -187,16 +187,16 @@ def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int, apart: f
     return p[:, :most]
 
 
-def _some(q: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _some(q: np.ndarray, finite: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Some of the runs that are known at each label: evenly by their places in an order that is the runs' own, so that
     it does not matter in which order they come."""
     import numpy as np
 
-    key = np.where(known, sum(abs(q[..., k]) * 3.0 ** (0.5 * k) for k in range(4)), np.inf)
-    count = np.maximum(known.sum(axis=1, keepdims=True), FEW)
+    key = np.where(finite, sum(abs(q[..., k]) * 3.0 ** (0.5 * k) for k in range(4)), np.inf)
+    count = np.maximum(finite.sum(axis=1, keepdims=True), FEW)
     which = np.argsort(key, axis=1, kind="stable")
     which = np.take_along_axis(which, np.arange(FEW) * count // FEW, 1)
-    return np.take_along_axis(q, which[..., None], 1), np.take_along_axis(known, which, 1)
+    return np.take_along_axis(q, which[..., None], 1), np.take_along_axis(finite, which, 1)
 
 
 def _grid() -> np.ndarray:

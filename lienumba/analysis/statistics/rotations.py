@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.statistics import karcher
-from lienumba.analysis.statistics.blockwise import COUNT, STORED, Block, Found, Runs, check
+from lienumba.analysis.statistics.blockwise import COUNT, STORED, Block, Found, RunStatistics, check_numbers
 from lienumba.analysis.statistics.covariance import AXIS, OTHER, described, moments, second_axis
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
@@ -93,10 +93,10 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     import numpy as np
 
     _check_matrices(R)
-    runs = Runs(R, dim, *MATRIX)
+    runs = RunStatistics(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(R, known, margin) for _, R, known, margin in _portions(runs, block)]
+        parts = [_mean(R, finite, margin) for _, R, finite, margin in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
@@ -110,10 +110,10 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     return runs.labelled(runs.gather(work), named)
 
 
-def _mean(R: so3.Matrix3, known: np.ndarray, margin: np.ndarray) -> Found:
+def _mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Found:
     import numpy as np
 
-    found, count = karcher.mean(R, known, margin), known.sum(axis=1)
+    found, count = karcher.mean(R, finite, margin), finite.sum(axis=1)
     square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
     return {
         "mean": np.stack(found.rotation, axis=-1).reshape(-1, 3, 3),
@@ -150,17 +150,17 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     if frame not in FRAMES:
         raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
     _check_matrices(R)
-    runs = Runs(R, dim, *MATRIX, new=(AXIS + OTHER,))
+    runs = RunStatistics(R, dim, *MATRIX, new=(AXIS + OTHER,))
     mean = mean_rotation(R, dim) if mean is None else mean
     of_mean = mean if isinstance(mean, xr.Dataset) and {"mean", "status"} <= set(mean) else None
     M = _at_labels(runs, _one_or_labelled("mean", mean))
 
     def work(block: Block) -> Found:
         parts = []
-        for first, A, known, _ in _portions(runs, block):
-            B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(known)])))
+        for first, A, finite, _ in _portions(runs, block):
+            B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(finite)])))
             u = so3.log(so3.multiply(B, A) if frame == "body" else so3.multiply(A, B))
-            parts.append(moments(np.where(known[..., None], np.stack(u, axis=-1), np.nan)))
+            parts.append(moments(np.where(finite[..., None], np.stack(u, axis=-1), np.nan)))
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = "log(mean^T R)" if frame == "body" else "log(R mean^T)"
@@ -169,7 +169,7 @@ def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], fr
     return found if of_mean is None else found.assign(status=of_mean["status"])
 
 
-def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
+def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
     """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
     not known, which are, and how well angles between them are known (labels,), rad."""
     import numpy as np
@@ -182,8 +182,8 @@ def _portions(runs: Runs, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.n
             label = runs.place(first + int(index[0]))
             return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
 
-        R, known, deviation = _rotations(block.values[here], place)
-        yield first, R, known, LOOSE * np.maximum(deviation.max(axis=1), rounded)
+        R, finite, deviation = _rotations(block.values[here], place)
+        yield first, R, finite, LOOSE * np.maximum(deviation.max(axis=1), rounded)
 
 
 def _pieces(labels: int, rotations: int) -> Iterator[slice]:
@@ -206,8 +206,8 @@ def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3,
     import numpy as np
 
     nine = _nine(R)
-    known = np.isfinite(sum(nine))
-    nine = tuple(np.where(known, x, one) for x, one in zip(nine, so3.IDENTITY, strict=True))
+    finite = np.isfinite(sum(nine))
+    nine = tuple(np.where(finite, x, one) for x, one in zip(nine, so3.IDENTITY, strict=True))
     x, y, z = (nine[k::3] for k in range(3))  # columns
     off = [abs(so3.dot(a, b)) for a, b in ((x, y), (y, z), (z, x))] + [abs(so3.dot(a, a) - 1.0) for a in (x, y, z)]
     deviation = np.maximum.reduce(off)
@@ -218,7 +218,7 @@ def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3,
         where = f" at {text}" if (text := place(index)) else ""
         raise ScenarioError(f"the matrix{where} is no rotation, since {what}; give rotation matrices, such as those of "
                             'ds["rotation"]')  # fmt: skip
-    return nine, known, deviation
+    return nine, finite, deviation
 
 
 def _check(R: xr.DataArray) -> None:
@@ -245,7 +245,7 @@ def _one_or_labelled(name: str, given: Any) -> Any:
     return xr.DataArray(matrix, dims=MATRIX, name=name)
 
 
-def _at_labels(runs: Runs, mean: Any) -> np.ndarray:
+def _at_labels(runs: RunStatistics, mean: Any) -> np.ndarray:
     """A mean at every label (labels, 3, 3)."""
     import numpy as np
     import xarray as xr
@@ -275,7 +275,7 @@ def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
 
 
 def _check_matrices(R: Any) -> None:
-    check(R, *MATRIX)
+    check_numbers(R, *MATRIX)
     if any(R.sizes[name] != 3 for name in MATRIX):
         raise ScenarioError(f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole matrices")
 

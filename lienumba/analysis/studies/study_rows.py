@@ -37,7 +37,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Line:
+class StudyLine:
     """The points of a curve that have a place on the axes, from small steps to large ones."""
 
     name: str
@@ -111,7 +111,7 @@ def error_names(ds: xr.Dataset) -> list[str]:
     return [name for name in ERRORS if f"{name}_error" in ds]
 
 
-def lines(ds: xr.Dataset, name: str, cost: str, logarithmic: bool = True) -> list[Line]:
+def lines(ds: xr.Dataset, name: str, cost: str, logarithmic: bool = True) -> list[StudyLine]:
     """A variable over the step or another cost, curve by curve; over a cost other than the step, every point that is of
     no curve for itself."""
     steps, y = steps_of(ds), typical(ds, name).values.ravel()
@@ -120,7 +120,7 @@ def lines(ds: xr.Dataset, name: str, cost: str, logarithmic: bool = True) -> lis
     every, found = curves(ds), []
     for curve in every if cost == STEP else [*every, *_alone(ds, every)]:
         points = sorted((point for point in curve.points if has_place[point]), key=lambda point: steps[point])
-        found.append(Line(curve.name, x[points], y[points]))
+        found.append(StudyLine(curve.name, x[points], y[points]))
     return found
 
 

@@ -8,12 +8,12 @@ from contextlib import contextmanager
 import numpy as np
 
 from lienumba.store.files import WriteError
-from lienumba.store.stream import Source, Stream, pieces
+from lienumba.store.stream import Source, Stream, slices
 
 Sources = dict[str, list[Source]]  # of each table
 
 
-class Writing:
+class BackgroundWriter:
     """labels: of each table, ascending; `written`: how many of these records are in the stream."""
 
     def __init__(self, begin: Callable[[], Stream], labels: Mapping[str, np.ndarray], pool: ThreadPoolExecutor) -> None:
@@ -51,7 +51,7 @@ class Writing:
         for table, labels in self.labels.items():
             first, last = self.written[table], int(np.searchsorted(labels, limit, side="right"))
             told = tell if table == "run" else lambda runs: None
-            self.stream.put(table, first, pieces(labels[first:last], sources[table]), told)
+            self.stream.put(table, first, slices(labels[first:last], sources[table]), told)
             self.written[table] = last
 
     def _wait(self) -> None:
@@ -66,11 +66,11 @@ class Writing:
 
 
 @contextmanager
-def writing(begin: Callable[[], Stream], labels: Mapping[str, np.ndarray]) -> Iterator[Writing]:
+def background_writer(begin: Callable[[], Stream], labels: Mapping[str, np.ndarray]) -> Iterator[BackgroundWriter]:
     """A dataset that begins when something of it can be written, and in the end is there whole or not at all."""
     pool = ThreadPoolExecutor(1)
     pool.submit(int).result()  # a thread whose start is interrupted is one that nobody waits for
-    dataset = Writing(begin, labels, pool)
+    dataset = BackgroundWriter(begin, labels, pool)
     try:
         yield dataset
     finally:

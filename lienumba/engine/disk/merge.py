@@ -24,8 +24,8 @@ from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.files import folder_of, read
-from lienumba.store.finished import Columns, Finished
-from lienumba.store.stream import Stream, pieces
+from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.stream import Stream, slices
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import check_dataset_target
 from lienumba.words import plural
@@ -87,7 +87,7 @@ def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: 
     if any(path.resolve() == target.resolve() for path in paths):
         raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
     check_dataset_target(target, overwrite)
-    parts = [Part.of(path) for path in paths]
+    parts = [PartialDataset.of(path) for path in paths]
     _check(parts)
     check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)
     if folder_of(target).exists():
@@ -110,7 +110,7 @@ def gaps(dataset: "xr.Dataset") -> list[str]:
 
 
 @dataclass(frozen=True)
-class Part:
+class PartialDataset:
     """A dataset: labels of its tables (runs,), samples (runs,) by path."""
 
     path: Path
@@ -119,7 +119,7 @@ class Part:
     inputs: dict[str, np.ndarray]
 
     @classmethod
-    def of(cls, path: Path) -> "Part":
+    def of(cls, path: Path) -> "PartialDataset":
         with read(path) as dataset:  # which refuses what is none
             if is_study(dataset):
                 raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
@@ -130,7 +130,7 @@ class Part:
             file.close()
 
 
-class Opened:
+class OpenFiles:
     """Files that are open, the one that was read last at the end."""
 
     def __init__(self) -> None:
@@ -149,15 +149,15 @@ class Opened:
 
 
 @dataclass
-class Table:
+class LazyTable:
     """A table of a dataset, which is opened when it is read."""
 
-    opened: Opened
+    opened: OpenFiles
     path: Path
     dim: str
     labels: np.ndarray
 
-    def read(self, part: slice) -> Columns:
+    def read(self, part: slice) -> RecordColumns:
         return self.opened(self.path).tables[self.dim].read(part)
 
     def column(self, name: str) -> np.ndarray:
@@ -179,7 +179,7 @@ def _paths(files: Paths) -> list[Path]:
     return found
 
 
-def _check(parts: Sequence[Part]) -> None:
+def _check(parts: Sequence[PartialDataset]) -> None:
     """They must be of one sweep and of this version, and no run may be in two of them."""
     first = parts[0]
     if first.attributes["lienumba_version"] != __version__:
@@ -205,7 +205,7 @@ def _check(parts: Sequence[Part]) -> None:
         raise ScenarioError(f"{parts[a].path} and {parts[b].path} both have {_named(both)}; leave one of them out")
 
 
-def _write(parts: Sequence[Part], target: Path, tell: Tell) -> None:
+def _write(parts: Sequence[PartialDataset], target: Path, tell: Tell) -> None:
     """Write the dataset of all their runs."""
     whole = max(parts, key=lambda part: int(_sweep(part.attributes)["runs"]))
     resolved = resolve(tomllib.loads(whole.attributes["scenario"]))
@@ -213,13 +213,13 @@ def _write(parts: Sequence[Part], target: Path, tell: Tell) -> None:
     order = np.argsort(labels)
     samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
     results = Results(resolved, check_initial(resolved))
-    opened, stream = Opened(), Stream(results.frame(samples, len(labels)), target)
+    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), target)
     try:
         columns = results.labels(labels[order])
         for dim, own in columns.items():
-            sources = [Table(opened, part.path, dim, part.labels[dim]) for part in parts]
+            sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
-            stream.put(dim, 0, pieces(own, sources), told)
+            stream.put(dim, 0, slices(own, sources), told)
         stream.finish(columns | samples, {})
     finally:
         stream.discard()

@@ -23,7 +23,7 @@ from lienumba.store.stream import Source
 
 
 @dataclass(frozen=True)
-class Stored:
+class SweepFiles:
     """What there is of a sweep whose dataset will be `target`."""
 
     resolved: Scenario
@@ -75,11 +75,11 @@ class Stored:
 
 
 class Arrived:
-    """Which of the runs (labels, ascending) have arrived, of which those that are known were there before."""
+    """Which of the runs (labels, ascending) have arrived, of which the finished ones were there before."""
 
-    def __init__(self, labels: np.ndarray, known: np.ndarray) -> None:
+    def __init__(self, labels: np.ndarray, finished: np.ndarray) -> None:
         self.labels, self.first = labels, 0
-        self.there = np.isin(labels, known)
+        self.there = np.isin(labels, finished)
 
     def take(self, labels: np.ndarray) -> None:
         self.there[np.searchsorted(self.labels, labels)] = True
@@ -92,7 +92,7 @@ class Arrived:
 
 
 @contextmanager
-def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
+def sweep_files(target: Path, resolved: Scenario, resume: bool) -> Iterator[SweepFiles]:
     """What there is already, if it is to go on; a ScenarioError if that is of another sweep."""
     shards, finished, replaced = Shards(target), None, False
     try:
@@ -104,7 +104,7 @@ def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
             read(target).close()  # which refuses what is none
             finished = Finished(target)
             check_same(finished.attributes, resolved, str(target))
-        there = Stored(resolved, target, shards, finished)
+        there = SweepFiles(resolved, target, shards, finished)
         _check_room(there, resolved)
         yield there
     finally:
@@ -113,7 +113,7 @@ def stored(target: Path, resolved: Scenario, resume: bool) -> Iterator[Stored]:
             finished.close()
 
 
-def _check_room(there: Stored, resolved: Scenario) -> None:
+def _check_room(there: SweepFiles, resolved: Scenario) -> None:
     """No run that is there may be lost."""
     data: Any = resolved.data
     labels = there.labels

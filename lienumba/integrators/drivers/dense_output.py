@@ -1,42 +1,41 @@
-"""What free lanes store: states between the ends of a step, and afterwards their projection and what is observed."""
-
-from typing import Any
+"""What lanes with a time of their own store: states between the ends of a step, and afterwards their projection and
+what is observed."""
 
 import numpy as np
 from numba import njit
 
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
+from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.lane_queue import COUNTS, DUE, PICKED, STATUS, UNTIL, Queue, Runs, keep
-from lienumba.integrators.drivers.workspace import OPTIONS
+from lienumba.integrators.drivers.lane_queue import Queue, Runs, keep
+from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
+from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Sizes, Workspace
 
 
 @njit(**OPTIONS)
-def between(kernels: Any, at: Any, fraction: Any) -> None:
+def between(kernels: np.ndarray, at: Workspace, fraction: Lanes) -> None:
     """The state at a fraction of the open step, to `now`."""
-    store(at.clock, codes.FRACTION, fraction)
-    call(kernels[stages.DENSE], at.state, at.parameters, at.clock, at.slopes, at.now, at.work)
+    store(at.clock, layout.FRACTION, fraction)
+    call(kernels[layout.DENSE], at.state, at.parameters, at.clock, at.slopes, at.now, at.work)
 
 
 @njit(**OPTIONS)
 def _keep(
-    at: Any, first: Any, sizes: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any, lanes: Any, source: int,
-    done: bool,
+    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: Runs, queue: Queue, outputs: np.ndarray,
+    lanes: Mask, source: int, projected: bool,
 ) -> None:  # fmt: skip
     """Store what is due in these lanes, from the rows that begin at `source`."""
     store(at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
     for lane in range(W):
         if rows[first.lanes + PICKED, lane] != 0.0:
-            keep(lane, rows, first, sizes, runs, queue, outputs, source, done)
+            keep(lane, rows, first, sizes, runs, queue, outputs, source, projected)
 
 
 @njit(**OPTIONS)
 def keep_between(
-    kernels: Any, sizes: Any, nodes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any,
-    good: Any, t: Any, length: Any, until: Any,
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: Runs,
+    queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes,
 ) -> None:  # fmt: skip
     """Store what is due within the open step in the lanes `good`, up to `until` and with it."""
     due, end = load(at.lanes, DUE), load(at.lanes, UNTIL)
@@ -50,13 +49,16 @@ def keep_between(
 
 
 @njit(**OPTIONS)
-def keep_ends(at: Any, first: Any, sizes: Any, rows: Any, runs: Runs, queue: Queue, outputs: Any, lanes: Any) -> None:
+def keep_ends(
+    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: Runs, queue: Queue, outputs: np.ndarray,
+    lanes: Mask,
+) -> None:  # fmt: skip
     """Store the states to which a step has led in these lanes."""
     _keep(at, first, sizes, rows, runs, queue, outputs, lanes, first.state, True)
 
 
 @njit(**OPTIONS)
-def _fall_back(block: int, rows: Any, first: Any, runs: Runs, outputs: Any, state: int) -> None:
+def _fall_back(block: int, rows: Rows, first: Workspace, runs: Runs, outputs: np.ndarray, state: int) -> None:
     """Runs of a block with a STATUS end where they were stored last."""
     for lane in range(W):
         code = rows[first.lanes + STATUS, lane]
@@ -70,12 +72,12 @@ def _fall_back(block: int, rows: Any, first: Any, runs: Runs, outputs: Any, stat
 
 @njit(**OPTIONS)
 def observe(
-    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, outputs: Any, limit: int, tolerance: float,
-    table: Any,
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, outputs: np.ndarray,
+    limit: int, tolerance: float, table: Rows,
 ) -> None:  # fmt: skip
     """Project what was stored between the ends of steps and where runs ended there, and observe what was stored, block
     by block."""
-    state = ELEMENT * sizes.elements + sizes.held
+    state = layout.state_rows(sizes)
     x, lanes = at.new, at.lanes
     for block in range(runs.statuses.shape[0]):
         p = runs.parameters[block].ctypes.data
@@ -85,31 +87,31 @@ def observe(
                 rows[first.lanes + PICKED, lane] = 1.0 if n < runs.stored[block, lane] else 0.0
             picked = load(lanes, PICKED) != 0.0
             if not any_lane(picked):
-                for row in range(state + sizes.seen + 2):
+                for row in range(layout.record_rows(sizes)):
                     store(to, row, splat(np.nan))
                 continue
             stages.copy(x, to, state)
-            store(at.clock, codes.TIME, splat(outputs[n]))
-            store(at.clock, codes.LENGTH, splat(0.0))
+            store(at.clock, layout.TIME, splat(outputs[n]))
+            store(at.clock, layout.LENGTH, splat(0.0))
             store(lanes, STATUS, splat(0.0))
-            status, counts = lanes + ROW * STATUS, lanes + ROW * COUNTS
+            status, iterations = lanes + ROW * STATUS, lanes + ROW * ITERATIONS
             loose = picked & (load(to, state) == 0.0)
             if any_lane(loose):
-                stages.project_both(kernels, sizes, p, x, at, status, loose, counts, table, limit, tolerance)
-            stages.copy(counts, to + ROW * (state + sizes.seen), 2)  # those of the steps
+                stages.project(kernels, sizes, p, x, at, status, loose, iterations, table, limit, tolerance)
+            stages.copy(iterations, to + ROW * (state + sizes.observed), layout.PROJECTIONS)  # those of the steps
             picked = picked & (load(status, 0) == 0.0)
             if any_lane(load(status, 0) != 0.0):
                 for lane in range(W):
                     if rows[first.lanes + STATUS, lane] != 0.0:
                         runs.stored[block, lane] = n
                 _fall_back(block, rows, first, runs, outputs, state)
-            stages.record(to, kernels[stages.OBSERVE], x, p, at, state, sizes.seen, picked, counts)
+            stages.record(kernels, sizes, to, x, p, at, picked, iterations)
         within = load(runs.within[block].ctypes.data, 0) != 0.0
         if any_lane(within):
             stages.copy(x, runs.states[block].ctypes.data, state)
-            store(at.clock, codes.TIME, load(runs.ends[block].ctypes.data, 0))
+            store(at.clock, layout.TIME, load(runs.ends[block].ctypes.data, 0))
             store(lanes, STATUS, splat(0.0))
             status = lanes + ROW * STATUS
-            stages.project_both(kernels, sizes, p, x, at, status, within, lanes + ROW * COUNTS, table, limit, tolerance)
+            stages.project(kernels, sizes, p, x, at, status, within, lanes + ROW * ITERATIONS, table, limit, tolerance)
             stages.commit(within & (load(status, 0) == 0.0), runs.states[block].ctypes.data, x, state)
             _fall_back(block, rows, first, runs, outputs, state)

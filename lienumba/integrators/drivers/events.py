@@ -1,39 +1,38 @@
-"""Events of free lanes: conditions that become true, located on the continuous extension of the open step."""
+"""Events: conditions that become true, located on the continuous extension of the open step."""
 
-from typing import Any
-
+import numpy as np
 from numba import njit
 
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
+from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.lane_queue import FRESH, NEVER, PICKED, STATUS, UNTIL, Queue, Runs, T
-from lienumba.integrators.drivers.workspace import OPTIONS
+from lienumba.integrators.drivers.lane_queue import NEVER, Queue, Runs
+from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
+from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
 
 HALVES = 52  # a fraction of a step is known to the last bit
 
 
 @njit(**OPTIONS)
-def _locate(kernels: Any, at: Any, event: int, t: Any, length: Any) -> Any:
+def _locate(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes) -> Lanes:
     """The fraction of the open step at which a condition is true, directly behind one at which it is not."""
     low, high = splat(0.0), splat(1.0)
     for _ in range(HALVES):
         middle = 0.5 * (low + high)
-        store(at.clock, codes.TIME, t)
+        store(at.clock, layout.TIME, t)
         between(kernels, at, middle)
-        store(at.clock, codes.TIME, t + middle * length)
-        call(kernels[stages.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
+        store(at.clock, layout.TIME, t + middle * length)
+        call(kernels[layout.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
         true = load(at.following, event) != 0.0
         low, high = choose(true, low, middle), choose(true, middle, high)
-    store(at.clock, codes.TIME, t)
+    store(at.clock, layout.TIME, t)
     return high
 
 
 @njit(**OPTIONS)
-def _note(sizes: Any, first: Any, rows: Any, runs: Runs, queue: Queue, stops: Any, lane: int) -> float:
+def _note(sizes: Sizes, first: Workspace, rows: Rows, runs: Runs, queue: Queue, stops: np.ndarray, lane: int) -> float:
     """Note the events of a lane, up to the one that stops it; returns its time, infinite if there is none."""
     block, place, times = queue.block[lane], queue.lane[lane], first.conditions + 2 * sizes.events
     stop = NEVER
@@ -51,12 +50,13 @@ def _note(sizes: Any, first: Any, rows: Any, runs: Runs, queue: Queue, stops: An
 
 @njit(**OPTIONS)
 def start_events(
-    kernels: Any, sizes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, stops: Any
-) -> None:
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, queue: Queue,
+    stops: np.ndarray,
+) -> None:  # fmt: skip
     """The conditions of runs that begin; one that is true at once is an event at the start."""
     fresh = load(at.lanes, FRESH) != 0.0
-    store(at.clock, codes.TIME, splat(0.0))
-    call(kernels[stages.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
+    store(at.clock, layout.TIME, splat(0.0))
+    call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
     stages.commit(fresh, at.conditions, at.following, sizes.events)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
@@ -69,15 +69,15 @@ def start_events(
 
 @njit(**OPTIONS)
 def find_events(
-    kernels: Any, sizes: Any, nodes: Any, at: Any, first: Any, rows: Any, runs: Runs, queue: Queue, stops: Any,
-    good: Any, t: Any, length: Any,
-) -> Any:  # fmt: skip
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: Runs,
+    queue: Queue, stops: np.ndarray, good: Mask, t: Lanes, length: Lanes,
+) -> Lanes:  # fmt: skip
     """What happens within the step in the lanes `good`; returns the time at which an event stops a run, infinite where
     none does, and the end of the step at least."""
     count = sizes.events
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
-    store(at.clock, codes.TIME, load(at.lanes, UNTIL))
-    call(kernels[stages.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
+    store(at.clock, layout.TIME, load(at.lanes, UNTIL))
+    call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
     happened, extended = splat(0.0), False
     for event in range(count):
         turned = good & (load(new, event) != 0.0) & (load(at.conditions, event) == 0.0)
@@ -101,9 +101,9 @@ def find_events(
 
 
 @njit(**OPTIONS)
-def stop_runs(sizes: Any, at: Any, stop: Any, good: Any) -> None:
+def stop_runs(sizes: Sizes, at: Workspace, stop: Lanes, good: Mask) -> None:
     """Runs that an event has stopped end there; where that is within the step, in the state that is in `now`."""
     stopped = good & (stop < NEVER)
-    stages.commit(stopped & (stop < load(at.lanes, UNTIL)), at.state, at.now, ELEMENT * sizes.elements + sizes.held)
+    stages.commit(stopped & (stop < load(at.lanes, UNTIL)), at.state, at.now, layout.state_rows(sizes))
     store(at.lanes, STATUS, choose(stopped, splat(codes.STOPPED), load(at.lanes, STATUS)))
     store(at.lanes, T, choose(stopped, stop, load(at.lanes, T)))

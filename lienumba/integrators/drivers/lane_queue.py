@@ -1,63 +1,79 @@
-"""Lanes that are free of one another: which run each has, where it is in time, and what it has stored.
+"""Lanes with a time of their own: which run each has, where it is in time, and what it has stored.
 
 Rows of lanes, one number per lane; what happens rarely (a run begins, is stored, or is over) is done lane by lane.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from lienumba.compiler.lanes import choose, load, splat, store
 from lienumba.compiler.rows import W
-from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
-from lienumba.integrators.drivers.workspace import LANES, OPTIONS
+from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers.workspace import OPTIONS, Address, Lanes, Mask, Rows
+from lienumba.integrators.layout import (
+    ACCEPTED,
+    BACK,
+    BUSY,
+    DUE,
+    FRESH,
+    GRID,
+    ITERATIONS,
+    JUMP,
+    LANES,
+    REJECTED,
+    STALE,
+    STATUS,
+    TRIAL,
+    UNTIL,
+    H,
+    Sizes,
+    T,
+    Workspace,
+)  # fmt: skip
 
-# COUNTS: iterations of both projections since something was stored; T: time; H: the step to be tried (s); LANDING: the
-# next time on which a step must land; GRID: the steps of one length so far; UNTIL: the end of the step; DUE: the time
-# that is stored next; BUSY: whether there is a run; FRESH: whether it has just begun; STALE: whether F is not known at
-# its state; TRIAL: the code of the step; STATUS: of the run; BACK: whether the last step was rejected; PICKED: some.
-COUNTS, T, H, LANDING, GRID, UNTIL, DUE, BUSY = 0, 2, 3, 4, 5, 6, 7, 8
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED = 9, 10, 11, 12, 13, 14, 15, 16
 NEVER = float("inf")
 ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step is shorter
 END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
 class Runs(NamedTuple):
-    """All runs of a chunk. states (blocks, 18 k + held, W): initial, left at the last good state; parameters
-    (blocks, P, W), landings (blocks, L, W), first steps (blocks, W); records (blocks, outputs, rows, W); (blocks, W):
-    statuses, simulated time, steps, rejected steps, how many outputs are stored, and whether the run ended within a
-    step, where its state is yet to be projected; and (blocks, events, W): the time of the first, and how many."""
+    """All runs of a chunk. states (blocks, state rows, W): initial, left at the last good state; parameters
+    (blocks, P, W), discontinuities (blocks, L, W), first steps (blocks, W); records (blocks, outputs, record rows, W);
+    (blocks, W): statuses, simulated time, steps, rejected steps, how many outputs are stored, and whether the run ended
+    within a step, where its state is yet to be projected; and (blocks, events, W): the time of the first, and how
+    many."""
 
-    states: Any
-    parameters: Any
-    landings: Any
-    first_steps: Any
-    records: Any
-    statuses: Any
-    ends: Any
-    accepted: Any
-    rejected: Any
-    stored: Any
-    within: Any
-    event_times: Any
-    event_counts: Any
+    states: np.ndarray
+    parameters: np.ndarray
+    discontinuities: np.ndarray
+    first_steps: np.ndarray
+    records: np.ndarray
+    statuses: np.ndarray
+    ends: np.ndarray
+    accepted: np.ndarray
+    rejected: np.ndarray
+    stored: np.ndarray
+    within: np.ndarray
+    event_times: np.ndarray
+    event_counts: np.ndarray
 
 
 class Queue(NamedTuple):
-    """(W,): of each lane the block and the lane where its run is kept, its next output and landing; next (1,): run."""
+    """(W,): of each lane the block and the lane where its run is kept, its next output and discontinuity; next (1,):
+    run."""
 
-    block: Any
-    lane: Any
-    output: Any
-    landing: Any
-    next: Any
+    block: np.ndarray
+    lane: np.ndarray
+    output: np.ndarray
+    discontinuity: np.ndarray
+    next: np.ndarray
 
 
 @njit(**OPTIONS)
-def fill(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> bool:
-    """Give a lane the next run that may run; whether there is one. rows: the scratch memory (rows, W)."""
+def fill(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> bool:
+    """Give a lane the next run that may run; whether there is one. rows: the memory of the driver."""
     blocks, n = runs.statuses.shape[0], queue.next[0]
     while n < blocks * W and runs.statuses[n // W, n % W] != 0.0:
         n += 1
@@ -70,7 +86,7 @@ def fill(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> bool:
             rows[first.parameters + row, lane] = rows[first.parameters + row, 0]
         return False
     block, place = n // W, n % W
-    queue.block[lane], queue.lane[lane], queue.output[lane], queue.landing[lane] = block, place, 0, 0
+    queue.block[lane], queue.lane[lane], queue.output[lane], queue.discontinuity[lane] = block, place, 0, 0
     for row in range(runs.states.shape[1]):
         rows[first.state + row, lane] = runs.states[block, row, place]
     for row in range(runs.parameters.shape[1]):
@@ -78,14 +94,14 @@ def fill(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> bool:
     for row in range(LANES):
         rows[own + row, lane] = 0.0
     rows[own + BUSY, lane] = rows[own + FRESH, lane] = rows[own + STALE, lane] = 1.0
-    rows[first.clock + codes.MEMORY, lane] = 0.0
+    rows[first.clock + layout.MEMORY, lane] = 0.0
     rows[own + H, lane] = runs.first_steps[block, place]
-    rows[own + LANDING, lane] = runs.landings[block, 0, place]
+    rows[own + JUMP, lane] = runs.discontinuities[block, 0, place]
     return True
 
 
 @njit(**OPTIONS)
-def finish(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> None:
+def finish(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> None:
     """The run of a lane is over."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
     runs.statuses[block, place] = rows[own + STATUS, lane]
@@ -101,44 +117,46 @@ def finish(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> None:
 
 @njit(**OPTIONS)
 def keep(
-    lane: int, rows: Any, first: Any, sizes: Any, runs: Runs, queue: Queue, outputs: Any, source: int, done: bool
-) -> None:
-    """Store a lane's state from the rows that begin at `source`; done: whether it is projected."""
-    state = ELEMENT * sizes.elements + sizes.held
+    lane: int, rows: Rows, first: Workspace, sizes: Sizes, runs: Runs, queue: Queue, outputs: np.ndarray, source: int,
+    projected: bool,
+) -> None:  # fmt: skip
+    """Store a lane's state from the rows that begin at `source`; whether it is projected is said behind it, where
+    `observe` finds it."""
+    state = layout.state_rows(sizes)
     record, place = runs.records[queue.block[lane], queue.output[lane]], queue.lane[lane]
     for row in range(state):
         record[row, place] = rows[source + row, lane]
-    record[state, place] = 1.0 if done else 0.0
-    for n in range(2):
-        record[state + sizes.seen + n, place] = rows[first.lanes + COUNTS + n, lane]
-        rows[first.lanes + COUNTS + n, lane] = 0.0
+    record[state, place] = 1.0 if projected else 0.0
+    for n in range(layout.PROJECTIONS):
+        record[state + sizes.observed + n, place] = rows[first.lanes + ITERATIONS + n, lane]
+        rows[first.lanes + ITERATIONS + n, lane] = 0.0
     queue.output[lane] += 1
     rows[first.lanes + DUE, lane] = outputs[queue.output[lane]] if queue.output[lane] < outputs.size else NEVER
 
 
 @njit(**OPTIONS)
-def land(lane: int, rows: Any, first: Any, runs: Runs, queue: Queue) -> bool:
-    """Whether a lane has come to a time on which it had to land; then it goes for the next one."""
+def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> bool:
+    """Whether a lane has come to a discontinuity; then it goes for the next one."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
-    landed = False
-    while runs.landings[block, queue.landing[lane], place] <= rows[own + T, lane]:
-        queue.landing[lane] += 1
-        landed = True
-    rows[own + LANDING, lane] = runs.landings[block, queue.landing[lane], place]
-    return landed
+    reached = False
+    while runs.discontinuities[block, queue.discontinuity[lane], place] <= rows[own + T, lane]:
+        queue.discontinuity[lane] += 1
+        reached = True
+    rows[own + JUMP, lane] = runs.discontinuities[block, queue.discontinuity[lane], place]
+    return reached
 
 
 @njit(**OPTIONS)
-def propose(lanes: int, clock: int, end: float, h: float) -> None:
-    """The next step of each lane: as long as the controller wants it, but landing where it must, and not leaving a tiny
-    rest; h: of steps of one length, else 0."""
+def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
+    """The next step of each lane: as long as the controller wants it, but to a discontinuity at most, and not leaving a
+    tiny rest; h: of steps of one length, else 0."""
     t, wanted = load(lanes, T), load(lanes, H)
     until = splat(end)
     begin = load(lanes, GRID) * h
     if h > 0.0:
         until = (load(lanes, GRID) + 1.0) * h
     grid = until
-    until = choose(load(lanes, LANDING) < until, load(lanes, LANDING), until)
+    until = choose(load(lanes, JUMP) < until, load(lanes, JUMP), until)
     rest = until - t
     if h == 0.0:
         half = choose(2.0 * wanted > rest, t + 0.5 * rest, t + wanted)
@@ -147,19 +165,19 @@ def propose(lanes: int, clock: int, end: float, h: float) -> None:
     if h > 0.0:
         length = choose((until == grid) & (t == begin), splat(h), length)
     store(lanes, UNTIL, until)
-    store(clock, codes.TIME, t)
-    store(clock, codes.LENGTH, length)
-    store(clock, codes.MIDDLE, t + 0.5 * length)
+    store(clock, layout.TIME, t)
+    store(clock, layout.LENGTH, length)
+    store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
 @njit(**OPTIONS)
-def reject(lanes: int, control: int, length: Any, lost: Any, pace: Any) -> None:
+def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np.ndarray) -> None:
     """In the lanes `lost` the step is tried again, shorter; where it would be too short, the run is over."""
     trial, t = load(lanes, TRIAL), load(lanes, T)
-    shorter = length * choose(trial == 0.0, load(control, 2), 0.25)
+    shorter = length * choose(trial == 0.0, load(control, layout.SHRUNK), 0.25)
     shortest = max(pace[SHORTEST], FIRST_ROUNDING * pace[END])
     least = choose(splat(shortest) > ROUNDING * t, splat(shortest), ROUNDING * t)
-    over = lost & ((shorter < least) | (trial == codes.EXCHANGED))
+    over = lost & ((shorter < least) | (trial == codes.RESELECT))
     store(lanes, STATUS, choose(over, choose(trial == 0.0, splat(codes.TOO_SHORT), trial), load(lanes, STATUS)))
     store(lanes, H, choose(lost, shorter, load(lanes, H)))
     store(lanes, BACK, choose(lost, splat(1.0), load(lanes, BACK)))
@@ -167,10 +185,10 @@ def reject(lanes: int, control: int, length: Any, lost: Any, pace: Any) -> None:
 
 
 @njit(**OPTIONS)
-def accept(lanes: int, control: int, length: Any, good: Any, longest: float) -> None:
+def accept(lanes: Address, control: Address, length: Lanes, good: Mask, longest: float) -> None:
     """In the lanes `good` the next step is as long as the controller says; one that was cut says nothing against a
     longer one."""
-    grown = load(control, 1)
+    grown = load(control, layout.GROWN)
     grown = choose((load(lanes, BACK) != 0.0) & (grown > 1.0), 1.0, grown)
     wanted, following = load(lanes, H), length * grown
     following = choose((length < wanted) & (following < wanted), wanted, following)

@@ -1,69 +1,58 @@
-"""What drivers do with one block: a step by stages, projections, exchange of constraint rows, a record.
+"""What drivers do with one block: a step by stages, projections, another selection of constraint rows, a record.
 
 They know rows of lanes, not mechanics; kernels are called by their addresses. A run feels nothing of its neighbours:
 every iteration is committed by lane.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
-from lienumba.compiler import jit
 from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
-from lienumba.integrators.drivers.workspace import OPTIONS, slope_row
-from lienumba.integrators.methods.munthe_kaas import verdict
-from lienumba.integrators.tracing.row_selection import choose_rows
+from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers.row_selection import select_rows
+from lienumba.integrators.drivers.workspace import OPTIONS, Address, Lanes, Mask, Rows
+from lienumba.integrators.layout import Sizes, Workspace
 from lienumba.numerics.operations import maximum
-
-# `kernels`: addresses in this order, 0 where the method has no such kernel; behind them combine0, combine1, ...
-ORDER = (
-    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "exchange", "sample",
-    "close", "end", "dense", "events",
-)  # fmt: skip
-(
-    STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, EXCHANGE, SAMPLE,
-    CLOSE, END, DENSE, EVENTS,
-) = range(len(ORDER))  # fmt: skip
-
-jit.register()  # `verdict` is a kernel
 
 
 @njit(**OPTIONS)
-def commit(mask: Any, target: int, source: int, rows: int) -> None:
+def commit(mask: Mask, target: Address, source: Address, rows: int) -> None:
     """target = source in the lanes of the mask."""
     for row in range(rows):
         store(target, row, choose(mask, load(source, row), load(target, row)))
 
 
 @njit(**OPTIONS)
-def copy(target: int, source: int, rows: int) -> None:
+def copy(target: Address, source: Address, rows: int) -> None:
     for row in range(rows):
         store(target, row, load(source, row))
 
 
 @njit(**OPTIONS)
-def record(to: int, observe: int, state: int, p: int, at: Any, rows: int, seen: int, alive: Any, counts: int) -> None:
-    """Store state, observed rows and iteration counts; NaN in the lanes that are not alive."""
-    call(observe, state, p, at.clock, 0, to + ROW * rows, at.work)
+def record(
+    kernels: np.ndarray, sizes: Sizes, to: Address, state: Address, p: Address, at: Workspace, alive: Mask,
+    iterations: Address,
+) -> None:  # fmt: skip
+    """Store state, observed rows and iterations; NaN in the lanes that are not alive."""
+    rows = layout.state_rows(sizes)
+    call(kernels[layout.OBSERVE], state, p, at.clock, 0, to + ROW * rows, at.work)
     copy(to, state, rows)
-    copy(to + ROW * (rows + seen), counts, 2)
-    for row in range(rows + seen + 2):
+    copy(to + ROW * (rows + sizes.observed), iterations, layout.PROJECTIONS)
+    for row in range(layout.record_rows(sizes)):
         store(to, row, choose(alive, load(to, row), splat(np.nan)))
 
 
 @njit(**OPTIONS)
 def iterate(
-    kernel: int, again: int, p: int, hat: int, now: int, at: Any, status: int, pending: Any, limit: int,
-    tolerance: float, violation: int, committed: int,
-) -> Any:  # fmt: skip
+    kernel: int, again: int, p: Address, hat: Address, now: Address, at: Workspace, status: Address, pending: Mask,
+    limit: int, tolerance: float, violation: int, committed: int,
+) -> Lanes:  # fmt: skip
     """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
 
-    `again`: the kernel of the iterations after the first; `violation`: its row in what they give, followed by the code;
-    `committed`: how many rows go to `now`.
+    `again`: the kernel of the iterations after the first; `violation`: its row in what they give; `committed`: how many
+    rows go to `now`.
     """
     used = splat(0.0)
     for n in range(limit):
@@ -72,7 +61,7 @@ def iterate(
         call(kernel if n == 0 else again, hat, p, at.clock, now, at.following, at.work)
         commit(pending, now, at.following, committed)
         used = used + choose(pending, 1.0, 0.0)
-        code = load(at.following, violation + 1)
+        code = load(at.following, violation - layout.VIOLATION + layout.ITERATE_CODE)
         store(status, 0, choose(pending, choose(code == 0.0, load(status, 0), code), load(status, 0)))
         pending = pending & (load(status, 0) == 0.0) & (load(at.following, violation) > tolerance)
     store(status, 0, choose(pending, splat(codes.NOT_CONVERGED), load(status, 0)))
@@ -80,19 +69,22 @@ def iterate(
 
 
 @njit(**OPTIONS)
-def exchange(kernels: Any, sizes: Any, state: int, p: int, at: Any, lanes: Any, table: Any, target: int) -> Any:
-    """Choose the constraint rows anew at a state in these lanes; the masks go to the state `target`.
+def reselect(
+    kernels: np.ndarray, sizes: Sizes, state: Address, p: Address, at: Workspace, lanes: Mask, table: Rows,
+    target: Address,
+) -> Mask:  # fmt: skip
+    """Select the constraint rows anew at a state in these lanes; the masks go to the state `target`.
     Returns in which lanes they are others than before."""
-    q = sizes.q
+    q = sizes.exchangeable
     first = ELEMENT * sizes.elements + sizes.first_mask
-    masks, asked = q * (q + 1) // 2 + q, q * (q + 1) // 2 + 2 * q
-    call(kernels[EXCHANGE], state, p, at.clock, 0, at.table, at.work)
+    masks, asked = layout.table_masks(q), layout.table_asked(q)
+    call(kernels[layout.SCHUR], state, p, at.clock, 0, at.table, at.work)
     for i in range(q):
         store(at.table, masks + i, load(target, first + i))
     store(at.table, asked, choose(lanes, splat(1.0), splat(0.0)))
     for lane in range(W):
         if table[asked, lane] != 0.0:
-            choose_rows(table, lane, q)
+            select_rows(table, lane, q)
     same = splat(1.0)
     for i in range(q):
         mask = choose(lanes, load(at.table, masks + i), load(target, first + i))
@@ -103,35 +95,37 @@ def exchange(kernels: Any, sizes: Any, state: int, p: int, at: Any, lanes: Any, 
 
 
 @njit(**OPTIONS)
-def project(
-    kernels: Any, sizes: Any, p: int, new: int, at: Any, status: int, pending: Any, table: Any, limit: int,
-    tolerance: float,
-) -> Any:  # fmt: skip
+def project_positions(
+    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, pending: Mask,
+    table: Rows, limit: int, tolerance: float,
+) -> Lanes:  # fmt: skip
     """Project the positions of `new` in the pending lanes; returns each lane's iterations.
 
     Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
-    the rows are chosen anew where the iteration has come to, and it starts again; with fixed rows that is for another
+    the rows are selected anew where the iteration has come to, and it starts again; with fixed rows that is for another
     program to do.
     """
     rows = ELEMENT * sizes.elements
     iterated = rows + sizes.correction
-    again = kernels[CHORD] if kernels[CHORD] != 0 else kernels[POSITION]
+    first, again = kernels[layout.POSITION], kernels[layout.CHORD]
+    again = again if again != 0 else first
     used = splat(0.0)
     for attempt in range(2):
         copy(at.now, new, rows)
         for row in range(rows, iterated):
             store(at.now, row, splat(0.0))
+        violation = iterated + layout.VIOLATION
         used = used + iterate(
-            kernels[POSITION], again, p, new, at.now, at, status, pending, limit, tolerance, iterated, iterated
-        )
+            first, again, p, new, at.now, at, status, pending, limit, tolerance, violation, iterated
+        )  # fmt: skip
         commit(pending & (load(status, 0) == 0.0), new, at.now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
-        if attempt == 1 or sizes.q == 0 or not any_lane(pending):
+        if attempt == 1 or sizes.exchangeable == 0 or not any_lane(pending):
             break
-        copy(at.now + ROW * rows, new + ROW * rows, sizes.held)
-        others = exchange(kernels, sizes, at.now, p, at, pending, table, new)
+        copy(at.now + ROW * rows, new + ROW * rows, sizes.augmented)
+        others = reselect(kernels, sizes, at.now, p, at, pending, table, new)
         if sizes.fixed != 0:
-            store(status, 0, choose(others, codes.EXCHANGED, load(status, 0)))
+            store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
             break
         store(status, 0, choose(pending, splat(0.0), load(status, 0)))
     return used
@@ -139,83 +133,92 @@ def project(
 
 @njit(**OPTIONS)
 def project_velocities(
-    kernels: Any, sizes: Any, p: int, new: int, at: Any, status: int, pending: Any, limit: int, tolerance: float
-) -> Any:
+    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, pending: Mask,
+    limit: int, tolerance: float,
+) -> Lanes:  # fmt: skip
     """Project the velocities of `new` in the pending lanes; returns each lane's iterations."""
-    rows = ELEMENT * sizes.elements
-    return iterate(kernels[VELOCITY], kernels[VELOCITY], p, new, new, at, status, pending, limit, tolerance, rows, rows)
+    rows, kernel = ELEMENT * sizes.elements, kernels[layout.VELOCITY]
+    violation = rows + layout.VIOLATION
+    return iterate(kernel, kernel, p, new, new, at, status, pending, limit, tolerance, violation, rows)
 
 
 @njit(**OPTIONS)
-def project_both(
-    kernels: Any, sizes: Any, p: int, new: int, at: Any, status: int, going: Any, counts: int, table: Any, limit: int,
-    tolerance: float,
+def project(
+    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, going: Mask,
+    iterations: Address, table: Rows, limit: int, tolerance: float,
 ) -> None:  # fmt: skip
-    """Project positions and velocities of `new` in the lanes `going`; the most iterations so far go to two `counts`."""
-    if kernels[POSITION] != 0:
+    """Project positions and velocities of `new` in the lanes `going`; the most so far go to the rows `iterations`."""
+    if kernels[layout.POSITION] != 0:
         pending = going & (load(status, 0) == 0.0)
-        used = project(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
-        store(counts, 0, choose(used > load(counts, 0), used, load(counts, 0)))
-    if kernels[VELOCITY] != 0:
+        used = project_positions(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
+        store(iterations, 0, choose(used > load(iterations, 0), used, load(iterations, 0)))
+    if kernels[layout.VELOCITY] != 0:
         pending = going & (load(status, 0) == 0.0)
         used = project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
-        store(counts, 1, choose(used > load(counts, 1), used, load(counts, 1)))
+        store(iterations, 1, choose(used > load(iterations, 1), used, load(iterations, 1)))
 
 
 @njit(**OPTIONS)
-def stage(kernels: Any, sizes: Any, nodes: Any, s: int, x: int, p: int, at: Any, t: Any, h: Any) -> Any:
+def stage(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, s: int, x: Address, p: Address, at: Workspace, t: Lanes,
+    h: Lanes,
+) -> Lanes:  # fmt: skip
     """The slopes of stage s of a step; returns the largest squared rotation of its argument."""
-    size, combine = sizes.slope, kernels[len(ORDER) + s]
-    store(at.clock, codes.TIME, t + nodes[s] * h)
-    store(at.clock, codes.NODE, splat(nodes[s]))
+    size, combine = sizes.coordinates, kernels[layout.COMBINE + s]
+    store(at.clock, layout.TIME, t + nodes[s] * h)
+    store(at.clock, layout.NODE, splat(nodes[s]))
     rotation = splat(0.0)
     for i in range(sizes.elements if combine != 0 else 0):
-        call(combine, 0, p, at.clock, at.slopes + ROW * slope_row(sizes, i, 0), at.u + ROW * size * i, at.work)
+        slopes = at.slopes + ROW * layout.slope_row(sizes, i, 0)
+        call(combine, 0, p, at.clock, slopes, at.u + ROW * size * i, at.work)
         rotation = maximum(load(at.u, size * (i + 1)), rotation)
-    call(kernels[STAGE if combine != 0 else FIRST], x, p, at.clock, at.u, at.slopes + ROW * size * s, at.work)
+    slopes = at.slopes + ROW * layout.slope_row(sizes, 0, s)
+    call(kernels[layout.STAGE if combine != 0 else layout.FIRST], x, p, at.clock, at.u, slopes, at.work)
     return rotation
 
 
 @njit(**OPTIONS)
-def extend(kernels: Any, sizes: Any, nodes: Any, at: Any, t: Any, length: Any, until: Any) -> None:
+def extend(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, until: Lanes
+) -> None:
     """The slope at the end of an open step, and those of the stages that only the continuous extension needs."""
-    if kernels[CLOSE] == 0:
-        store(at.clock, codes.TIME, until)
-        last = at.slopes + ROW * slope_row(sizes, 0, sizes.slots - 1)
-        call(kernels[FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
-    call(kernels[END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
-    for s in range(sizes.stages + 1, sizes.slots - 1):
+    if kernels[layout.CLOSE] == 0:
+        store(at.clock, layout.TIME, until)
+        last = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1)
+        call(kernels[layout.FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
+    call(kernels[layout.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+    for s in range(sizes.stages + 1, sizes.slopes - 1):
         stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
-    store(at.clock, codes.TIME, t)
+    store(at.clock, layout.TIME, t)
 
 
 @njit(**OPTIONS)
-def staged_step(kernels: Any, sizes: Any, nodes: Any, since: int, x: int, p: int, at: Any) -> None:
+def staged_step(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, since: int, x: Address, p: Address, at: Workspace
+) -> None:
     """One step stage by stage, from stage `since` on, for mechanisms whose step is too long for one kernel; code and
     margin go behind `new`.
 
     The kernels of one body put what they report behind the body's rows: it is read before the next body's call, whose
     rows begin there.
     """
-    k, held, size = sizes.elements, sizes.held, sizes.slope
-    t, h = load(at.clock, codes.TIME), load(at.clock, codes.LENGTH)
-    said = at.slopes + ROW * slope_row(sizes, k, 0)
+    t, h = load(at.clock, layout.TIME), load(at.clock, layout.LENGTH)
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
     for s in range(sizes.stages):
         if s >= since:
             rotation = maximum(stage(kernels, sizes, nodes, s, x, p, at, t, h), rotation)
-        every = every * load(said, size * s)
+        every = every * load(at.slopes, layout.report_row(sizes, s) + layout.SOUND)
         first = every if s == 0 else first
-    for i in range(k):
-        call(kernels[ADVANCE], x + ROW * ELEMENT * i, p, at.clock, at.slopes + ROW * slope_row(sizes, i, 0),
-             at.new + ROW * ELEMENT * i, at.work)  # fmt: skip
-        rotation = maximum(load(at.new, ELEMENT * (i + 1)), rotation)
-        square = square + load(at.new, ELEMENT * (i + 1) + 1)
-    rows = ELEMENT * k
-    copy(at.new + ROW * rows, x + ROW * rows, held)
-    store(at.clock, codes.TIME, t + h)
-    if held > 0:
-        call(kernels[FINISH], at.new, p, at.clock, at.slopes, at.u, at.work)
-        copy(at.new + ROW * rows, at.u, held)
-    store(at.new, rows + held, verdict(rotation, square, first, every))
-    store(at.new, rows + held + 1, load(said, 2))
+    for i in range(sizes.elements):
+        element, slopes = ROW * ELEMENT * i, at.slopes + ROW * layout.slope_row(sizes, i, 0)
+        call(kernels[layout.ADVANCE], x + element, p, at.clock, slopes, at.new + element, at.work)
+        rotation = maximum(load(at.new, ELEMENT * (i + 1) + layout.TURNED), rotation)
+        square = square + load(at.new, ELEMENT * (i + 1) + layout.MOVED)
+    rows, behind = ROW * ELEMENT * sizes.elements, layout.state_rows(sizes)
+    copy(at.new + rows, x + rows, sizes.augmented)
+    store(at.clock, layout.TIME, t + h)
+    if sizes.augmented > 0:
+        call(kernels[layout.FINISH], at.new, p, at.clock, at.slopes, at.u, at.work)
+        copy(at.new + rows, at.u, sizes.augmented)
+    store(at.new, behind + layout.CODE, codes.verdict(rotation, square, first, every))
+    store(at.new, behind + layout.MARGIN, load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))

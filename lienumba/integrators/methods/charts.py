@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from lienumba.groups import se3, so3, state
+from lienumba.groups.state import State
+from lienumba.integrators.codes import LARGEST_STAGE
 from lienumba.keys.literature import Reference
 from lienumba.keys.registry import Registry
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import at_most
 
 MUELLER = Reference(
@@ -18,11 +21,9 @@ MUELLER = Reference(
     "integration of multibody systems",
     "Mechanism and Machine Theory", "82:173--202",
 )  # fmt: skip
-LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
 
-State = tuple[Any, ...]
-Coordinates = tuple[Any, ...]
-Field = tuple[Any, ...]  # F of eq. (15) for one element: v (global), w (body frame), v', w'
+Coordinates = Vector
+Field = Vector  # F of eq. (15) for one element: v (global), w (body frame), v', w'
 
 
 class Chart(Protocol):
@@ -44,7 +45,7 @@ class Chart(Protocol):
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
         """Those of the element that is moved by u, and from there by w."""
 
-    def rotation(self, u: Coordinates) -> Any:
+    def rotation(self, u: Coordinates) -> Number:
         """The squared rotation by u (rad^2), which the driver keeps below LARGEST_STAGE."""
 
 
@@ -73,20 +74,20 @@ class R3xSO3:
     references: ClassVar[tuple[Reference, ...]] = ()
 
     def moved(self, x: State, u: Coordinates) -> State:
-        return state.product(x, state.exp(u))
+        return state.product(x, state.exp(_promised(u)))
 
     def slope(self, x: State, u: Coordinates, at: State, f: Field) -> Coordinates:
-        minus = tuple(-c for c in u)
+        minus = tuple(-c for c in _promised(u))
         return state.dexpinv(minus, f) if self.terms is None else state.dexpinv_truncated(minus, f, self.terms)
 
     def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
         return self.slope((), u, (), slope)
 
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
-        return state.log(state.product(state.exp(u), state.exp(w)))
+        return state.log(state.product(state.exp(_promised(u)), state.exp(_promised(w))))
 
-    def rotation(self, u: Coordinates) -> Any:
-        return promised(u[3:6])
+    def rotation(self, u: Coordinates) -> Number:
+        return so3.dot(u[3:6], u[3:6])
 
 
 @GROUPS.add
@@ -102,7 +103,7 @@ class SE3:
     references: ClassVar[tuple[Reference, ...]] = (MUELLER,)
 
     def moved(self, x: State, u: Coordinates) -> State:
-        g = se3.product(x[0:12], se3.exp(u[0:6]))
+        g = se3.product(x[0:12], se3.exp(_promised(u)[0:6]))
         V = so3.add(_turned_back(x[3:12], x[12:15]), u[6:9])
         return g + so3.rotate(g[3:12], V) + so3.add(x[15:18], u[9:12])
 
@@ -115,25 +116,26 @@ class SE3:
     def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
         return self._pulled(u, slope[0:6]) + slope[6:12]
 
-    def _pulled(self, u: Coordinates, twist: Any) -> Any:
-        minus = tuple(-c for c in u[0:6])
+    def _pulled(self, u: Coordinates, twist: Vector) -> Vector:
+        minus = tuple(-c for c in _promised(u)[0:6])
         return se3.dexpinv(minus, twist) if self.terms is None else se3.dexpinv_truncated(minus, twist, self.terms)
 
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
-        moving = se3.log(se3.product(se3.exp(u[0:6]), se3.exp(w[0:6])))
+        moving = se3.log(se3.product(se3.exp(_promised(u)[0:6]), se3.exp(_promised(w)[0:6])))
         return moving + so3.add(u[6:9], w[6:9]) + so3.add(u[9:12], w[9:12])
 
-    def rotation(self, u: Coordinates) -> Any:
-        return promised(u[3:6])
+    def rotation(self, u: Coordinates) -> Number:
+        return so3.dot(u[3:6], u[3:6])
 
 
-def _turned_back(R: Any, a: Any) -> Any:
+def _turned_back(R: Matrix, a: Vector) -> Vector:
     """The inverse of R times a, R orthogonal up to rounding: with R^T a alone, a velocity that is turned there and back
     in every step would grow by what R R^T lacks of I."""
     b = so3.rotate_back(R, a)
     return so3.add(b, so3.rotate_back(R, so3.subtract(a, so3.rotate(R, b))))
 
 
-def promised(u: Any) -> Any:
-    """The square of a rotation vector (rad^2), which the driver keeps below LARGEST_STAGE."""
-    return at_most(so3.dot(u, u), LARGEST_STAGE)
+def _promised(u: Coordinates) -> Coordinates:
+    """u, of whose squared rotation whoever compares it may know that the driver keeps it below LARGEST_STAGE."""
+    at_most(so3.dot(u[3:6], u[3:6]), LARGEST_STAGE)
+    return u

@@ -7,14 +7,15 @@ one that has singular attitudes meets them where the body does.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from lienumba.groups import so3
-from lienumba.integrators.methods.charts import Coordinates, Field, State
+from lienumba.groups.state import State
+from lienumba.integrators.methods.charts import Coordinates, Field
 from lienumba.keys.registry import Registry
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import atan2, cos, divide, sin, sqrt
 
-Q = tuple[Any, ...]
+Q = Vector  # coordinates of a rotation
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class Parametrised:
     name: str
     words: str
     numbers: int
-    of: Callable[[Any], Q]
-    matrix: Callable[[Q], Any]
-    rates: Callable[[Q, Any], Q]
+    of: Callable[[Matrix], Q]
+    matrix: Callable[[Q], Matrix]
+    rates: Callable[[Q, Vector], Q]
     bound: float
     plain: bool = True
 
@@ -47,39 +48,39 @@ class Parametrised:
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
         return _sum(u, w)
 
-    def rotation(self, u: Coordinates) -> Any:
-        square: Any = 0.0
+    def rotation(self, u: Coordinates) -> Number:
+        square: Number = 0.0
         for c in u[3:-6]:
             square = square + c * c
         return self.bound * square
 
 
-def _sum(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
+def _sum(a: Vector, b: Vector) -> Vector:
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 # ---------------------------------------------------------------- the nine elements of R
-def _same(R: Any) -> Any:
+def _same(R: Matrix) -> Matrix:
     return R
 
 
-def _matrix_rates(R: Any, w: Any) -> Q:
+def _matrix_rates(R: Matrix, w: Vector) -> Q:
     """R' = R hat(w), of any matrix R: nothing keeps it orthogonal."""
     return so3.multiply(R, so3.hat(w))
 
 
 # ---------------------------------------------------------------- Tait-Bryan angles, 3-2-1
-def tait_bryan(R: Any) -> Q:
+def tait_bryan(R: Matrix) -> Q:
     """(phi, theta, psi) (rad) with R = R_z(psi) R_y(theta) R_x(phi) and |theta| <= pi/2."""
     return (atan2(R[7], R[8]), atan2(-R[6], sqrt(R[0] * R[0] + R[3] * R[3])), atan2(R[3], R[0]))
 
 
-def _of_tait_bryan(q: Q) -> Any:
+def _of_tait_bryan(q: Q) -> Matrix:
     turns = [so3.exp(u) for u in ((0.0, 0.0, q[2]), (0.0, q[1], 0.0), (q[0], 0.0, 0.0))]
     return so3.multiply(turns[0], so3.multiply(turns[1], turns[2]))
 
 
-def _tait_bryan_rates(q: Q, w: Any) -> Q:
+def _tait_bryan_rates(q: Q, w: Vector) -> Q:
     """Infinite at theta = +-pi/2, the gimbal lock."""
     s, c = sin(q[0]), cos(q[0])
     across = divide(w[1] * s + w[2] * c, cos(q[1]))
@@ -87,13 +88,13 @@ def _tait_bryan_rates(q: Q, w: Any) -> Q:
 
 
 # ---------------------------------------------------------------- the rotation vector, |q| <= pi at the start of a step
-def _rotation_vector_rates(q: Q, w: Any) -> Q:
+def _rotation_vector_rates(q: Q, w: Vector) -> Q:
     """Infinite at |q| = 2 pi."""
     return so3.dexpinv((-q[0], -q[1], -q[2]), w)
 
 
 # ---------------------------------------------------------------- the quaternion, a unit one at the start of a step
-def _quaternion_rates(q: Q, w: Any) -> Q:
+def _quaternion_rates(q: Q, w: Vector) -> Q:
     """q (0, w) / 2; R is that of q whatever its length."""
     v = so3.add(so3.scale(q[0], w), so3.cross(q[1:4], w))
     return (-0.5 * so3.dot(q[1:4], w), 0.5 * v[0], 0.5 * v[1], 0.5 * v[2])

@@ -2,27 +2,24 @@
 Runge-Kutta-Munthe-Kaas on the state-space group (Terze et al. 2015, eq. 20)."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
-from lienumba.integrators import codes
-from lienumba.integrators.methods.charts import LARGEST_STAGE, Chart
+from lienumba.groups.state import State
+from lienumba.integrators.methods.charts import Chart, Coordinates, Field
 from lienumba.integrators.methods.tableau import Row, Tableau
-from lienumba.mechanics.mechanism.kinematics import is_zero
-from lienumba.numerics.operations import kernel, maximum, where
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import is_zero, maximum
 
-Bodies = Any  # a sequence: an element of S per body
-Coordinates = Any  # a sequence: the coordinates of each body about where it was
+Bodies = Sequence[State]
+Slopes = Sequence[Coordinates]  # of each body, about where it was
 
 
-def slope(chart: Chart, x: Bodies, u: Coordinates, F: Callable[[Bodies], Any]) -> Coordinates:
+def slope(chart: Chart, x: Bodies, u: Slopes, F: Callable[[Bodies], Sequence[Field]]) -> Slopes:
     """u' of eq. (19) at u about x: how the coordinates of all bodies move where they move by F."""
-    for z in u:
-        chart.rotation(z)  # the promise comes before the use
     at = tuple(chart.moved(body, z) for body, z in zip(x, u, strict=True))
     return tuple(chart.slope(*each) for each in zip(x, u, at, F(at), strict=True))
 
 
-def combination(chart: Chart, h: Any, exponentials: Sequence[Row], slopes: Sequence[Any]) -> tuple[Any, Any]:
+def combination(chart: Chart, h: Number, exponentials: Sequence[Row], slopes: Slopes) -> tuple[Coordinates, Number]:
     """u of one body from its slopes and the weights of one exponential, or of two behind one another; and no less than
     its squared rotation (rad^2)."""
     u, *others = [weighted(scaled(h, row), slopes) for row in exponentials]
@@ -33,12 +30,12 @@ def combination(chart: Chart, h: Any, exponentials: Sequence[Row], slopes: Seque
     return u, rotation
 
 
-def scaled(h: Any, row: Row) -> list[Any]:
+def scaled(h: Number, row: Row) -> list[Number]:
     """h times weights."""
     return [h * float(w) if w else 0.0 for w in row]
 
 
-def weighted(weights: Sequence[Any], slopes: Sequence[Any]) -> tuple[Any, ...]:
+def weighted(weights: Sequence[Number], slopes: Sequence[Vector]) -> Vector:
     """sum_j w_j f_j."""
     (first, f), *rest = [(w, f) for w, f in zip(weights, slopes, strict=False) if not is_zero(w)]
     u = tuple(first * c for c in f)
@@ -47,53 +44,43 @@ def weighted(weights: Sequence[Any], slopes: Sequence[Any]) -> tuple[Any, ...]:
     return u
 
 
-def advanced(chart: Chart, h: Any, tableau: Tableau, x: Any, slopes: Sequence[Any]) -> tuple[Any, Any, Any]:
+def advanced(chart: Chart, h: Number, tableau: Tableau, x: State, slopes: Slopes) -> tuple[State, Number, Number]:
     """One body at the end of a step: its new state, the squared rotation, and the sum of squares of the move."""
     w, rotation = combination(chart, h, tableau.exponentials(len(tableau.b)), slopes)
-    square: Any = 0.0
+    square: Number = 0.0
     for c in w:
         square = square + c * c
     return chart.moved(x, w), rotation, square
-
-
-@kernel
-def verdict(rotation: Any, square: Any, first: Any, every: Any) -> Any:
-    """The code of a step, from its largest squared rotation, its sum of squares, and whether the KKT of its first stage
-    and of every stage was sound. Overflow makes later stages unsound: there it is the state that is not finite."""
-    code = where(every > 0.0, 0.0, codes.SINGULAR)
-    code = where(square < codes.HUGE, code, codes.NON_FINITE)
-    code = where(first > 0.0, code, codes.SINGULAR)
-    return where(rotation >= LARGEST_STAGE, codes.ROTATION, code)
 
 
 def step(
     chart: Chart,
     tableau: Tableau,
     x: Bodies,
-    t: Any,
-    h: Any,
-    stage: Callable[[Bodies, Coordinates, Any], Coordinates],
-    first: Coordinates = (),
-) -> tuple[Bodies, Any, Any, list[list[Any]]]:
+    t: Number,
+    h: Number,
+    stage: Callable[[Bodies, Slopes, Number], Slopes],
+    first: Slopes = (),
+) -> tuple[Bodies, Number, Number, list[list[Coordinates]]]:
     """One step of size h from x at time t.
 
     `stage(x, u, t)` is the slope at u about x, which is exactly zero in the first stage; first: that of each body where
     it is known. Returns the new state, the largest squared rotation of a stage (rad^2), the sum of squares of the move,
     which tells whether all of it is finite, and the slopes of all stages, body by body.
     """
-    slopes: list[list[Any]] = [[f] for f in first] or [[] for _ in x]
-    rotation: Any = 0.0
-    square: Any = 0.0
+    slopes: list[list[Coordinates]] = [[f] for f in first] or [[] for _ in x]
+    rotation: Number = 0.0
+    square: Number = 0.0
     begun = len(slopes[0])
     for n, (row, c) in enumerate(zip(tableau.A[begun:], tableau.c[begun:], strict=True), begun):
-        u = []
+        u: list[Coordinates] = []
         for f in slopes:
             z, turned = combination(chart, h, tableau.exponentials(n), f) if any(row) else (origin(chart), 0.0)
             rotation = maximum(turned, rotation)
             u.append(z)
         for f, new in zip(slopes, stage(x, tuple(u), t + float(c) * h), strict=True):
             f.append(new)
-    end = []
+    end: list[State] = []
     for body, f in zip(x, slopes, strict=True):
         state_, turned, length = advanced(chart, h, tableau, body, f)
         rotation = maximum(turned, rotation)

@@ -5,9 +5,10 @@ Hairer, Norsett and Wanner (1993), sections II.4 and II.10; Gustafsson, ACM Tran
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
-from typing import Any
 
 from lienumba.groups.so3 import dot
+from lienumba.groups.state import State
+from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, exp, log, maximum, minimum, sqrt, where
 
 LOG_SAFETY = -0.10536051565782628  # of 0.9
@@ -32,7 +33,7 @@ class Tolerance:
         return astuple(self)
 
 
-def error_square(estimates: Sequence[Any], x: Any, y: Any, tolerance: Sequence[Any]) -> Any:
+def error_square(estimates: Sequence[Vector], x: State, y: State, tolerance: Vector) -> Number:
     """The squared error of one body in a step from x to y, as a fraction of what is allowed: that of its worst kind.
 
     estimates: one or two (elements of the algebra, the same rows as in the body's slopes); tolerance: the numbers of a
@@ -40,22 +41,23 @@ def error_square(estimates: Sequence[Any], x: Any, y: Any, tolerance: Sequence[A
     """
     relative, *absolutes = tolerance
     places = (slice(0, 3), slice(3, -6), slice(-6, -3), slice(-3, None))
-    worst: Any = 0.0
+    zero: Number = 0.0
+    worst = zero
     for place, part, allowed in zip(places, (slice(0, 3), None, slice(12, 15), slice(15, 18)), absolutes, strict=False):
         if part is not None:
             allowed = allowed + relative * sqrt(maximum(dot(x[part], x[part]), dot(y[part], y[part])))
-        squares = [sum((c * c for c in z[place]), start=0.0) / (allowed * allowed) for z in estimates]
+        squares = tuple(sum((c * c for c in z[place]), start=zero) / (allowed * allowed) for z in estimates)
         worst = maximum(_joined(squares), worst)
     return worst
 
 
-def state_error_square(estimates: Sequence[Any], x: Any, y: Any, tolerance: Sequence[Any]) -> Any:
+def state_error_square(estimates: Vector, x: Number, y: Number, tolerance: Vector) -> Number:
     """The same of one state of a law: numbers instead of rows."""
     allowed = tolerance[-1] + tolerance[0] * maximum(absolute(x), absolute(y))
-    return _joined([z * z / (allowed * allowed) for z in estimates])
+    return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
 
 
-def _joined(squares: Sequence[Any]) -> Any:
+def _joined(squares: Vector) -> Number:
     """One estimate from two of different order (Hairer, Norsett and Wanner, eq. II.10.17)."""
     if len(squares) == 1:
         return squares[0]
@@ -64,7 +66,7 @@ def _joined(squares: Sequence[Any]) -> Any:
     return where(below > 0.0, fifth * fifth / where(below > 0.0, below, 1.0), below)
 
 
-def factors(square: Any, memory: Any, order: int) -> tuple[Any, Any, Any]:
+def factors(square: Number, memory: Number, order: int) -> tuple[Number, Number, Number]:
     """By how much the next step is longer if this one is accepted, or shorter if it is not, and what to remember.
 
     square: of the error, NaN if there is none; memory: of the last accepted step, 0 at the start; order: of the error

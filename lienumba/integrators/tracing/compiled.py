@@ -1,10 +1,9 @@
 """The memo of programs: the same structure is traced, compiled and loaded once in a process, whatever numbers it has.
 
 A program follows from the template of a model (`tracer.split`), in which every number is a slot but for the exact
-0, 1 and -1 that shape it, from the method, the choice of rows, a few limits, and what the names of elements mean. These
-are the key. A function of the
-user's own is known by its code and by what it records on symbols: what it reads elsewhere, such as a variable of its
-file, is in there with the value that it has now.
+0, 1 and -1 that shape it, from the method, the selection of rows, a few limits, and what the names of elements mean.
+These are the key. A function of the user's own is known by its code and by what it records on symbols: what it reads
+elsewhere, such as a variable of its file, is in there with the value that it has now.
 """
 
 from collections.abc import Hashable
@@ -13,10 +12,11 @@ from dataclasses import replace
 from lienumba.compiler import emit, segments
 from lienumba.compiler.memo import Memo, UnknownError, content
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import TIME
 from lienumba.integrators.tracing import program, step_kernels
 from lienumba.integrators.tracing.machine import Machine, compile_program
 from lienumba.integrators.tracing.program import Method, Program
-from lienumba.integrators.tracing.row_selection import UNIQUE, Choice
+from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.tracer import split, symbolic
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements import user_laws
@@ -28,22 +28,22 @@ Compiled = tuple[Program, Machine]  # the program without its kernels, which are
 PROGRAMS: Memo[Compiled] = Memo(64)  # kept in a process, those used last; a small one takes 100 KiB, a large one MiB
 
 
-def compiled(model: Model, method: Method, choice: Choice = UNIQUE, fixed: bool = True) -> Compiled:
+def compiled(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed: bool = True) -> Compiled:
     """The program of this mechanism and method (see `program.build`), and that as machine code."""
 
     def make() -> Compiled:
-        made = program.build(model, method, choice, fixed)
+        made = program.build(model, method, selection, fixed)
         machine = compile_program(made)
         return replace(made, kernels={}), machine
 
-    key = key_of(model, method, choice, fixed)
+    key = key_of(model, method, selection, fixed)
     return make() if key is None else PROGRAMS.get(key, make)
 
 
-def key_of(model: Model, method: Method, choice: Choice, fixed: bool) -> Hashable | None:
+def key_of(model: Model, method: Method, selection: RowSelection, fixed: bool) -> Hashable | None:
     """What decides about a program; None where that cannot be told."""
     template, _ = split(model)
-    rows = choice.rows, choice.masks, choice.singular
+    rows = selection.rows, selection.masks, selection.singular
     cuts = emit.LONG, emit.REPEATED, segments.SIZE, segments.SHORTEST, segments.LONGEST, segments.MEAN
     limits = step_kernels.INLINE, cuts, Registry.changes
     codes = [*(joint.code for joint in template.joints), *(force.code for force in template.forces)]
@@ -69,7 +69,7 @@ def _recorded(template: Model) -> Hashable:
     """What the functions of the user's own compute, as they record it on symbols."""
     graph, model = symbolic(template)
     bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(len(model.bodies)))
-    now = Instant(bodies, graph.input("clock", 0))
+    now = Instant(bodies, graph.input("clock", TIME))
     view = still(now, tuple(range(len(bodies))))
     for index, joint in enumerate(model.joints):
         if joint.code is not None:

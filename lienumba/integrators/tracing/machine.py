@@ -1,6 +1,7 @@
 """A program as machine code: addresses for the driver, and the memory that it needs."""
 
 import ctypes
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
@@ -10,8 +11,7 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.rows import W
-from lienumba.integrators.tracing.augmented_state import Held
-from lienumba.integrators.tracing.law_states import Carried
+from lienumba.integrators.layout import COMBINE, ORDER, Sizes, workspace
 from lienumba.integrators.tracing.program import Program
 
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
@@ -27,17 +27,15 @@ def aligned(*shape: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Machine:
-    """`kernels`: addresses in the drivers' order; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of all stages; `free`: see `Program`; `drive`: the driver; `engines`: which hold the machine code."""
+    """`kernels`: addresses, see `layout.ORDER`; `prepares`: of the functions that fill the hoisted rows;
+    `nodes`: c of all stages; `queued`: see `Program`; `drive`: the driver; `engines`: which hold the machine code."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
     nodes: np.ndarray
-    sizes: Any
-    carried: Carried
-    held: Held
-    free: bool
-    drive: Any
+    sizes: Sizes
+    queued: bool
+    drive: Callable[..., None]
     buffer_rows: int
     engines: tuple[Any, ...]
 
@@ -49,14 +47,11 @@ def compile_program(program: Program) -> Machine:
     """Compile or load every kernel; two at a time."""
     with ThreadPoolExecutor(2) as threads:
         compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
-        name = "variable_step" if program.free else "fixed_step"
+        name = "variable_step" if program.queued else "fixed_step"
         driver = import_module(f"lienumba.integrators.drivers.{name}")  # meanwhile
         objects = {name: future.result() for name, future in compiling.items()}
-    from lienumba.integrators.drivers.stages import ORDER
-    from lienumba.integrators.drivers.workspace import Sizes, layout
-
     order = [*ORDER, *(f"combine{s}" for s in range(len(program.nodes)))]
-    kernels = np.zeros(len(order), np.int64)
+    kernels = np.zeros(COMBINE + len(program.nodes), np.int64)
     prepares: list[int] = []
     engines: list[Any] = []
     for name, code in objects.items():
@@ -64,18 +59,9 @@ def compile_program(program: Program) -> Machine:
         engines.append(engine)
         kernels[order.index(name)] = addresses[name]
         prepares.append(addresses[f"{name}_prepare"])
-    held = program.held
-    sizes = Sizes(
-        elements=program.elements, held=held.rows, first_mask=held.first_mask, q=len(held.masks),
-        fixed=int(bool(held.fixed)), seen=sum(rows for _, rows in program.observed.values()),
-        parameters=max(program.parameter_rows, 1), slope=program.slope, stages=program.stages, slots=program.slots,
-        events=program.events, correction=program.correction, kept=program.kept,
-    )  # fmt: skip
-    rows = layout.py_func(sizes).work + max(k.work_rows for k in program.kernels.values())
+    rows = workspace(program.sizes).work + max(k.work_rows for k in program.kernels.values())
     nodes = np.array(program.nodes)
-    return Machine(
-        kernels, tuple(prepares), nodes, sizes, program.carried, held, program.free, driver.drive, rows, tuple(engines)
-    )  # fmt: skip
+    return Machine(kernels, tuple(prepares), nodes, program.sizes, program.queued, driver.drive, rows, tuple(engines))
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:

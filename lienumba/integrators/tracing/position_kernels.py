@@ -1,23 +1,23 @@
 """The kernels of the position projection: one iteration, and as a chord method one by the elimination of the first.
 
-An iterate is a state, the correction from q^ and the multipliers as far as they are needed (see `correction_rows`), the
+An iterate is a state, the correction from q^ and the multipliers as far as they are needed (see `Tracer`), the
 violation, and the code. Behind them the first iteration leaves the numbers of its elimination, where the chord
 iterations, which write to the same rows, find them.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol
-from lienumba.groups.state import ELEMENT
+from lienumba.groups import so3
+from lienumba.groups.state import ELEMENT, State
 from lienumba.integrators import codes
-from lienumba.integrators.methods.charts import LARGEST_STAGE, promised
 from lienumba.integrators.tracing.tracer import Tracer, finite
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import embedded, kkt, projection
-from lienumba.numerics.operations import maximum, where
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import at_most, maximum, where
 
 
 def position(tracer: Tracer) -> tuple[dict[str, Kernel], int]:
@@ -37,25 +37,19 @@ def position(tracer: Tracer) -> tuple[dict[str, Kernel], int]:
     return kernels, len(kept)
 
 
-def correction_rows(tracer: Tracer) -> tuple[int, int]:
-    """Of the correction from q^ in local coordinates, six for every element; of the multipliers, as a chord method."""
-    x = 6 * tracer.elements if tracer.method.position == "local" else 0
-    return x, tracer.structure.rows if tracer.method.chord else 0
-
-
 def _iteration(tracer: Tracer) -> "_Iteration":
     graph, model = tracer.graph()
-    (hat, _), state, held = tracer.now(graph), tracer.state(graph, "extra"), tracer.held_rows(graph)
-    mask = tracer.held.mask(held, tracer.structure.rows)
-    now = tracer.instant(state, held, hat.t)
-    x_rows, mu_rows = correction_rows(tracer)
+    (hat, _), state, augmented = tracer.now(graph), tracer.state(graph, "extra"), tracer.augmented_rows(graph)
+    mask = tracer.augmented.mask(augmented, tracer.structure.rows)
+    now = tracer.instant(state, augmented, hat.t)
+    x_rows, mu_rows = tracer.correction_rows
     behind = ELEMENT * tracer.elements
-    x = graph.inputs("extra", min(x_rows, 6 * tracer.k), behind)
-    mu = list(graph.inputs("extra", mu_rows, behind + x_rows))
+    x: list[Number] = list(graph.inputs("extra", min(x_rows, 6 * tracer.k), behind))
+    mu: list[Number] = list(graph.inputs("extra", mu_rows, behind + x_rows))
     if mu:
         mu = projection.masked(mu, projection.position_mask(model, mask))
     kind = _Local if tracer.method.position == "local" else _Embedded
-    return kind(tracer, graph, model, held, mask, hat, now, list(x), mu)
+    return kind(tracer, graph, model, augmented, mask, hat, now, x, mu)
 
 
 @dataclass(frozen=True)
@@ -65,12 +59,12 @@ class _Iteration:
     tracer: Tracer
     graph: Graph
     model: Model
-    held: tuple[Any, ...]
-    mask: list[Any]
+    augmented: Vector
+    mask: list[Number]
     hat: Instant
     now: Instant
-    x: list[Any]
-    mu: list[Any]
+    x: list[Number]
+    mu: list[Number]
 
     def solution(self) -> kkt.Solution:
         """The next correction."""
@@ -80,30 +74,30 @@ class _Iteration:
         """The same by an earlier elimination."""
         raise NotImplementedError
 
-    def moved(self, x: list[Any]) -> tuple[Any, Any]:
+    def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         """The bodies that this correction leads to, and its largest squared rotation."""
         raise NotImplementedError
 
-    def violation(self, now: Instant, counts: list[Any]) -> Any:
+    def violation(self, now: Instant, counts: list[Number]) -> Number:
         """The largest of what the tolerance limits."""
         return projection.position_violation(self.model, now, counts)
 
-    def outputs(self, solution: kkt.Solution) -> list[Any]:
+    def outputs(self, solution: kkt.Solution) -> list[Number]:
         """The iterate that follows."""
         tracer = self.tracer
         new, rotation = self.moved(solution.x)
-        there = tracer.instant(new, self.held, self.hat.t)
+        there = tracer.instant(new, self.augmented, self.hat.t)
         counts = projection.counted(solution, self.mask, "position")
         violation = self.violation(there, counts)
-        code = where(rotation < LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
+        code = where(rotation < codes.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
         if tracer.structure.looped:
             lost = projection.lost(self.model, there, counts)
             code = where(lost < projection.LOST, code, codes.SINGULAR)
         code = where(solution.sound > 0.0, code, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
-        x_rows, mu_rows = correction_rows(tracer)
-        x = [*solution.x, *[0.0] * (6 * tracer.carried.elements)][:x_rows]
-        return [*tracer.with_carried(self.graph, new), *x, *solution.mu[:mu_rows], violation, code]
+        x_rows, mu_rows = tracer.correction_rows
+        x = [*solution.x, *[0.0] * (6 * tracer.law_states.elements)][:x_rows]
+        return [*tracer.with_law_states(self.graph, new), *x, *solution.mu[:mu_rows], violation, code]
 
 
 class _Local(_Iteration):
@@ -113,10 +107,11 @@ class _Local(_Iteration):
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
         return projection.chord_correction(self.model, by, self.now, self.x, self.mu, self.mask)
 
-    def moved(self, x: list[Any]) -> tuple[Any, Any]:
-        rotation: Any = 0.0
+    def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
+        rotation: Number = 0.0
         for i in range(self.tracer.k):
-            rotation = maximum(promised(x[6 * i + 3 : 6 * i + 6]), rotation)
+            u = tuple(x[6 * i + 3 : 6 * i + 6])
+            rotation = maximum(at_most(so3.dot(u, u), codes.LARGEST_STAGE), rotation)
         return projection.placed(self.hat.bodies, x), rotation
 
 
@@ -127,8 +122,8 @@ class _Embedded(_Iteration):
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
         return embedded.chord_correction(self.model, by, self.now, self.hat.bodies, self.mu, self.mask)
 
-    def moved(self, x: list[Any]) -> tuple[Any, Any]:
+    def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         return embedded.placed(self.now.bodies, x), 0.0
 
-    def violation(self, now: Instant, counts: list[Any]) -> Any:
+    def violation(self, now: Instant, counts: list[Number]) -> Number:
         return maximum(embedded.violation(now.bodies), super().violation(now, counts))

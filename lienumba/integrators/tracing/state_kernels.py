@@ -1,17 +1,16 @@
-"""The kernels that look at one state, or correct it: velocity projection, exchange of rows, what is stored."""
-
-from typing import Any
+"""The kernels that look at one state, or correct it: velocity projection, selection of rows, what is stored."""
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.integrators import codes
-from lienumba.integrators.tracing import law_states as carried_
+from lienumba.integrators import codes, layout
+from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.tracer import Tracer, finite, flat
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum, where
 
 
@@ -30,21 +29,21 @@ def velocity(tracer: Tracer) -> Kernel:
         lost = projection.lost_rate(model, Instant(new, now.t, now.angles), counts)
         code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
-    return tracer.kernel("velocity", (*tracer.with_carried(graph, new), violation, code))
+    return tracer.kernel("velocity", (*tracer.with_law_states(graph, new), violation, code))
 
 
-def exchange(tracer: Tracer) -> Kernel:
+def schur(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, _ = tracer.now(graph)
-    triangle, scales = kkt.exchange(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
-    return tracer.kernel("exchange", (*triangle, *scales))
+    triangle, scales = kkt.schur_complement(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
+    return tracer.kernel("schur", (*triangle, *scales))
 
 
 def sample(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, _ = tracer.now(graph)
-    carried = tracer.carried.placed(carried_.sampled(model, now))
-    return tracer.kernel("sample", flat((*now.bodies, *carried)))
+    elements = tracer.law_states.placed(law_states.sampled(model, now))
+    return tracer.kernel("sample", flat((*now.bodies, *elements)))
 
 
 def events(tracer: Tracer) -> Kernel:
@@ -57,10 +56,10 @@ def events(tracer: Tracer) -> Kernel:
 
 
 def _observed(
-    tracer: Tracer, graph: Graph, model: Model, now: Instant, mask: list[Any]
-) -> tuple[quantities.Observed, list[Any]]:
+    tracer: Tracer, graph: Graph, model: Model, now: Instant, mask: list[Number]
+) -> tuple[quantities.Observed, list[Number]]:
     """What accelerations and multipliers say of a state, and the multipliers."""
-    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", codes.LENGTH))
+    expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", layout.LENGTH))
     solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
     mu = solution.mu
     if tracer.whole.masked:
@@ -76,10 +75,10 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     now, mask = tracer.now(graph)
     seen = Observation(model, now, *_observed(tracer, graph, model, now, mask))
     named = {name: list(x.rows(seen)) for name, x in OUTPUT_VARIABLES.items() if x.rows is not None}
-    named |= carried_.variables(model, now)
+    named |= law_states.variables(model, now)
     named |= quantities.observe(model, now, seen.observed)
     observed: dict[str, tuple[int, int]] = {}
-    outputs: list[Any] = []
+    outputs: list[Number] = []
     for name, rows in named.items():
         observed[name] = (len(outputs), len(rows))
         outputs += rows

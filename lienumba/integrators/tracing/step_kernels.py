@@ -2,69 +2,77 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
+from lienumba.groups.state import ELEMENT, Algebra, State
+from lienumba.integrators import layout
+from lienumba.integrators.codes import verdict
 from lienumba.integrators.methods import munthe_kaas
-from lienumba.integrators.methods.charts import Chart
+from lienumba.integrators.methods.charts import Chart, Coordinates
 from lienumba.integrators.tracing.law_states import rates
 from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
+from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum
 
 INLINE = 6000  # operations of all stages up to which a step is traced as a whole; beyond, it calls the stages
+VectorField = Callable[[Sequence[State], Number], Sequence[Algebra]]
 
 
 @dataclass
 class _Reports:
     """What the stages of a step report beside their slopes."""
 
-    sound: list[Any] = field(default_factory=list)
-    power: list[Any] = field(default_factory=list)
-    margin: list[Any] = field(default_factory=list)
-    accelerations: list[Any] = field(default_factory=list)  # of the last stage
+    sound: list[Number] = field(default_factory=list)
+    power: list[Number] = field(default_factory=list)
+    margin: list[Number] = field(default_factory=list)
+    accelerations: list[Number] = field(default_factory=list)  # of the last stage
 
-    def read(self, rows: Sequence[Any], tracer: Tracer) -> None:
-        """Those of a stage that is known: whether its KKT was sound, the power, the margin."""
-        self.sound.append(rows[0])
-        self.power += [rows[1]] if tracer.held.work else []
-        self.margin.append(rows[2])
+    def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
+        """Those of a stage that is known."""
+        self.sound.append(rows[layout.SOUND])
+        self.power += [rows[layout.POWER]] if tracer.augmented.work else []
+        self.margin.append(rows[layout.STAGE_MARGIN])
 
 
 def step(tracer: Tracer) -> dict[str, Kernel]:
-    """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes are free, also what
-    the continuous extension needs."""
-    before, stages = tracer.rows, tracer.tableau.stages
+    """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes have a time of their
+    own, also what the continuous extension needs."""
+    stages, count, queued = tracer.tableau.stages, tracer.sizes.stages, tracer.method.queued
     stage = _stage(tracer, "stage")
-    if stage.counts()["operations"] * tracer.stages > INLINE:
-        used = [s for s, row in enumerate(stages) if any(row) and s != tracer.stages]
+    if stage.counts()["operations"] * count > INLINE:
+        used = [s for s, row in enumerate(stages) if any(row) and s != count]
         kernels = {"stage": stage, "first": _stage(tracer, "first"), "advance": _advance(tracer)}
-        kernels |= {"finish": _finish(tracer)} if tracer.held.rows else {}
-        return kernels | _combinations(tracer, used if tracer.method.free else used[: tracer.stages - 1])
-    if not tracer.method.free:
-        tracer.rows = before
+        kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
+        return kernels | _combinations(tracer, used if queued else used[: count - 1])
+    if not queued:
         return {"step": _inline(tracer)}
     kernels = {"stage": stage} if tracer.tableau.more else {}
-    kernels |= _combinations(tracer, range(tracer.stages + 1, len(stages)))
+    kernels |= _combinations(tracer, range(count + 1, len(stages)))
     return kernels | {"first": _stage(tracer, "first"), "step": _inline(tracer)}
 
 
+def _clock(graph: Graph) -> tuple[Number, Number, Number]:
+    """t, h, and the time in the middle of the step."""
+    t, h, within = (graph.input("clock", row) for row in (layout.TIME, layout.LENGTH, layout.MIDDLE))
+    return t, h, within
+
+
 def _inline(tracer: Tracer) -> Kernel:
-    """A whole step. Where lanes are free, the slopes and the power of all stages are kept; extra: these, where a
-    tolerance chooses steps, because then the first one is known."""
+    """A whole step. Where lanes have a time of their own, the slopes and the power of all stages are kept; extra:
+    these, where a tolerance chooses steps, because then the first one is known."""
     graph, model = tracer.graph()
-    held, reports = tracer.held_rows(graph), _Reports()
-    t, h = graph.inputs("clock", 2)
-    first: tuple[Any, ...] = ()
-    if tracer.method.paced:
-        first = tuple(graph.inputs("extra", tracer.chart.size, tracer.slope_row(i)) for i in range(tracer.elements))
-        reports.read(graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements)), tracer)
-    F = _vector_field(tracer, model, held, reports, h, graph.input("clock", codes.MIDDLE))
+    sizes, augmented, reports = tracer.sizes, tracer.augmented_rows(graph), _Reports()
+    t, h, within = _clock(graph)
+    first: tuple[Coordinates, ...] = ()
+    if tracer.method.adaptive:
+        every = range(tracer.elements)
+        first = tuple(graph.inputs("extra", sizes.coordinates, layout.slope_row(sizes, i, 0)) for i in every)
+        reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, 0)), tracer)
+    F = _vector_field(tracer, model, augmented, reports, h, within)
     new, rotation, square, slopes = munthe_kaas.step(
         tracer.chart,
         tracer.tableau,
@@ -74,67 +82,63 @@ def _inline(tracer: Tracer) -> Kernel:
         lambda x, u, t: munthe_kaas.slope(tracer.chart, x, u, lambda y: F(y, t)),
         first,
     )
-    every = reports.sound[0]
-    for sound in reports.sound[1:]:
-        every = every * sound
-    code = munthe_kaas.verdict(tracer.strict(rotation), square, reports.sound[0], every)
-    after = _held_after(tracer, model, held, tracer.instant(new, held, t + h), h, reports)
-    margin = reports.margin[:1] if tracer.held.masks else []
-    outputs = [*flat(new), *after, code, *margin]
-    if not tracer.method.free:
+    sound = reports.sound[0]
+    for other in reports.sound[1:]:
+        sound = sound * other
+    code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
+    after = _augmented_after(tracer, model, augmented, tracer.instant(new, augmented, t + h), h, reports)
+    outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
+    if not tracer.method.queued:
         return tracer.kernel("step", outputs)
-    rows, behind = list(range(len(outputs))), tracer.state_rows
-    for s in range(1 if first else 0, tracer.stages):
+    rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
+    for s in range(1 if first else 0, sizes.stages):
         for i, f in enumerate(slopes):
             outputs += f[s]
-            rows += [behind + tracer.slope_row(i, s) + c for c in range(tracer.chart.size)]
+            rows += [behind + layout.slope_row(sizes, i, s) + c for c in range(sizes.coordinates)]
         outputs += reports.power[s : s + 1]
-        rows += [behind + tracer.slope_row(tracer.elements, s) + 1] if reports.power else []
-    return tracer.kernel("step", outputs, tuple(rows))
+        rows += [behind + layout.report_row(sizes, s) + layout.POWER] if reports.power else []
+    return tracer.kernel("step", outputs, rows)
 
 
 def _stage(tracer: Tracer, name: str) -> Kernel:
     """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
 
-    Its outputs go to the rows of one stage among those of all (see `scratch.slope_row`); behind them stands what it
-    reports: whether the KKT was sound, the power, the margin, and accelerations that are held but not in the slopes.
+    Its outputs go to the rows of one stage among those of all; behind them stands what it reports, with accelerations
+    that are carried on but not in the slopes.
     """
     graph, model = tracer.graph()
-    reports = _Reports()
-    t = graph.input("clock", codes.TIME)
-    node = 0.0 if name == "first" else graph.input("clock", codes.NODE)
-    h, within = graph.input("clock", codes.LENGTH), graph.input("clock", codes.MIDDLE)
-    F = _vector_field(tracer, model, tracer.held_rows(graph), reports, h, within, node)
+    sizes, reports = tracer.sizes, _Reports()
+    t, h, within = _clock(graph)
+    node = 0.0 if name == "first" else graph.input("clock", layout.NODE)
+    F = _vector_field(tracer, model, tracer.augmented_rows(graph), reports, h, within, node)
     chart, every = tracer.chart, range(tracer.elements)
     zero = munthe_kaas.origin(chart)
     u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
-    said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.held.masks else [])]
-    rows = [tracer.slope_row(i) + c for i in every for c in range(chart.size)]
-    rows += [tracer.slope_row(tracer.elements) + c for c in range(len(said))]
-    if tracer.reported:
+    said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.augmented.masks else [])]
+    rows = [layout.slope_row(sizes, i, 0) + c for i in every for c in range(chart.size)]
+    rows += [layout.report_row(sizes, 0) + c for c in range(len(said))]
+    if tracer.reports_accelerations:
         said += reports.accelerations
-        rows += [tracer.reported_row + c for c in range(6 * tracer.k)]
-    return tracer.kernel(name, (*flat(f), *said), tuple(rows))
+        rows += [layout.acceleration_row(sizes, 0) + c for c in range(6 * tracer.k)]
+    return tracer.kernel(name, (*flat(f), *said), rows)
 
 
 def _finish(tracer: Tracer) -> Kernel:
-    """What is held after a step; state: the new bodies, and what was held; extra: what the stages gave."""
+    """What is augmented after a step; state: the new elements, and what was augmented; extra: what the stages gave."""
     graph, model = tracer.graph()
-    t, h = graph.inputs("clock", 2)
-    said = [graph.inputs("extra", codes.REPORTS, tracer.slope_row(tracer.elements, s)) for s in range(tracer.stages)]
-    last = [tracer.slope_row(i, tracer.stages) - 6 for i in range(tracer.k)]
-    if tracer.reported:
-        first = tracer.reported_row + tracer.chart.size * (tracer.stages - 1)
-        last = [first + 6 * i for i in range(tracer.k)]
-    reports = _Reports(
-        power=[x[1] for x in said],
-        margin=[x[2] for x in said],
-        accelerations=[x for first in last for x in graph.inputs("extra", 6, first)],
-    )
-    held = tracer.held_rows(graph)
-    now = tracer.instant(tracer.state(graph, "state"), held, t)
-    return tracer.kernel("finish", _held_after(tracer, model, held, now, h, reports))
+    sizes = tracer.sizes
+    t, h, _ = _clock(graph)
+    reports = _Reports()
+    for s in range(sizes.stages):
+        reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, s)), tracer)
+    last = [layout.slope_row(sizes, i, sizes.stages) - 6 for i in range(tracer.k)]
+    if tracer.reports_accelerations:
+        last = [layout.acceleration_row(sizes, sizes.stages - 1) + 6 * i for i in range(tracer.k)]
+    reports.accelerations = [x for first in last for x in graph.inputs("extra", 6, first)]
+    augmented = tracer.augmented_rows(graph)
+    now = tracer.instant(tracer.state(graph, "state"), augmented, t)
+    return tracer.kernel("finish", _augmented_after(tracer, model, augmented, now, h, reports))
 
 
 def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
@@ -144,7 +148,7 @@ def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
         graph, _ = tracer.graph()
         exponentials = tracer.tableau.exponentials(s)
         slopes = _slopes(chart, graph, s)[: len(exponentials[0])]
-        u, rotation = munthe_kaas.combination(chart, graph.input("clock", codes.LENGTH), exponentials, slopes)
+        u, rotation = munthe_kaas.combination(chart, _clock(graph)[1], exponentials, slopes)
         kernels[f"combine{s}"] = tracer.kernel(f"combine{s}", (*u, tracer.strict(rotation)))
     return kernels
 
@@ -152,53 +156,52 @@ def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
 def _advance(tracer: Tracer) -> Kernel:
     """One body at the end of a step; extra: the body's slopes."""
     graph, _ = tracer.graph()
-    x = tuple(graph.inputs("state", ELEMENT))
-    slopes = _slopes(tracer.chart, graph, tracer.stages)
-    new, rotation, square = munthe_kaas.advanced(
-        tracer.chart, graph.input("clock", codes.LENGTH), tracer.tableau, x, slopes
-    )
+    x = graph.inputs("state", ELEMENT)
+    slopes = _slopes(tracer.chart, graph, tracer.sizes.stages)
+    new, rotation, square = munthe_kaas.advanced(tracer.chart, _clock(graph)[1], tracer.tableau, x, slopes)
     return tracer.kernel("advance", (*new, tracer.strict(rotation), square))
 
 
-def _slopes(chart: Chart, graph: Graph, stages: int) -> list[Any]:
+def _slopes(chart: Chart, graph: Graph, stages: int) -> list[Coordinates]:
     return [graph.inputs("extra", chart.size, chart.size * s) for s in range(stages)]
 
 
 def _vector_field(
-    tracer: Tracer, model: Model, held: tuple[Any, ...], reports: _Reports, h: Any, within: Any, node: Any = None
-) -> Callable[[Any, Any], Any]:
+    tracer: Tracer, model: Model, augmented: Vector, reports: _Reports, h: Number, within: Number,
+    node: Number | None = None,
+) -> VectorField:  # fmt: skip
     """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. h: of the step;
     within: the time in its middle; node: c of the stage; by default that of the stages as they come."""
-    mask = tracer.held.mask(held, tracer.structure.rows)
+    mask = tracer.augmented.mask(augmented, tracer.structure.rows)
 
-    def F(state: Any, t: Any) -> Any:
-        now = tracer.instant(state, held, t, within)
+    def F(state: Sequence[State], t: Number) -> Sequence[Algebra]:
+        now = tracer.instant(state, augmented, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
-        expected = tracer.expected(held, c, h)
+        expected = tracer.expected(augmented, c, h)
         solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
         reports.sound.append(solution.sound)
         reports.margin.append(solution.margin)
-        if tracer.held.work:
+        if tracer.augmented.work:
             reports.power.append(dynamics.power(model, now, solution.mu))
         reports.accelerations = a = solution.x
         moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
-        return (*moving, *tracer.carried.slopes(rates(model, now)))
+        return (*moving, *tracer.law_states.slopes(rates(model, now)))
 
     return F
 
 
-def _held_after(
-    tracer: Tracer, model: Model, held: tuple[Any, ...], now: Instant, h: Any, reports: _Reports
-) -> list[Any]:
-    """What is held after a step that ends at `now`."""
-    rows = tracer.held.counted(model, now)
-    if tracer.held.work:
-        work = held[len(tracer.held.angles)]
+def _augmented_after(
+    tracer: Tracer, model: Model, augmented: Vector, now: Instant, h: Number, reports: _Reports
+) -> list[Number]:
+    """What is augmented after a step that ends at `now`."""
+    rows = tracer.augmented.counted(model, now)
+    if tracer.augmented.work:
+        work = augmented[len(tracer.augmented.angles)]
         for b, power in zip(tracer.tableau.b, reports.power, strict=True):
             work = work + (h * float(b)) * power if b else work
         rows.append(work)
-    if tracer.held.accelerations:
-        rows += tracer.held.after(held, reports.accelerations, h)
-    if tracer.held.masks:
-        rows += [*held[tracer.held.first_mask : -1], maximum(reports.margin[0], held[-1])]
+    if tracer.augmented.accelerations:
+        rows += tracer.augmented.after(augmented, reports.accelerations, h)
+    if tracer.augmented.masks:
+        rows += [*augmented[tracer.augmented.first_mask : -1], maximum(reports.margin[0], augmented[-1])]
     return rows

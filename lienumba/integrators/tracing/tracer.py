@@ -1,23 +1,26 @@
 """Runs the mechanics of one mechanism on symbols, one graph per kernel."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from math import pi
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT
-from lienumba.integrators import codes
+from lienumba.groups.state import ELEMENT, State
+from lienumba.integrators import codes, layout
 from lienumba.integrators.methods import METHODS
-from lienumba.integrators.methods.charts import GROUPS, LARGEST_STAGE, Chart
+from lienumba.integrators.methods.charts import GROUPS, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
-from lienumba.integrators.tracing.augmented_state import Held, counted_angles
-from lienumba.integrators.tracing.law_states import Carried
-from lienumba.integrators.tracing.row_selection import Choice
-from lienumba.mechanics.mechanism.kinematics import Instant, is_zero
+from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
+from lienumba.integrators.tracing.law_states import LawStates
+from lienumba.integrators.tracing.row_selection import RowSelection
+from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import dynamics, kkt
+from lienumba.numerics.number import Condition, Number, Vector
+from lienumba.numerics.operations import is_zero
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,8 @@ class Method:
     group: str = "R3xSO3"  # or another of GROUPS
     coordinates: str = "lie"  # or one of COORDINATES
     baumgarte: float | None = None  # rate (1/s)
-    free: bool = False  # whether every lane has its own time
-    paced: bool = False  # whether a tolerance chooses the steps; then lanes are free, too
+    queued: bool = False  # whether every lane has its own time and takes its runs from a queue
+    adaptive: bool = False  # whether a tolerance chooses the steps; then lanes are queued, too
 
     def chart(self) -> Chart:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
@@ -80,106 +83,104 @@ def symbolic(template: Model) -> tuple[Graph, Model]:
 
 class Tracer:
     """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
-    of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `held`; k: the number of
-    bodies, of the elements of S with what is `carried` behind them; `stages` of a step; `slots`: slopes kept of each
-    element: of the stages, where lanes are free also of F at the end and of the extension's stages; there the last one
-    is F at the end as the next step has it."""
+    of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `augmented`, `law_states`:
+    what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`: see
+    `layout.Sizes`, without what only finished kernels tell."""
 
-    def __init__(self, template: Model, parameters: int, method: Method, choice: Choice, fixed: bool) -> None:
+    def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
         self.template = template
         graph, model = self.graph()
-        self.whole = kkt.Structure.of(model, choice.rows, (), choice.singular)
-        self.structure = kkt.Structure.of(model, (), choice.dropped, choice.singular) if fixed else self.whole
+        self.whole = kkt.Structure.of(model, selection.rows, (), selection.singular)
+        self.structure = kkt.Structure.of(model, (), selection.dropped, selection.singular) if fixed else self.whole
         self.tableau = METHODS[method.tableau]
         self.method = method
         self.chart = method.chart()
-        self.stages = len(self.tableau.b)
-        self.slots = len(self.tableau.stages) + 1 if method.free else self.stages
         self.k = len(model.bodies)
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
-        self.carried = Carried.of(model, Instant(bodies, graph.input("clock", 0)))
-        self.elements = self.k + self.carried.elements
-        self.rows = parameters  # and what is hoisted behind them
-        self.held = Held(
-            angles=counted_angles(model),
-            work=False,
-            accelerations=12 * self.k if self.structure.looped else 0,
-            masks=choice.rows if self.structure.looped else (),
-            fixed=dict(zip(choice.rows, choice.masks, strict=True)) if fixed else {},
+        self.law_states = LawStates.of(model, Instant(bodies, graph.input("clock", layout.TIME)))
+        self.elements = self.k + self.law_states.elements
+        looped, angles, stages = self.structure.looped, counted_angles(model), len(self.tableau.b)
+        self.augmented = AugmentedState(
+            angles=angles,
+            work=self._works(angles),
+            accelerations=12 * self.k if looped else 0,
+            masks=selection.rows if looped else (),
+            fixed=dict(zip(selection.rows, selection.masks, strict=True)) if fixed else {},
         )
-        self.held = replace(self.held, work=not is_zero(self._any_power()))
+        self.sizes = layout.Sizes(
+            elements=self.elements, augmented=self.augmented.rows,
+            first_mask=self.augmented.first_mask, exchangeable=len(self.augmented.masks),
+            fixed=int(bool(self.augmented.fixed)), coordinates=self.chart.size, stages=stages,
+            slopes=len(self.tableau.stages) + 1 if method.queued else stages, events=len(model.events),
+            correction=sum(self.correction_rows),
+        )  # fmt: skip
 
     @property
-    def reported(self) -> bool:
-        """Whether stages report the accelerations that are held, because slopes in this chart are others."""
-        return bool(self.held.accelerations) and not self.chart.plain
+    def correction_rows(self) -> tuple[int, int]:
+        """Of the correction of positions from q^ in local coordinates, six for every element; of the multipliers, as a
+        chord method."""
+        x = 6 * self.elements if self.method.position == "local" else 0
+        return x, self.structure.rows if self.method.chord else 0
 
     @property
-    def reported_row(self) -> int:
-        """The first row of these accelerations, seen from the first row of the stage's slopes."""
-        return self.slope_row(self.elements + 1) + codes.REPORTS + codes.CONTROL
+    def reports_accelerations(self) -> bool:
+        """Whether stages report the accelerations that are carried on, because slopes in this chart are others."""
+        return bool(self.augmented.accelerations) and not self.chart.plain
 
-    def strict(self, rotation: Any) -> Any:
+    def strict(self, rotation: Number) -> Number:
         """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
         limit is a quarter of a turn: two bodies then turn by less than half a turn relative to each other."""
-        return rotation * (LARGEST_STAGE / (0.5 * pi) ** 2) if self.held.angles else rotation
+        return rotation * (codes.LARGEST_STAGE / (0.5 * pi) ** 2) if self.augmented.angles else rotation
 
-    def expected(self, held: tuple[Any, ...], node: Any, h: Any) -> list[Any] | None:
-        """The accelerations to be expected in a stage at t + node h; None if they are not held."""
-        return self.held.expected(held, (node + (1.0 - float(self.tableau.c[-1]))) * h)
+    def expected(self, augmented: Vector, node: Number, h: Number) -> list[Number] | None:
+        """The accelerations to be expected in a stage at t + node h; None if they are not carried on."""
+        return self.augmented.expected(augmented, (node + (1.0 - float(self.tableau.c[-1]))) * h)
 
-    def _any_power(self) -> Any:
-        """The power at any state: zero by its structure if nothing ever works on the system."""
+    def _works(self, angles: tuple[int, ...]) -> bool:
+        """Whether anything ever works on the system: else the power is zero by its structure."""
         graph, model = self.graph()
-        now, _ = self.now(graph)
-        return dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows)))
+        state, t = self.state(graph, "state"), graph.input("clock", layout.TIME)
+        near = dict(zip(angles, graph.inputs("state", len(angles), ELEMENT * self.elements), strict=True))
+        now = Instant(state[: self.k], t, near, None, self.law_states.read(state[self.k :]))
+        return not is_zero(dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows))))
 
     def graph(self) -> tuple[Graph, Model]:
         return symbolic(self.template)
 
-    @property
-    def state_rows(self) -> int:
-        """See `scratch.state_rows`: where the slopes begin behind a state."""
-        return ELEMENT * self.elements + self.held.rows + 4
+    def kernel(self, name: str, outputs: Iterable[Number], rows: Sequence[int] | None = None) -> Kernel:
+        """A kernel that puts its outputs into these rows, by default one after the other. Where its
+        invariants go, is said last."""
+        return Kernel(name, tuple(outputs), 0, None if rows is None else tuple(rows))
 
-    def slope_row(self, element: int, slot: int = 0) -> int:
-        """See `scratch.slope_row`."""
-        return self.chart.size * (self.slots * element + slot)
-
-    def kernel(self, name: str, outputs: Any, rows: tuple[int, ...] | None = None) -> Kernel:
-        kernel = Kernel(name, tuple(outputs), self.rows, rows)
-        self.rows += len(kernel.hoisted)
-        return kernel
-
-    def state(self, graph: Graph, array: str) -> tuple[Any, ...]:
-        """The elements of S: bodies, and behind them what is carried."""
+    def state(self, graph: Graph, array: str) -> tuple[State, ...]:
+        """The elements of S: bodies, and behind them the states of laws."""
         return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.elements))
 
-    def instant(self, state: Any, held: tuple[Any, ...], t: Any, within: Any = None) -> Instant:
-        angles = dict(zip(self.held.angles, held, strict=False))
-        return Instant(tuple(state[: self.k]), t, angles, within, self.carried.read(state[self.k :]))
+    def instant(self, state: Sequence[State], augmented: Vector, t: Number, within: Number | None = None) -> Instant:
+        angles = dict(zip(self.augmented.angles, augmented, strict=False))
+        return Instant(tuple(state[: self.k]), t, angles, within, self.law_states.read(state[self.k :]))
 
-    def now(self, graph: Graph) -> tuple[Instant, list[Any]]:
+    def now(self, graph: Graph) -> tuple[Instant, list[Number]]:
         """The state at the clock's time, and the mask of its rows."""
-        held = self.held_rows(graph)
-        instant = self.instant(self.state(graph, "state"), held, graph.input("clock", 0))
-        return instant, self.held.mask(held, self.structure.rows)
+        augmented = self.augmented_rows(graph)
+        instant = self.instant(self.state(graph, "state"), augmented, graph.input("clock", layout.TIME))
+        return instant, self.augmented.mask(augmented, self.structure.rows)
 
-    def held_rows(self, graph: Graph) -> tuple[Any, ...]:
-        return tuple(graph.inputs("state", self.held.rows, ELEMENT * self.elements))
+    def augmented_rows(self, graph: Graph) -> Vector:
+        return graph.inputs("state", self.augmented.rows, ELEMENT * self.elements)
 
-    def with_carried(self, graph: Graph, bodies: Any) -> list[Any]:
-        """The rows of these bodies, and of what the state carries."""
+    def with_law_states(self, graph: Graph, bodies: Sequence[State]) -> list[Number]:
+        """The rows of these bodies, and of the law states as they are."""
         return flat((*bodies, *self.state(graph, "state")[self.k :]))
 
 
-def flat(bodies: Any) -> list[Any]:
-    return [x for body in bodies for x in body]
+def flat(elements: Iterable[Vector]) -> list[Number]:
+    return [x for element in elements for x in element]
 
 
-def finite(rows: list[Any]) -> Any:
+def finite(rows: Iterable[Number]) -> Condition:
     """Whether the sum of squares is an ordinary number: false for NaN and for infinities."""
-    total: Any = 0.0
+    total: Number = 0.0
     for row in rows:
         total = total + row * row
     return total < codes.HUGE

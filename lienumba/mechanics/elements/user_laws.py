@@ -14,7 +14,8 @@ from typing import Any
 from lienumba import laws
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.quantities import COORDINATE_OF, bodies_of, component, components, evaluate, rows
+from lienumba.mechanics.elements.quantities import bodies_of, component, components, evaluate, rows
+from lienumba.mechanics.elements.quantities.built_in import COORDINATE_OF, RATES
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import GROUND, Code, Coordinate, Force, Model
@@ -81,8 +82,8 @@ def _body(view: View, i: int) -> laws.Body:
 def _joint(model: Model, view: View, j: int, rates: bool) -> laws.Joint:
     found = {}
     for name, kind in COORDINATE_OF.items():
-        if kind in joints.COORDINATES.get(model.joints[j].type, ()):
-            is_rate = name in ("rate", "speed")
+        if kind in joints.coordinate_kinds(model.joints[j].type):
+            is_rate = name in RATES
             if rates or not is_rate:
                 x = joints.coordinate(model, Coordinate(j, kind), kinematics.moving(view) if is_rate else view)
                 found[name] = lift(x).b if is_rate else x

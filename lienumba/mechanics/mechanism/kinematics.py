@@ -154,8 +154,3 @@ def inertia_times(inertia: Any, w: Any) -> Any:
         xy * w[0] + yy * w[1] + yz * w[2],
         xz * w[0] + yz * w[1] + zz * w[2],
     )
-
-
-def is_zero(x: Any) -> bool:
-    """Whether a number is zero by its structure."""
-    return isinstance(x, float) and x == 0.0

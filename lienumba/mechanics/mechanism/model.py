@@ -48,10 +48,10 @@ def reads_state(x: Timed) -> bool:
 class Code:
     """A law of the user's own (`lienumba.mechanics.elements.user_laws`).
 
-    returns: "loads" or "potential" of a force, one letter for each row of a joint (see `JointType`); level: of these,
-    "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and joints, none if
-    it takes any number of them; wants: of t, states and interval what the function asks for; quantities: those that
-    it asks for; states: their names; every: the interval (s) of a sampled law.
+    returns: "loads" or "potential" of a force, one letter for each row of a joint ("m" for a length, "r" for an angle);
+    level: of these, "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and
+    joints, none if it takes any number of them; wants: of t, states and interval what the function asks for;
+    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law.
     """
 
     function: Callable[..., Any]
@@ -87,8 +87,8 @@ class Joint:
     """A joint between two bodies (indices, GROUND = -1); `points` and `frames` are given in each body's own frame.
 
     frames: x counts the angle, z is the axis; None where the type has no axis, or as long as the start has not
-    decided it. A gear or coupler joins two coordinates instead: second = ratio * first + offset, and its `bodies` are
-    those of both joints, without repetition.
+    decided it. A gear or coupler joins two coordinates instead, and its `bodies` are those of both joints, without
+    repetition. numbers: by name, those of its own; None as long as the start has not decided them.
     """
 
     name: str
@@ -96,12 +96,8 @@ class Joint:
     bodies: tuple[int, ...]
     points: tuple[Vec3, Vec3] | None = None
     frames: tuple[Frame, Frame] | None = None
-    length: Number | None = None
-    pitch: Number | None = None  # m per turn
     coordinates: tuple[Coordinate, Coordinate] | None = None
-    ratio: Number | None = None
-    offset: Number | None = None
-    numbers: dict[str, Number] = field(default_factory=dict)  # of a law of the user's own
+    numbers: dict[str, Number] = field(default_factory=dict)
     code: Code | None = None
 
 

@@ -15,8 +15,8 @@ def map_numbers(
     tables hold.
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
-    inertia, a component of gravity), where a mass or a length is always a parameter. Of drivers and forces, only an
-    exact 0 does. Functions of time stay as they are, but for the numbers of a `Law`.
+    inertia, a component of gravity), where a mass or a length is always a parameter. Of the numbers of joints, drivers
+    and forces, only an exact 0 does. Functions of time stay as they are, but for the numbers of a `Law`.
     """
 
     def vector(v: Any) -> Any:
@@ -38,8 +38,8 @@ def map_numbers(
             return tuple(law(y) for y in x)
         return timed(x, isinstance(x, float | int) and x == 0)
 
-    def optional(x: Any, structural: bool = False) -> Any:
-        return None if x is None else number(x, structural)
+    def of_joint(x: Any, built_in: bool) -> Any:
+        return None if x is None else law(x) if built_in else number(x, False)
 
     return Model(
         gravity=vector(model.gravity),
@@ -56,11 +56,7 @@ def map_numbers(
                 joint,
                 points=None if joint.points is None else (vector(joint.points[0]), vector(joint.points[1])),
                 frames=None if joint.frames is None else (frame(joint.frames[0]), frame(joint.frames[1])),
-                length=optional(joint.length),
-                pitch=optional(joint.pitch),
-                ratio=optional(joint.ratio),
-                offset=optional(joint.offset, True),
-                numbers={key: number(x, False) for key, x in joint.numbers.items()},
+                numbers={key: of_joint(x, joint.code is None) for key, x in joint.numbers.items()},
             )
             for joint in model.joints
         ),

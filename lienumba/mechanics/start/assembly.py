@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import Coordinate, Driver, Model, Start
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
@@ -93,7 +94,7 @@ def _assemble(model: Model, start: Start, runs: int) -> Assembly:
     bodies = poses.bodies(local)
 
     model = _placed(model, start, poses, targets, bodies, final=True)
-    model = map_numbers(joint_frames.with_lengths(model, bodies, angles), _plain)
+    model = map_numbers(joint_frames.with_numbers(model, bodies, angles), _plain)
     full = _with_given(model, start, given)
     rows = _on_velocities(_conditions(full, len(model.drivers), given))
     bodies = velocities(full, poses, local, _inverse_mass(model), rows)
@@ -143,10 +144,11 @@ def _upright(model: Model, start: Start, poses: Poses) -> tuple[tuple[int, int],
     """The joints with parallel axes in both bodies, or aligned references, whose relative rotation is not given."""
     found = []
     for j, (joint, says) in enumerate(zip(model.joints, start.joints, strict=True)):
-        if says.axes is None or joint_frames.relative_known(joint, poses) or not joint_frames.kind_of(joint).parallel:
+        kind = JOINTS[joint.type]
+        if says.axes is None or joint_frames.relative_known(joint, poses) or not kind.stays_parallel:
             continue
         found.append((j, joints.Z))
-        if says.references is not None and joint_frames.kind_of(joint).looser is not None:
+        if says.references is not None and joints.X in kind.same_way:
             found.append((j, joints.X))
     return tuple(found)
 
@@ -154,7 +156,7 @@ def _upright(model: Model, start: Start, poses: Poses) -> tuple[tuple[int, int],
 def _rows_known(unsolved: Model, model: Model, start: Start) -> tuple[int, ...]:
     """The rows on the position level, but for those that only the assembled start decides."""
     rows: list[int] = []
-    undecided = [joint_frames.decided_by_start(model, start, j) for j in range(len(model.joints))]
+    undecided = [JOINTS[joint.type].open_rows(model, start, j) for j, joint in enumerate(model.joints)]
     undecided += [0] * len(unsolved.drivers)
     listed = zip(constraints.constraints_of(unsolved), constraints.rows_of(unsolved), undecided, strict=True)
     for constraint, own, last in listed:
@@ -202,7 +204,7 @@ def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instan
     angles = {
         j: np.array(np.broadcast_to(joints.angle(joint, still(now, joint.bodies), now.angles[j]), (runs,)), float)
         for j, joint in enumerate(model.joints)
-        if "angle" in joints.COORDINATES.get(joint.type, ())
+        if "angle" in JOINTS[joint.type].coordinate_kinds
     }
     return Assembly(
         model,

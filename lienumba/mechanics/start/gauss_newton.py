@@ -153,11 +153,15 @@ def velocities(
     rates: tuple[Rates, ...] = poses.rates
     bodies = poses.bodies(local, rates)
     number = {row: n for n, row in enumerate(rows)}
-    for _ in range(2 if free else 0):  # the second time takes back the rounding of the first
+    holonomic = all(constraint.level == "position" for constraint in constraints.constraints_of(model))
+    columns: Entries = {}
+    for n in range(2 if free else 0):  # the second time takes back the rounding of the first
         now = Instant(bodies)
         growth, _ = constraints.rate_and_bias(model, now)
-        C = {(number[i], c): x for (i, c), x in constraints.jacobian(model, now).items() if i in number}
-        change = least(poses.columns(C, bodies, local, free), inverse, [-growth[row] for row in rows], size)
+        if n == 0 or not holonomic:
+            C = {(number[i], c): x for (i, c), x in constraints.jacobian(model, now).items() if i in number}
+            columns = poses.columns(C, bodies, local, free)
+        change = least(columns, inverse, [-growth[row] for row in rows], size)
         rates = tuple(
             tuple(u + change[6 * i + c] if 6 * i + c in free else u for c, u in enumerate(own))
             for i, own in enumerate(rates)

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Motion, still
 from lienumba.mechanics.mechanism.model import (
@@ -110,36 +109,9 @@ def _same_axes(says: JointStart) -> bool:
 
 
 # ---------------------------------------------------------------- joints
-def kind_of(joint: Joint) -> joints.JointType:
-    """Its type; a screw is placed as the cylindrical joint that it restricts."""
-    return JOINT_TYPES["cylindrical" if joint.type == "screw" else joint.type]
-
-
-def has_frames(joint: Joint) -> bool:
-    """Whether it has an axis in each of its bodies."""
-    if joint.code is not None:
-        return False
-    return joint.type == "screw" or (joint.type not in COUPLED and kind_of(joint).axes > 0)
-
-
 def provisional(joint: Joint) -> Joint:
     """Any number for what only the assembled start decides, so that the other rows can be computed."""
-    length = 1.0 if joint.type == "distance" and joint.length is None else joint.length
-    offset = 0.0 if joint.type in COUPLED and joint.offset is None else joint.offset
-    return replace(joint, length=length, offset=offset)
-
-
-def decided_by_start(model: Model, start: Start, index: int) -> int:
-    """How many of the last rows of a joint only the assembled start decides."""
-    joint, says = model.joints[index], start.joints[index]
-    if joint.coordinates is not None:
-        free = [c for c in joint.coordinates if c.kind == "angle" and start.joints[c.joint].references is None]
-        return 1 if joint.offset is None or free else 0
-    if joint.type in COUPLED or (joint.type == "distance" and joint.length is None):
-        return 1
-    if joint.type == "fixed" and says.references is None:
-        return 3 if says.axes is None and says.axis is None else 1
-    return 1 if joint.type == "prismatic" and says.references is None else 0
+    return replace(joint, numbers={key: 1.0 if x is None else x for key, x in joint.numbers.items()})
 
 
 def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | None, known: bool) -> Joint:
@@ -147,14 +119,15 @@ def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | 
 
     angle: what the joint's angle is given to be; known: these bodies have their final relative rotation.
     """
-    if joint.type in ("gear", "coupler") or joint.code is not None:
+    sides = JOINTS[joint.type].sides
+    if says.at is None and not sides:
         return joint
     a, b = ends(joint, bodies)
     if says.at is not None:
         at = says.at
         p, q = (so3.rotate_back(m.R, so3.subtract(at, m.r)) for m in (a, b))
         joint = replace(joint, points=(p, q))
-    if not has_frames(joint):
+    if not sides:
         return joint
     first, second = _axes(joint, says, a, b)
     x1 = any_frame(first) if says.references is None else frame(first, says.references[0])
@@ -184,38 +157,28 @@ def _axes(joint: Joint, says: JointStart, a: Motion, b: Motion) -> tuple[Any, An
         return unit(so3.rotate_back(a.R, pair[0])), unit(so3.rotate_back(b.R, pair[1]))
     if says.axes is None:
         return Z_AXIS, so3.rotate_back(b.R, so3.rotate(a.R, Z_AXIS))
-    if kind_of(joint).axes == 1:
+    if JOINTS[joint.type].sides == 1:
         return unit(says.axes[0]), Z_AXIS
     return unit(says.axes[0]), unit(says.axes[1])
 
 
 # ---------------------------------------------------------------- what the assembled start decides
-def with_lengths(model: Model, bodies: tuple[Any, ...], angles: dict[int, Any]) -> Model:
-    """Omitted lengths, offsets and rests as they are at the start; an omitted rest is None."""
-    placed = replace(model, joints=tuple(_with_length(joint, bodies) for joint in model.joints))
+def with_numbers(model: Model, bodies: tuple[Any, ...], angles: dict[int, Any]) -> Model:
+    """Omitted numbers of joints, and rests of forces, as they are at the start; an omitted one is None."""
     now = Instant(bodies, 0.0, angles)
     return replace(
-        placed,
-        joints=tuple(_with_offset(placed, j, now) for j in range(len(placed.joints))),
-        forces=tuple(_with_rest(force, now) for force in placed.forces),
+        model,
+        joints=tuple(_with_numbers(model, j, now) for j in range(len(model.joints))),
+        forces=tuple(_with_rest(force, now) for force in model.forces),
     )
 
 
-def _with_length(joint: Joint, bodies: tuple[Any, ...]) -> Joint:
-    if joint.type != "distance" or joint.length is not None:
-        return joint
-    d = joints.separation(joint, *ends(joint, bodies))
-    return replace(joint, length=sqrt(so3.dot(d, d)))
-
-
-def _with_offset(model: Model, index: int, now: Instant) -> Joint:
-    """second = ratio * first + offset, as the start has it."""
+def _with_numbers(model: Model, index: int, now: Instant) -> Joint:
     joint = model.joints[index]
-    if joint.type not in COUPLED or joint.offset is not None:
+    if all(x is not None for x in joint.numbers.values()):
         return joint
-    from_zero = tuple(replace(joint, offset=0.0) if j == index else other for j, other in enumerate(model.joints))
-    tie = joints.residual(replace(model, joints=from_zero), index, still(now, joint.bodies))[-1]
-    return replace(joint, offset=tie)
+    found = JOINTS[joint.type].at_start(model, index, still(now, joint.bodies))
+    return replace(joint, numbers={key: found[key] if x is None else x for key, x in joint.numbers.items()})
 
 
 def _with_rest(force: Force, now: Instant) -> Force:

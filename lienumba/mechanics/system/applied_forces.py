@@ -13,7 +13,7 @@ from typing import Any
 from lienumba.mechanics.elements import user_laws
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw, Given
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import bodies_of
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
@@ -89,7 +89,7 @@ def angle_joints(model: Model) -> set[int]:
         if force.coordinate is not None and force.coordinate.kind == "angle" and FORCES[force.type].reads_angle(force)
     }
     seen = {j for force in model.forces if force.code is not None for j in force.code.joints}
-    return stiff | {j for j in seen if "angle" in COORDINATES.get(model.joints[j].type, ())}
+    return stiff | {j for j in seen if "angle" in coordinate_kinds(model.joints[j].type)}
 
 
 def _ends(model: Model, force: Force) -> tuple[int, ...]:

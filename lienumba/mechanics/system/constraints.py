@@ -7,17 +7,18 @@ C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints, user_laws
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, Law, View, is_zero
+from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
 from lienumba.numerics.jets import Jet, lift
-from lienumba.numerics.operations import absolute, maximum, sqrt
+from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,9 @@ def constraints_of(model: Model) -> list[Constraint]:
             law = partial(user_laws.residual, model, index)
             found.append(Constraint(joint.name, ends, joint.code.returns, joint.code.level, law, own=True))
             continue
-        kinds = joints.row_kinds(model, joint)
-        found.append(Constraint(joint.name, joint.bodies, kinds, "position", partial(joints.residual, model, index)))
+        kind = JOINTS[joint.type]
+        law = partial(kind.equations, model, index)
+        found.append(Constraint(joint.name, joint.bodies, kind.kinds(joint), "position", law))
     for driver in model.drivers:
         found.append(_driver(model, driver))
     return found
@@ -218,8 +220,9 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
     reach: list[Any] = []
     far: list[Any] = []
     speed: list[Any] = []
-    points: list[Any] = [(j.points or (), j.length) for j in model.joints] + [((d.point,), None) for d in model.drivers]
-    for c, (arms, length) in zip(constraints_of(model), points, strict=True):
+    own: list[Any] = [(j.points or (), JOINTS[j.type].reach(j)) for j in model.joints]
+    own += [((d.point,), []) for d in model.drivers]
+    for c, (arms, lengths) in zip(constraints_of(model), own, strict=True):
         arm = largest([x for p in arms if p is not None for x in p])
         if c.own:  # nobody says what it reaches
             arm = largest([_size(model.bodies[i]) for i in c.bodies if i != GROUND])
@@ -229,7 +232,7 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
         moving = largest([x for m in motions for x in m.v])
         for kind in c.kinds:
             angular = kind == "r"
-            reach.append(1.0 if angular else arm if length is None else maximum(length, arm))
+            reach.append(1.0 if angular else reduce(lambda a, b: maximum(b, a), lengths, arm))
             far.append(0.0 if angular else position)
             speed.append(turning if angular else maximum(moving, arm * turning))
     return reach, far, speed

@@ -1,4 +1,4 @@
-"""The times on which the steps of a run must land, so that a method keeps its order: where something jumps."""
+"""The times on which steps of a run must end, so that a method keeps its order: where something jumps."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ SAME = 1e-9  # of a time: rounding
 
 
 @dataclass(frozen=True)
-class Landing:
+class Discontinuity:
     """The times at which a + b t reaches any of these knots; a and b are floats, or arrays (runs,)."""
 
     knots: "np.ndarray"
     a: Any = 0.0
     b: Any = 1.0
 
-    def part(self, runs: Any) -> "Landing":
+    def part(self, runs: Any) -> "Discontinuity":
         """That of some of the runs (indices or a slice)."""
-        return Landing(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
+        return Discontinuity(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
 
     def times(self, runs: int) -> "np.ndarray":
         """(runs, n), in s; not finite where it never gets there."""
@@ -37,7 +37,7 @@ class Landing:
         return times
 
 
-def landings(model: Model, end: float) -> list[Landing]:
+def discontinuities(model: Model, end: float) -> list[Discontinuity]:
     """The points of tables whose argument is a straight line in t, the times at which such lines are compared, and the
     samples of laws, of runs to this end."""
     import numpy as np
@@ -50,10 +50,10 @@ def landings(model: Model, end: float) -> list[Landing]:
             if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
                 with np.errstate(all="ignore"):
                     x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
-                found.append(Landing(np.array(knots), x.a, x.b))
+                found.append(Discontinuity(np.array(knots), x.a, x.b))
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
     samples = [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
-    return found + [Landing(times) for times in samples]
+    return found + [Discontinuity(times) for times in samples]
 
 
 def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:

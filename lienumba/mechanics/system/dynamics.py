@@ -3,10 +3,11 @@
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant, inertia_times, is_zero
+from lienumba.mechanics.mechanism.kinematics import Instant, inertia_times
 from lienumba.mechanics.mechanism.model import Model, at_time
 from lienumba.mechanics.system import applied_forces, constraints, kkt
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.operations import is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 

@@ -13,11 +13,10 @@ usual remedy, forgets the constraint force instead, which costs energy.)
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lienumba.mechanics.mechanism.kinematics import is_zero
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of, rows_of
 from lienumba.mechanics.system.elimination_order import elimination_order
-from lienumba.numerics.operations import maximum, minimum, where
+from lienumba.numerics.operations import is_zero, maximum, minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
 WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
@@ -340,7 +339,7 @@ def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: list[Any
     return least
 
 
-def exchange(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
+def schur_complement(structure: Structure, A: Entries, C: Entries) -> tuple[list[Any], list[Any]]:
     """What the rows of C that may be masked say beyond those that may not: the Schur complement of [A C^T; C 0] once
     all else is eliminated (lower triangle, row by row), and the scale of each row: its diagonal of C A^-1 C^T."""
     n, masked = 6 * structure.bodies, set(structure.masked)

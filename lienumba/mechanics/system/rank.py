@@ -103,11 +103,13 @@ def contradiction(model: Model, now: Instant) -> tuple[str, ...]:
     return _unmet(model, later, _xi(model, later), _sizes(model, later)[2])
 
 
-def on_the_way(model: Model, now: Instant) -> Instant | None:
-    """A state a little later where the constraints say more than they do now: now they are singular. None if not."""
+def on_the_way(model: Model, now: Instant, found: Rank) -> Instant | None:
+    """A state a little later where the constraints say more than they do now, where their rank is `found`: now they are
+    singular. None if not."""
+    if found.rank == found.rows:
+        return None
     later = _moved_on(model, now)
-    fewer = _dependences(_scaled(model, now)[0])[0] < _dependences(_scaled(model, later)[0])[0]
-    return later if fewer else None
+    return later if found.rank < _dependences(_scaled(model, later)[0])[0] else None
 
 
 def _sizes(model: Model, now: Instant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

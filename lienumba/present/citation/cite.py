@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError
 from lienumba.present.citation import references
 from lienumba.present.citation.paragraph import paragraph
-from lienumba.present.citation.source import Source
+from lienumba.present.citation.source import CitedScenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,11 +44,11 @@ def cite_scenario(scenario: "Scenario") -> str:
 
 def _source(
     content: dict[str, Any], units: Mapping[str, str], versions: Mapping[str, str], dataset: "xr.Dataset | None" = None
-) -> Source:
+) -> CitedScenario:
     content["model"] = {kind: [] for kind in ("bodies", "joints", "drivers", "forces")} | content["model"]
     content["sweep"] = {"vary": {}, "correlate": []} | content["sweep"]
     nominal = {path: _nominal(content, path) for path in content["sweep"]["vary"]}
-    return Source(content, units, nominal, versions, dataset)
+    return CitedScenario(content, units, nominal, versions, dataset)
 
 
 def _nominal(content: dict[str, Any], path: str) -> Any:
@@ -69,7 +69,7 @@ def _unit(path: str, inputs: Mapping[str, "xr.DataArray"]) -> str:
     )
 
 
-def _text(source: Source, year: int) -> str:
+def _text(source: CitedScenario, year: int) -> str:
     """The paragraph, then the entries of its references in the order in which they are met."""
     text = paragraph(source)
     keys = list(dict.fromkeys(re.findall(r"@(\w+)", text)))

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from lienumba.present.citation.source import Source
+from lienumba.mechanics.elements.events import ends_run
+from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed, number
 
 Table = Mapping[str, Any]
 
 
-def laws(source: Source) -> str:
+def laws(source: CitedScenario) -> str:
     """The constraints and force laws in Python, those that share a function and an interval in one sentence."""
     found: dict[tuple[str, str], list[str]] = {}
     for kind, what in ("joints", "constraint"), ("forces", "force law"):
@@ -27,17 +28,17 @@ def _function(law: Table) -> str:
     file, _, name = law["function"].rpartition(":")
     every = law.get("every")
     level = ", on velocities" if law.get("level") == "velocity" else ""
-    held = (
+    rate = (
         f", sampled every {every if isinstance(every, str) else number(every)} s and held in between" if every else ""
     )
-    return f"written in Python (the function {name} in {file}{level}{held})"
+    return f"written in Python (the function {name} in {file}{level}{rate})"
 
 
-def events(source: Source) -> str:
+def events(source: CitedScenario) -> str:
     """Those that end a run, and those that are recorded."""
     watched = source.content.get("events", [])
-    ending = [_event(event) for event in watched if event["action"] == "stop"]
-    recorded = [_event(event) for event in watched if event["action"] != "stop"]
+    ending = [_event(event) for event in watched if ends_run(event["action"])]
+    recorded = [_event(event) for event in watched if not ends_run(event["action"])]
     said = []
     if ending:
         said.append(f"Runs ended at {'the first of ' if len(ending) > 1 else ''}{_named('the event', ending)}.")

@@ -6,10 +6,11 @@ from typing import Any
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital
-from lienumba.present.citation.source import Source
+from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed, number, plural
 
 PACKAGES = {
@@ -19,9 +20,9 @@ CITED = {"numpy": "harris2020", "scipy": "virtanen2020", "numba": "lam2015", "xa
 ABSOLUTE_UNITS = {"position": "m", "rotation": "rad", "velocity": "m/s", "angular_velocity": "rad/s", "state": ""}
 
 
-def paragraph(source: Source) -> str:
+def paragraph(source: CitedScenario) -> str:
     """Plain text; references are marked [@key]."""
-    parts: tuple[Callable[[Source], str], ...] = (
+    parts: tuple[Callable[[CitedScenario], str], ...] = (
         _model,
         _group,
         _method,
@@ -36,7 +37,7 @@ def paragraph(source: Source) -> str:
     return " ".join(filter(None, (part(source) for part in parts)))
 
 
-def _model(source: Source) -> str:
+def _model(source: CitedScenario) -> str:
     model, title = source.content["model"], source.content["title"]
     kinds = {
         "bodies": ("rigid body", "rigid bodies"), "joints": ("joint", "joints"), "drivers": ("driver", "drivers"),
@@ -47,11 +48,11 @@ def _model(source: Source) -> str:
     return f"The multibody system{name} ({listed(parts)}) was simulated with lienumba {_version(source)} [@lienumba]."
 
 
-def _version(source: Source) -> str:
+def _version(source: CitedScenario) -> str:
     return source.versions["lienumba"]
 
 
-def _group(source: Source) -> str:
+def _group(source: CitedScenario) -> str:
     coordinates, groups = source.values("integrator.coordinates"), source.values("integrator.group")
     model = source.content["model"]
     constrained = model["joints"] or model["drivers"]
@@ -67,17 +68,17 @@ def _group(source: Source) -> str:
     return f"{start}{', and for comparison '.join(ways)}."
 
 
-def _method(source: Source) -> str:
+def _method(source: CitedScenario) -> str:
     methods = [METHODS[name] for name in source.values("integrator.method")]
     named = listed([f"{method.words} of order {method.order}" for method in methods])
     lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
-    stopped = any(event["action"] == "stop" for event in source.content.get("events", []))
+    stopped = any(ends_run(event["action"]) for event in source.content.get("events", []))
     duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
 
 
-def _series(source: Source) -> str:
+def _series(source: CitedScenario) -> str:
     given = source.values("integrator.dexpinv")
     if not given:
         return ""
@@ -87,7 +88,7 @@ def _series(source: Source) -> str:
     return f" with the inverse of dexp {_or(ways)}"
 
 
-def _steps(source: Source) -> str:
+def _steps(source: CitedScenario) -> str:
     integrator, ways = source.content["integrator"], []
     if source.values("integrator.step"):
         ways.append(f"with a fixed step of {_seconds(source, 'integrator.step')}")
@@ -114,7 +115,7 @@ def _tolerance(given: Any) -> str:
     return f"{relative} relative and {listed(said)} absolute"
 
 
-def _constraints(source: Source) -> str:
+def _constraints(source: CitedScenario) -> str:
     model = source.content["model"]
     if not model["joints"] and not model["drivers"]:
         return ""
@@ -139,7 +140,7 @@ def _constraints(source: Source) -> str:
     return " ".join(said) or "Violations of the constraints were neither projected nor damped."
 
 
-def _projected(source: Source) -> list[str]:
+def _projected(source: CitedScenario) -> list[str]:
     """How positions and velocities were brought back."""
     forms = {"local": "in local coordinates of the rotations", "embedded": "in the elements of the rotation matrices"}
     weights = {"mass": "the mass matrix", "identity": "the identity"}
@@ -155,7 +156,7 @@ def _projected(source: Source) -> list[str]:
     return found
 
 
-def _study(source: Source) -> str:
+def _study(source: CitedScenario) -> str:
     if not source.grids:
         return ""
     grids = "; ".join(
@@ -177,7 +178,7 @@ def _reference(reference: Mapping[str, Any]) -> str:
     return f"a reference solution ({settings}{f'; {method.words}' if method else ''})"
 
 
-def _software(source: Source) -> str:
+def _software(source: CitedScenario) -> str:
     named = [
         f"{name} {source.versions[key]}" + (f" [@{CITED[key]}]" if key in CITED else "")
         for key, name in PACKAGES.items()
@@ -186,7 +187,7 @@ def _software(source: Source) -> str:
     return f"lienumba ran on {listed(named)}."
 
 
-def _seconds(source: Source, path: str) -> str:
+def _seconds(source: CitedScenario, path: str) -> str:
     return f"{_or(map(number, source.values(path)))} s"
 
 

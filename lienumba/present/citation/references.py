@@ -73,8 +73,8 @@ def references() -> dict[str, Reference]:
 
 def bibtex(keys: Iterable[str]) -> list[str]:
     """The entries with these keys."""
-    known = references()
-    return [_entry(known[key].kind, key, _fields(known[key])) for key in keys]
+    every = references()
+    return [_entry(every[key].kind, key, _fields(every[key])) for key in keys]
 
 
 def _fields(reference: Reference) -> dict[str, str]:

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from lienumba.present.citation import sampling
-from lienumba.present.citation.source import Source
+from lienumba.present.citation.source import CitedScenario
 from lienumba.words import number, plural
 
 
-def sweep(source: Source) -> str:
+def sweep(source: CitedScenario) -> str:
     """What was varied, and how; nothing without a sweep."""
     rules = source.content["sweep"]
     if not rules["vary"]:
@@ -44,11 +44,11 @@ def _runs(rules: Mapping[str, Any], own: list[int] | None, stopped: str) -> str:
     return f"{some} simulated, of a sweep of {most}{whole:,} runs that differ in {inputs}"
 
 
-def _stopped(source: Source) -> str:
+def _stopped(source: CitedScenario) -> str:
     return "" if source.dataset is None else str(source.dataset.attrs.get("stopped", ""))
 
 
-def _stop(source: Source, rule: Mapping[str, Any]) -> str:
+def _stop(source: CitedScenario, rule: Mapping[str, Any]) -> str:
     """When a sweep was to end, and whether it did."""
     name, dataset = rule["variable"], source.dataset
     what = "mean" if rule["statistic"] == "mean" else f"{100 * rule['probability']:g} % quantile"
@@ -63,7 +63,7 @@ def _stop(source: Source, rule: Mapping[str, Any]) -> str:
     return f"{text} It had {stopped}." if stopped else f"{text} These runs were not enough for that."
 
 
-def ends(source: Source) -> str:
+def ends(source: CitedScenario) -> str:
     """How many runs succeeded, and why others did not."""
     if source.dataset is None:
         return "(No run has been made yet; cite the dataset to say how many failed, and why.)"

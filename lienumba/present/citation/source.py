@@ -11,7 +11,7 @@ INSTEAD = {"integrator.step": "integrator.tolerance", "integrator.tolerance": "i
 
 
 @dataclass(frozen=True)
-class Source:
+class CitedScenario:
     """content: the resolved scenario; units, nominal: of the varied paths; versions: by package; dataset: what came
     out, or None."""
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
-from lienumba.scene import Moving, Scene, box
+from lienumba.scene import MovingRun, Scene, box
 from lienumba.words import listed
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def within(found: Scene) -> Scene:
     return replace(found, runs=left, low=low, high=high, remarks=(*found.remarks, remark))
 
 
-def _near(run: Moving, middle: np.ndarray, most: float) -> Moving:
+def _near(run: MovingRun, middle: np.ndarray, most: float) -> MovingRun:
     """The run before a body is farther than `most` (m) along an axis from the middle, or its attitude unknown."""
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""The head of the page: the title, how it went in a sentence, and the size of it all."""
+"""The header of the page: the title, how it went in a sentence, and the size of it all."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def head(ds: xr.Dataset) -> Markup:
+def header(ds: xr.Dataset) -> Markup:
     """Title, verdict, and what the runs are of."""
     failed = int((~ds["status"].isin(GOOD)).sum())
     button = element("button", "Theme", id="theme", type="button", title="light or dark")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from lienumba.analysis.panels.quantiles import Spread, bins
+from lienumba.analysis.panels.quantiles import Histogram, bins
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Section, section
 from lienumba.present.html.markup import element, number
@@ -47,10 +47,10 @@ def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
     """The runs of the sweep as bars; the nominal one as a line."""
     import numpy as np
 
-    known = np.isfinite(one.values)
-    sampled, nominal = one.values[known & (labels >= 0)], one.values[known & (labels < 0)]
+    finite = np.isfinite(one.values)
+    sampled, nominal = one.values[finite & (labels >= 0)], one.values[finite & (labels < 0)]
     missing = int((labels >= 0).sum()) - len(sampled)
-    edges = bins([Spread("", sampled, missing, None)])
+    edges = bins([Histogram("", sampled, missing, None)])
     traces: list[dict[str, Any]] = [
         {
             "type": "bar",

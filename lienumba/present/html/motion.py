@@ -14,8 +14,8 @@ from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.present.html.chart import Section, packed, section
 from lienumba.present.html.clipping import within
 from lienumba.present.html.markup import Markup, element, sentence
-from lienumba.present.html.time_series import Marked
-from lienumba.scene import Moving, Scene, scene
+from lienumba.present.html.time_series import MarkedRun
+from lienumba.scene import MovingRun, Scene, scene
 from lienumba.scene.solids import Solid
 
 if TYPE_CHECKING:
@@ -45,9 +45,9 @@ def seen(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> Scene | str
         return str(error)
 
 
-def marked(found: Scene | str) -> list[Marked]:
+def marked(found: Scene | str) -> list[MarkedRun]:
     """The runs that are worth a line in other charts."""
-    return [] if isinstance(found, str) else [Marked(run.run, run.label) for run in found.runs[:2] if run.why]
+    return [] if isinstance(found, str) else [MarkedRun(run.run, run.label) for run in found.runs[:2] if run.why]
 
 
 def section_of(found: Scene | str) -> Section:
@@ -93,7 +93,7 @@ def data(found: Scene, gravity: Any) -> dict[str, Any]:
     }
 
 
-def _run(run: Moving, most: int, followed: bool) -> dict[str, Any]:
+def _run(run: MovingRun, most: int, followed: bool) -> dict[str, Any]:
     import numpy as np
 
     kept = frames(run.times, run.rotations, max(most // (run.positions.shape[1] * POSE), 2))

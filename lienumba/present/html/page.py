@@ -76,7 +76,7 @@ def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:
     from lienumba.present.html.sections import sections_of
 
     library, viewer = plotly_js.library(), _scripts()
-    head, sections, extra = sections_of(ds, name, allow_code, tell)
+    header, sections, extra = sections_of(ds, name, allow_code, tell)
     data = {"charts": {key: x.data for part in sections for key, x in part.charts.items()}, **extra}
     title = str(ds.attrs.get("title", "")) or name
     return Template(_asset("template.html")).substitute(
@@ -84,7 +84,7 @@ def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:
         generator=f"lienumba {__version__}",
         title=join([title]),
         style=f":root {{ {_palette()} }}\n{_asset('style.css')}",
-        body=join(_body(head, sections)),
+        body=join(_body(header, sections)),
         data=plotly_js.packed(json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))),
         library=plotly_js.packed(library),
         viewer=viewer,
@@ -123,9 +123,9 @@ def _mixed(color: str, other: int) -> str:
     return "#" + "".join(f"{round((1.0 - SHADE) * part + SHADE * other):02x}" for part in parts)
 
 
-def _body(head: Markup, sections: list[Section]) -> Iterator[Markup]:
+def _body(header: Markup, sections: list[Section]) -> Iterator[Markup]:
     links = element("nav", *(element("a", part.title, href=f"#{part.key}") for part in sections), aria_label="Sections")
-    yield element("header", head, links)
+    yield element("header", header, links)
     yield element("main", *(_section(part) for part in sections))
     yield element("footer", f"Made by lienumba {__version__}. This page is one file and loads nothing from anywhere.")
 

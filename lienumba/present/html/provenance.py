@@ -20,7 +20,7 @@ MOST_NAMES = 12
 VERSIONS = ("python", "numba", "llvmlite", "numpy", "scipy", "xarray", "netcdf4")
 
 
-def origin(ds: xr.Dataset, name: str) -> Section:
+def provenance(ds: xr.Dataset, name: str) -> Section:
     """The section; name: of the file of the dataset."""
     data = scenario_of(ds)
     parts = [facts(_facts(ds, data)), *_inputs(ds, data), *_repeat(ds, name), *_scenario(ds)]

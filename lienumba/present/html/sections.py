@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.present.html import histograms, motion, sensitivity, study, summary, time_series
 from lienumba.present.html.chart import Section
-from lienumba.present.html.header import head, scenario_of
+from lienumba.present.html.header import header, scenario_of
 from lienumba.present.html.markup import Markup
-from lienumba.present.html.provenance import origin
+from lienumba.present.html.provenance import provenance
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 def sections_of(
     ds: xr.Dataset, name: str, allow_code: bool, tell: Tell
 ) -> tuple[Markup, list[Section], dict[str, Any]]:
-    """The head of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
+    """The header of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
     extra: dict[str, Any] = {}
     found = [
         *(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))
     ]
-    return head(ds), [*found, origin(ds, name)], extra
+    return header(ds), [*found, provenance(ds, name)], extra
 
 
 def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: dict[str, Any]) -> Iterator[Section]:

@@ -1,4 +1,4 @@
-"""Courses over the time: quantile bands with the median, the nominal run, and the run that departs farthest."""
+"""Time series: quantile bands with the median, the nominal run, and the run that departs farthest."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lienumba.analysis.panels import quantiles, run_windows
-from lienumba.analysis.panels.quantiles import Course
-from lienumba.analysis.panels.select_panels import Panel, asked, good_runs, telling
+from lienumba.analysis.panels.quantiles import TimeSeries
+from lienumba.analysis.panels.select_panels import Panel, default_panels, good_runs, named_panels
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Section, section
 from lienumba.present.html.markup import Markup, element
@@ -40,39 +40,39 @@ PEAKS = "dotted: largest of all runs; solid: median"
 
 
 @dataclass(frozen=True)
-class Marked:
+class MarkedRun:
     """A run that is shown beside the quantiles, and what it is called."""
 
     run: int
     name: str
 
 
-def sections(ds: xr.Dataset, marked: Sequence[Marked]) -> Iterator[Section]:
-    """How the courses spread; and energies and violations, which say how well they are computed."""
+def sections(ds: xr.Dataset, marked: Sequence[MarkedRun]) -> Iterator[Section]:
+    """How the runs spread over the time; and energies and violations, which say how well they are computed."""
     if not good_runs(ds).any():
         return
-    panels = [panel for panel in telling(ds).panels if panel.course]
+    panels = [panel for panel in default_panels(ds).panels if panel.over_time]
     checks = [panel for panel in panels if panel.name in CHECKS]
     first = [panel for panel in panels if panel not in checks]
     if first:
-        charts = [course_chart(ds, panel, marked) for panel in first]
-        more = [course_chart(ds, panel, marked) for panel in _others(ds, panels)]
+        charts = [series_chart(ds, panel, marked) for panel in first]
+        more = [series_chart(ds, panel, marked) for panel in _others(ds, panels)]
         yield section("courses", "Over the time", *_key([*charts, *more], marked), charts=charts, more=more)
     if checks:
-        charts = [course_chart(ds, panel, ()) for panel in checks]
+        charts = [series_chart(ds, panel, ()) for panel in checks]
         text = "But for errors of the method, the energy residual and the violations would be 0."
         yield section("checks", "Energy and drift", element("p", text, class_="quiet"), *_key(charts), charts=charts)
 
 
 def _others(ds: xr.Dataset, shown: Sequence[Panel]) -> list[Panel]:
     """The panels of other bodies, and of reactions."""
-    courses = [str(name) for name, x in ds.data_vars.items() if "time" in x.dims and x.dtype.kind == "f"]
-    names = [name for name in courses if name not in (*CHECKS, "multiplier") and name not in VARIABLES]
-    names += [name for name in OTHERS if name in courses]
-    return [panel for panel in asked(ds, names).panels if panel not in shown] if names else []
+    timed = [str(name) for name, x in ds.data_vars.items() if "time" in x.dims and x.dtype.kind == "f"]
+    names = [name for name in timed if name not in (*CHECKS, "multiplier") and name not in VARIABLES]
+    names += [name for name in OTHERS if name in timed]
+    return [panel for panel in named_panels(ds, names).panels if panel not in shown] if names else []
 
 
-def _key(charts: Sequence[Chart], marked: Sequence[Marked] = ()) -> list[Markup]:
+def _key(charts: Sequence[Chart], marked: Sequence[MarkedRun] = ()) -> list[Markup]:
     """What the lines and areas of these charts are."""
     drawn = {name for one in charts for name in one.drawn}
     lines = {x.name: ("", f"border-top: 2px {style} var(--ink)") for style, x in zip(STYLES, marked, strict=False)}
@@ -84,14 +84,14 @@ def _key(charts: Sequence[Chart], marked: Sequence[Marked] = ()) -> list[Markup]
     return [element("ul", *rows, class_="key")] if drawn else []
 
 
-def course_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[Marked]) -> Chart:
+def series_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[MarkedRun]) -> Chart:
     """The chart of a panel."""
-    found, unit = quantiles.courses(ds, panel), _unit(panel)
+    found, unit = quantiles.time_series(ds, panel), _unit(panel)
     kept = _kept(len(found.times))
     pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
     traces: list[dict[str, Any]] = []
-    for n, course in enumerate(found.lines):
-        traces += pen.each(course.each, course.label, n) if found.few else pen.spread(course, n, found.enough)
+    for n, line in enumerate(found.lines):
+        traces += pen.each(line.each, line.label, n) if found.few else pen.bands(line, n, found.enough)
     drawn = [*EACH[: found.runs - 1]] if found.few else [*BANDS] if not panel.logarithmic else []
     for style, one in zip(DASHES, () if panel.angles else marked, strict=False):
         lines = list(_one(ds, panel, one, style, pen))
@@ -125,7 +125,7 @@ def _kept(times: int) -> np.ndarray:
     return np.unique(np.linspace(0, times - 1, MOST_TIMES).round().astype(int))
 
 
-def _peaks(ds: xr.Dataset, panel: Panel, found: quantiles.Courses) -> list[str]:
+def _peaks(ds: xr.Dataset, panel: Panel, found: quantiles.PanelSeries) -> list[str]:
     """What the lines of a logarithmic panel are, and how many times each of their points stands for."""
     several = quantiles.label(ds, panel).partition("\n")[2]
     return [x for x in (several, "" if found.few else PEAKS) if x]
@@ -143,35 +143,35 @@ def _runs(ds: xr.Dataset, panel: Panel, runs: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Pen:
-    """Draws courses at these times x (s), of which the indices are kept, in this unit."""
+    """Draws time series at these times x (s), of which the indices are kept, in this unit."""
 
     x: np.ndarray
     kept: np.ndarray
     unit: str
     logarithmic: bool
 
-    def spread(self, course: Course, n: int, enough: np.ndarray) -> Iterator[dict[str, Any]]:
+    def bands(self, series: TimeSeries, n: int, enough: np.ndarray) -> Iterator[dict[str, Any]]:
         """Bands and median of one line while there are runs enough, then the runs that are left; of what is logarithmic
         median and largest."""
         import numpy as np
 
         group: dict[str, Any] = {"legendgroup": str(n)}
         shade, many = chart.color(n), np.flatnonzero(enough[self.kept])
-        low, lower, median, upper, high = (self.shown(x)[many] for x in course.quantiles)
+        low, lower, median, upper, high = (self.shown(x)[many] for x in series.quantiles)
         if self.logarithmic:
             largest = {"dash": "dot", "width": 1.3, "showlegend": False, **group}
-            yield self.line(course.largest, f"{course.label}, largest of all runs", shade, **largest)
-            yield self.line(np.where(enough, course.quantiles[2], np.nan), course.label or "median", shade, **group)
+            yield self.line(series.largest, f"{series.label}, largest of all runs", shade, **largest)
+            yield self.line(np.where(enough, series.quantiles[2], np.nan), series.label or "median", shade, **group)
             return
         yield from chart.band(self.x[many], low, high, chart.color(n, "18%"), **group)
         yield from chart.band(self.x[many], lower, upper, chart.color(n, "26%"), **group)
         ends = {"customdata": chart.packed(np.stack([low, high], axis=1)), "dash": chart.dash(n), **group}
         text = f"%{{y:.4~g}} (%{{customdata[0]:.4~g}} to %{{customdata[1]:.4~g}}) {chart.plain(self.unit)}"
-        yield chart.line(self.x[many], median, course.label or "median", shade, hovertemplate=text, **ends)
-        yield from self.each(course.left, course.label, n, named=False)
+        yield chart.line(self.x[many], median, series.label or "median", shade, hovertemplate=text, **ends)
+        yield from self.each(series.left, series.label, n, named=False)
 
     def each(self, runs: Mapping[int, np.ndarray], label: str, n: int, named: bool = True) -> Iterator[dict[str, Any]]:
-        """The courses of few runs, by label; named: whether the legend has them."""
+        """The time series of few runs, by label; named: whether the legend has them."""
         for k, (run, values) in enumerate(runs.items()):
             own: dict[str, Any] = {
                 "legendgroup": str(n),
@@ -183,7 +183,7 @@ class Pen:
             yield self.line(values, label, chart.color(n), who, **own)
 
     def line(self, values: np.ndarray, name: str, shade: str, who: str = "", **own: Any) -> dict[str, Any]:
-        """The course (times,) of one run; who: what it is called where it is pointed at, if not by its name."""
+        """The time series (times,) of one run; who: what it is called where it is pointed at, if not by its name."""
         text = f"%{{y:.4~g}} {chart.plain(self.unit)}" + (f"<extra>{chart.plain(who)}</extra>" if who else "")
         return chart.line(self.x, self.shown(values), name, shade, hovertemplate=text, **own)
 
@@ -195,12 +195,12 @@ class Pen:
         return np.where(here > 0.0, here, np.nan) if self.logarithmic else here
 
 
-def _one(ds: xr.Dataset, panel: Panel, marked: Marked, style: str, pen: Pen) -> Iterator[dict[str, Any]]:
+def _one(ds: xr.Dataset, panel: Panel, marked: MarkedRun, style: str, pen: Pen) -> Iterator[dict[str, Any]]:
     """The lines of one run."""
     if marked.run not in ds[panel.dim].values:
         return
     alone = ds.sel({dim: [marked.run] for dim in {"run", panel.dim}})
-    for n, course in enumerate(quantiles.courses(alone, panel).lines):
-        for values in course.each.values():  # none if it failed
+    for n, series in enumerate(quantiles.time_series(alone, panel).lines):
+        for values in series.each.values():  # none if it failed
             own: dict[str, Any] = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
-            yield pen.line(values, f"{course.label} {marked.name}".strip(), "--ink", **own)
+            yield pen.line(values, f"{series.label} {marked.name}".strip(), "--ink", **own)

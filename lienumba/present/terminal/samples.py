@@ -11,15 +11,15 @@ from lienumba.present.terminal.console import wide_output
 from lienumba.words import plural
 
 if TYPE_CHECKING:
-    from lienumba.scenario.start.samples_file import Spread
+    from lienumba.scenario.start.samples_file import InputStatistics
 
 
 WIDTH = 110  # where there is no terminal
 
 
-def print_samples(spreads: Sequence["Spread"], runs: int, target: Path) -> None:
-    """How each input spreads, and where the table is."""
-    rows = [[x.path, *(f"{n:.6g}" for n in (x.mean, x.std, x.low, x.high)), unit_label(x.units)] for x in spreads]
+def print_samples(statistics: Sequence["InputStatistics"], runs: int, target: Path) -> None:
+    """How each input statistics, and where the table is."""
+    rows = [[x.path, *(f"{n:.6g}" for n in (x.mean, x.std, x.low, x.high)), unit_label(x.units)] for x in statistics]
     headings = ["input", "mean", "std", "min", "max", "unit"]
     table = TextTable(headings, [WORD, *repeat(NUMBER, 4), UNIT], rows)
     output = wide_output(WIDTH)

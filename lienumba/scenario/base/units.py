@@ -3,13 +3,13 @@
 from typing import Any
 
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
 from lienumba.scenario.base import paths
 
 UNITS = {
     "gravity": "m s-2", "mass": "kg", "inertia": "kg m2", "position": "m", "velocity": "m s-1",
-    "angular_velocity": "rad s-1", "points": "m", "point": "m", "at": "m", "length": "m", "angle": "rad",
-    "angles": "rad", "rotation_vector": "rad", "rate": "rad s-1", "displacement": "m", "speed": "m s-1", "pitch": "m",
+    "angular_velocity": "rad s-1", "points": "m", "point": "m", "angle": "rad", "angles": "rad",
+    "rotation_vector": "rad",
 }  # fmt: skip
 DRIVEN = {"point": "m", "orientation": "rad", "angular_velocity": "rad s-1", "angle": "rad", "displacement": "m"}
 SETTINGS = {
@@ -33,11 +33,8 @@ def units(path: str, model: dict[str, Any]) -> str:
     if keys[0] not in ("joints", "drivers", "forces"):
         return UNITS.get(key, "1")
     item = paths.get(model, tokens[:2])
-    if keys[0] == "joints" and key == "ratio":
-        first, second = _coupled(item, model)
-        return "1" if first == second else "m rad-1" if second == "displacement" else "rad m-1"
-    if keys[0] == "joints" and key == "offset":
-        return DRIVEN[_coupled(item, model)[1]]
+    if keys[0] == "joints":
+        return JOINTS[item["type"]].unit(key, _coupled(item, model))
     if keys[0] == "drivers":
         kind = item["motion"] if "motion" in item else _coordinate(item["joint"], item["coordinate"], model)
         return RATES[kind] if key == "rate" else UNITS["point"] if key == "point" else DRIVEN[kind]
@@ -49,11 +46,11 @@ def units(path: str, model: dict[str, Any]) -> str:
 
 
 def _coordinate(joint: str, kind: str | None, model: dict[str, Any]) -> str:
-    type_of_joint: str = paths.get(model, ["joints", joint, "type"])
-    return kind or COORDINATES[type_of_joint][0]
+    return kind or coordinate_kinds(paths.get(model, ["joints", joint, "type"]))[0]
 
 
-def _coupled(item: dict[str, Any], model: dict[str, Any]) -> tuple[str, str]:
-    kinds = item["coordinates"] or (None, None)
-    first, second = (_coordinate(name, kind, model) for name, kind in zip(item["joints"], kinds, strict=True))
-    return first, second
+def _coupled(item: dict[str, Any], model: dict[str, Any]) -> tuple[str, ...]:
+    """The kinds of the coordinates that a joint couples."""
+    joints: list[str] = item.get("joints", [])
+    kinds = item.get("coordinates") or [None] * len(joints)
+    return tuple(_coordinate(name, kind, model) for name, kind in zip(joints, kinds, strict=True))

@@ -12,7 +12,7 @@ from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, OnBody
 from lienumba.mechanics.elements.forces.numbers import Sign
 from lienumba.mechanics.elements.forces.python import PythonForce
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.checks.laws import check_driven_body, check_start, numbers_at
@@ -64,7 +64,7 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
         return
     wanted, type_of_joint = force.kinds[0], joints[force.joint]["type"]
     a_wanted = f"{'an' if wanted[0] == 'a' else 'a'} {wanted}"
-    if wanted in COORDINATES[type_of_joint]:
+    if wanted in coordinate_kinds(type_of_joint):
         report.add(f"{place}.coordinate", f"a {name} acts on {a_wanted}", f'give "{wanted}"', found[1])
     else:
         report.add(

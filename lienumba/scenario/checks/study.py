@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lienumba.mechanics.elements.events import ends_run
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
@@ -48,10 +49,12 @@ def check_study(
             _check_grid(f"study.grid[{number}]", grid, "file" in (study.get("reference") or ()), model, report)
     events = model.get("events")
     for event in events if isinstance(events, list) else []:
-        if isinstance(event, dict) and event.get("action") == "stop":
-            report.problems.append(
-                f'model.events.{event.get("name")}.action = "stop": a study compares motions to their end; give '
-                '"record"'
+        if isinstance(event, dict) and ends_run(event.get("action")):
+            report.add(
+                f"model.events.{event.get('name')}.action",
+                "a study compares motions to their end",
+                'give "record"',
+                event["action"],
             )
     output = output if isinstance(output, dict) else {}
     for key in ("mode", "summary", "full_runs"):
@@ -130,9 +133,10 @@ def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict
                     "changes what is solved, but study.reference.file has one motion; give the reference as settings "
                     "or formulas"
                 )
-            if tokens[0] in ("model", "events") and tokens[-1] == "action" and "stop" in values:
+            ending = [x for x in values if ends_run(x)] if tokens[-1] == "action" else []
+            if ending:
                 raise paths.PathError(
-                    'stops runs at a value, but a study compares motions to their end; leave "stop" out'
+                    f"stops runs at a value, but a study compares motions to their end; leave {show(ending[0])} out"
                 )
             named = tuple(paths.named(tokens, model))
             if named in seen:

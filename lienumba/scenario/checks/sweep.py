@@ -8,6 +8,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from lienumba.keys.types import Inertia, Rotation, Vec3
+from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
@@ -29,7 +30,7 @@ EVERY = "every"  # the key of the interval of a sampled law
 ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs; run a scenario for each interval"
 # What varies as a whole: its name, the last keys of its paths, and its type.
 WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
-    ROTATION: ("a rotation", ("rotation", "target"), Rotation),
+    ROTATION: ("a rotation", ("rotation",), Rotation),
     INERTIA: ("an inertia", ("inertia",), Inertia),
     VECTOR: ("a vector of 3 numbers", (), Vec3),
 }
@@ -173,7 +174,8 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
 def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
     """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
     what, keys, kind = WHOLES[shape]
-    if keys and tokens[-1] not in keys:
+    of_quantities = [key for q in QUANTITIES.values() for key in q.rotations] if shape == ROTATION else []
+    if keys and tokens[-1] not in (*keys, *of_quantities):
         raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)

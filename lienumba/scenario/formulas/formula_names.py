@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import coordinate_kinds
+from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.schema.forces import driver_form
-from lienumba.scenario.schema.quantities import QUANTITIES
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Known:
         return any(f.name == name.partition(".")[0] for f in self.sketch.forces)
 
     def singular(self, name: str) -> bool:
-        """Whether a component has no derivative somewhere: the angle of a rotation."""
+        """Whether a component has no derivative somewhere, as the angle of a rotation."""
         first, _, rest = name.partition(".")
-        return rest == "angle" and any(q.name == first and q.type == "rotation_error" for q in self.sketch.quantities)
+        return any(q.name == first and rest in QUANTITIES[q.type].singular for q in self.sketch.quantities)
 
     def with_values(self, used: dict[str, frozenset[str]]) -> "Known":
         """With what each expression reads, by its name."""
@@ -52,31 +52,20 @@ def known_of(model: Any) -> Known:
     drivers = {str(t.get("name")): t for t in tables(model.get("drivers"))}
     stub = [m.Joint(name, str(t.get("type")), ()) for name, t in joints.items()]
     sketch = Model((0.0, 0.0, 0.0), (), tuple(stub), tuple(_driver(name, t, joints) for name, t in drivers.items()))
-    lists = {"joint": joints, "driver": drivers}
-    found = []
-    for table in tables(model.get("quantities")):
-        section = QUANTITIES.get(str(table.get("type")))
-        named: dict[str, Any] = {
-            key: [*known].index(table[key]) for key, known in lists.items() if str(table.get(key)) in known
-        }
-        if section is None or not lists.keys() & section.model_fields.keys() <= named.keys():
-            continue
-        derivative = table.get("derivative")
-        found.append(
-            m.Quantity(
-                str(table.get("name")), str(table["type"]), (0,),
-                derivative=derivative if derivative in (1, 2) else 0, **named,
-            )
-        )  # fmt: skip
+    found = [
+        QUANTITIES[str(t["type"])].sketch(t, [*joints], [*drivers])
+        for t in tables(model.get("quantities"))
+        if str(t.get("type")) in QUANTITIES
+    ]
     laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON and isinstance(t.get("states"), dict)]
     forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=t["states"]) for t in laws)
-    return Known(replace(sketch, quantities=tuple(found), forces=forces))
+    return Known(replace(sketch, quantities=tuple(q for q in found if q is not None), forces=forces))
 
 
 def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:
     """As much of a driver as tells what its effort is."""
     if driver_form(table) != "joint":
         return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))
-    kinds = COORDINATES.get(str(joints.get(str(table["joint"]), {}).get("type")), ())
+    kinds = coordinate_kinds(joints.get(str(table["joint"]), {}).get("type"))
     kind = table.get("coordinate") or (kinds[0] if kinds else "angle")
     return m.Driver(name, "value", (), (0.0,), m.Coordinate(0, str(kind)))

@@ -4,8 +4,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from lienumba.keys.types import AXES, NAME_RULE, OR_FORMULA, ZERO, Axes, Name, Section, Timed, Timed3, Vec3
-from lienumba.scenario.schema.joints import CoordinateKind
+from lienumba.keys.types import (
+    AXES,
+    NAME_RULE,
+    OR_FORMULA,
+    ZERO,
+    Axes,
+    CoordinateKind,
+    Name,
+    Section,
+    Timed,
+    Timed3,
+    Vec3,
+)
 
 
 class _Named(Section):

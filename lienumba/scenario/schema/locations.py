@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from pydantic import Discriminator
+
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.schema import scenario
 from lienumba.words import show
@@ -40,16 +42,21 @@ def _is_tag(loc: Loc, position: int) -> bool:
     in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in scenario.FORMS
     if position == 3 and (in_form or tuple(loc[:2]) == ("sweep", "vary")):
         return True
-    if (
-        position > 2
-        and loc[position - 1] in ("rotation", "inertia", "target", "about")
-        and isinstance(loc[position], str)
-    ):
+    if position > 2 and loc[position - 1] in ("rotation", "inertia") and isinstance(loc[position], str):
+        return True
+    if in_form and position == 5 and isinstance(loc[5], str) and _has_forms(loc):
         return True
     if position == 2 and tuple(loc[:2]) == ("integrator", "tolerance"):
         return True
     timed = position >= 5 if in_form else len(loc) > 1 and loc[1] == "gravity"
     return timed and position == len(loc) - 1 and loc[position] in ("number", "formula")
+
+
+def _has_forms(loc: Loc) -> bool:
+    """Whether the fifth part of a location is a key whose value has several forms, as a rotation has."""
+    section = scenario.SECTIONS.get(section_key(loc[:4]))
+    field = section.model_fields.get(str(loc[4])) if section is not None else None
+    return field is not None and any(isinstance(x, Discriminator) for x in field.metadata)
 
 
 def section_key(loc: Loc) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ Summaries = Annotated[
 ]
 
 
-def described() -> str:
+def outputs_described() -> str:
     """What may be stored."""
     return "names of the variables and quantities to store: " + ", ".join(OUTPUT_VARIABLES)
 
@@ -39,7 +39,7 @@ class Output(Section):
     )
     variables: list[str] = Field(
         default=list(OUTPUT_VARIABLES),
-        description=described(),
+        description=outputs_described(),
     )
     mode: Literal["full", "summary"] = Field(
         default="full",

@@ -28,13 +28,15 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.joints import JOINTS, JointType
+from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
-from lienumba.scenario.schema.joints import JOINTS
-from lienumba.scenario.schema.output import Output, described
-from lienumba.scenario.schema.quantities import QUANTITIES, AnyQuantity, Event
+from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
 from lienumba.sweep import samplers
@@ -95,21 +97,21 @@ class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
-AnyJoint = Annotated[Section, OneOf(JOINTS)]
+AnyJoint = Annotated[JointType, OneOf(JOINTS)]
 
 
 class ModelSection(Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
-    joints: list[Annotated[Section, OneOf(JOINTS)]] = Field(
-        default=[], description="the joints, each as [[model.joints]]"
-    )
+    joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
     drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"
     )
-    quantities: list[AnyQuantity] = Field(default=[], description="named quantities, each as [[quantities]]")
+    quantities: list[Annotated[QuantityType, OneOf(QUANTITIES)]] = Field(
+        default=[], description="named quantities, each as [[quantities]]"
+    )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
 
 
@@ -328,22 +330,20 @@ def _derive() -> None:
     """What follows from the registries."""
     Integrator.model_fields["method"].description = _methods()
     Sweep.model_fields["sampler"].description = _samplers()
+    Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
-    variables.default, variables.description = list(OUTPUT_VARIABLES), described()
-    for section in (
-        Integrator,
-        Output,
-        Sweep,
-        ModelSection,
-        ScenarioData,
-    ):  # those that hold them, the inner ones first
+    variables.default, variables.description = list(OUTPUT_VARIABLES), outputs_described()
+    sections = Event, Integrator, Output, Sweep, ModelSection, ScenarioData  # those that hold others behind these
+    for section in sections:
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, FORCES, METHODS, GROUPS, COORDINATES, SAMPLERS, DISTRIBUTIONS, OUTPUT_VARIABLES):
+for registry in (
+    JOINTS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS, DISTRIBUTIONS,
+):  # fmt: skip
     registry.listeners.append(_derive)
 
 

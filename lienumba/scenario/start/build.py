@@ -9,19 +9,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lienumba.groups import so3
-from lienumba.keys.conversions import inertia_of, rotation_of
+from lienumba.keys.conversions import inertia_of, rotation_of, timed3
+from lienumba.keys.facts import facts, is_positive
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import COORDINATES
+from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import GROUND, Model, Pose, Start
-from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.forces import OrientationDriver
-from lienumba.scenario.schema.joints import Between, Coupler, Gear, PythonJoint
-from lienumba.scenario.schema.quantities import Event
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
 from lienumba.scenario.start import elements
 from lienumba.scenario.start.code import code_of, tried
@@ -66,39 +64,37 @@ class _Builder:
     def __init__(self, data: ModelSection, files: Mapping[str, str]) -> None:
         self.data, self.files = data, files
         self.bodies = {body.name: i for i, body in enumerate(data.bodies)} | {"ground": GROUND}
-        self.joints = {str(paths.name_of(joint)): i for i, joint in enumerate(data.joints)}
+        self.joints = {joint.name: i for i, joint in enumerate(data.joints)}
         self.drivers = {driver.name: i for i, driver in enumerate(data.drivers)}
 
     def build(self) -> tuple[Model, Start]:
         data = self.data
         model = Model(
-            gravity=elements.timed3(data.gravity),
+            gravity=timed3(data.gravity),
             bodies=self.masses(),
-            joints=tuple(elements.joint(x, self) for x in data.joints),
+            joints=tuple(x.to_model(self) for x in data.joints),
             drivers=tuple(elements.driver(x, self) for x in data.drivers),
             forces=tuple(x.to_model(self) for x in data.forces),
-            quantities=tuple(elements.quantity(x, self) for x in data.quantities),
-            events=tuple(map(_event, data.events)),
+            quantities=tuple(x.to_model(self) for x in data.quantities),
+            events=tuple(event.to_model() for event in data.events),
         )
-        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(elements.joint_start, data.joints)))
+        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(x.start() for x in data.joints))
 
     def geometry(self) -> tuple[Model, Start]:
-        drawn = [joint for joint in self.data.joints if not isinstance(joint, PythonJoint | Gear | Coupler)]
-        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(elements.joint(x, self) for x in drawn))
-        return model, Start((), tuple(map(elements.joint_start, drawn)))
+        drawn = [joint for joint in self.data.joints if joint.has_points or joint.sides]
+        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(x.to_model(self) for x in drawn))
+        return model, Start((), tuple(x.start() for x in drawn))
 
     def masses(self) -> tuple[m.Body, ...]:
         return tuple(m.Body(body.name, body.mass, inertia_of(body.inertia)) for body in self.data.bodies)
 
     # ---------------------------------------------------------------- what elements ask for
     def ends(self, joint: str) -> tuple[int, ...]:
-        between = self.data.joints[self.joints[joint]]
-        assert isinstance(between, Between | PythonJoint), "checked with the scenario"
-        return tuple(self.bodies[name] for name in between.bodies)
+        return self.data.joints[self.joints[joint]].ends(self)
 
     def coordinate(self, joint: str, kind: str | None) -> m.Coordinate:
         index = self.joints[joint]
-        return m.Coordinate(index, kind or COORDINATES[elements.type_of(self.data.joints[index])][0])
+        return m.Coordinate(index, kind or self.data.joints[index].coordinate_kinds[0])
 
     def code(
         self,
@@ -132,17 +128,12 @@ class _Builder:
         """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
         for driver in self.data.drivers:
             if isinstance(driver, OrientationDriver) and driver.body == name:
-                value = elements.timed3(driver.value)
+                value = timed3(driver.value)
                 if any(map(m.reads_state, value)):
                     return None
                 x, y, z = (m.at_time(number, 0.0) for number in value)
                 return so3.exp((x, y, z))
         return None
-
-
-def _event(event: Event) -> m.Event:
-    when = event.when if callable(event.when) else Formula(event.when, condition=True)
-    return m.Event(event.name, when, event.action == "stop")
 
 
 def _pose(state: StartState) -> Pose:
@@ -155,8 +146,8 @@ def _pose(state: StartState) -> Pose:
 
 
 def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.ndarray":
-    """Which of the runs drew what is no number, or a mass, inertia, rotation, rod length or number of a force that
-    nothing has: (runs,).
+    """Which of the runs drew what is no number, or a mass, inertia, rotation, length of a joint or number of a force
+    that nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
     distribution.
@@ -176,8 +167,10 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.n
         for number in (body.mass, *minors):
             bad |= ~(np.asarray(number) > 0.0)
     for joint in model.joints:
-        if joint.length is not None:
-            bad |= ~(np.asarray(joint.length) > 0.0)
+        kind = JOINTS[joint.type]
+        for key in facts(kind, Own):
+            if is_positive(kind, key) and joint.numbers[key] is not None:
+                bad |= ~(np.asarray(joint.numbers[key]) > 0.0)
     for force in model.forces:
         for key, number in FORCES[force.type].numbers().items():
             x = force.numbers.get(key)

@@ -209,16 +209,11 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
         if quantity.name in code.quantities:
             names = [quantities.joined(quantity.name, c) for c in quantities.components(model, quantity)]
             level = max(quantities.level(model, name) for name in names)
-            if quantity.type == "joint" and allowed == quantities.VELOCITY:
-                continue
             if level > allowed:
                 why = (
                     "which follows from the forces themselves; read positions and velocities"
                     if level == quantities.OBSERVED
-                    else "of which rates are a part, and this law may depend on positions only; give it "
-                    f"joints = [{show(model.joints[quantity.joint].name)}] instead"
-                    if quantity.type == "joint"
-                    else "a velocity, which this law may not depend on; read positions"
+                    else quantities.QUANTITIES[quantity.type].instead(model, quantity)
                 )
                 raise ScenarioError(f"{place}: reads the quantity {quantity.name}, {why}")
 

@@ -47,12 +47,14 @@ class Prepared:
 @dataclass(frozen=True)
 class Nominal:
     """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
-    else the start; rank: there."""
+    else the start; rank: there; built, assembled: what the scenario says, and what became of that."""
 
     model: Model
     now: Instant
     typical: Instant
     rank: rank.Rank
+    built: tuple[Model, Start]
+    assembled: Assembly
 
     @property
     def singular(self) -> bool:
@@ -81,8 +83,9 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     unmet = rank.contradiction(nominal, now)
     if problems and not unmet:
         raise ScenarioError("\n".join(problems))
-    typical = rank.on_the_way(nominal, now) or now
-    found = rank.rank_of(nominal, typical)
+    typical, found = now, rank.rank_of(nominal, now)
+    if later := rank.on_the_way(nominal, now, found):
+        typical, found = later, rank.rank_of(nominal, later)
     if unmet:
         raise ScenarioError(
             f"model: {listed(unmet)} contradict each other: there are {found.rows} equations of rank "
@@ -92,7 +95,7 @@ def _nominal_start(scenario: Scenario) -> Nominal:
         )
     _check_drivers(nominal, now)
     _check_forces(nominal, now)
-    return Nominal(nominal, now, typical, found)
+    return Nominal(nominal, now, typical, found, (model, start), done)
 
 
 def _only_prescribed(done: Assembly, start: Start) -> bool:
@@ -105,6 +108,8 @@ def _only_prescribed(done: Assembly, start: Start) -> bool:
 
 def _check_drivers(model: Model, now: Instant) -> None:
     """What a driver prescribes may not move exactly as what it drives."""
+    if not any(reads_state(x) for driver in model.drivers for x in driver.value):
+        return
     C = constraints.jacobian(model, now)
     moved = {row for (row, _), x in C.items() if abs(x) > CLOSE}
     for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=True):
@@ -188,10 +193,13 @@ def prepare(
     nominal = nominal or check_initial(scenario)
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked
-    with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
-        model, start = build(scenario, samples)
     runs = len(labels)
-    done = assembly.assemble(model, start, runs)
+    if runs == 1 and not samples:
+        (model, start), done = nominal.built, nominal.assembled
+    else:
+        with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
+            model, start = build(scenario, samples)
+        done = assembly.assemble(model, start, runs)
     bad = unphysical(model, start, samples, runs)
     whole = 1 < runs == asked and asked >= data.sweep.runs
     if whole and bad.all():

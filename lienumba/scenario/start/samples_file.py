@@ -23,7 +23,7 @@ CSV = ".csv"
 
 
 @dataclass(frozen=True)
-class Spread:
+class InputStatistics:
     """Of the samples of one input, the nominal run left out."""
 
     path: str
@@ -40,8 +40,8 @@ def check_samples_target(target: Path, overwrite: bool) -> None:
     check_target(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
 
 
-def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Spread]:
-    """Draw the samples of these runs into a file; how each input spreads."""
+def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[InputStatistics]:
+    """Draw the samples of these runs into a file; how each input statistics."""
     samples = draw(scenario, labels)
     if not samples:
         raise ScenarioError("sweep.vary: is empty, so there is nothing to draw; vary at least one number")
@@ -54,7 +54,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[Sp
     drawn = [label != NOMINAL_RUN for label in labels]
     spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
     return [
-        Spread(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+        InputStatistics(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
         for path, x in spread.items()
     ]
 

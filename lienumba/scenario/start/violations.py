@@ -1,13 +1,13 @@
 """What the start of a run does not fulfil, one sentence each: the joint, the size, the limit, what to free."""
 
-from math import asin, hypot, pi
+from math import hypot, pi
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.keys.formulas import LARGEST
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.joints import COUPLED, JOINT_TYPES
-from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import Joint, Model, Start, at_time, reads_state
 from lienumba.mechanics.start import joint_frames
 from lienumba.mechanics.start.assembly import Assembly, Condition
@@ -50,11 +50,8 @@ class _Run:
     def undefined(self, index: int) -> list[str]:
         joint, given = self.model.joints[index], self.start.joints[index].references
         at = f"model.joints.{joint.name}"
-        if joint.type == "distance" and not (joint.length or 0.0) > 0.0:
-            return [
-                f"{at}: its two points coincide at the start, so its length is 0 and it must be above 0; "
-                "move a point or a body, or use a spherical joint"
-            ]
+        if meaningless := JOINTS[joint.type].meaningless(joint):
+            return [f"{at}: {meaningless}"]
         if given is None or joint.frames is None:
             return []
         references = [[_number(x, self.run) for x in reference] for reference in given]
@@ -68,7 +65,7 @@ class _Run:
     def upside_down(self, index: int) -> list[str]:
         """The rows of directions vanish half a turn away, too."""
         joint, says = self.model.joints[index], self.start.joints[index]
-        compared = {"fixed": (0, 2), "prismatic": (0,)}.get(joint.type, ()) if says.references else ()
+        compared = JOINTS[joint.type].same_way if says.references else ()
         if not compared:
             return []
         a, b = joint_frames.ends(joint, self.now.bodies)
@@ -110,11 +107,8 @@ class _Run:
         if c.what == "driver":
             return self.turned(c) or size
         joint = self.joint(c.name)
-        if joint.type == "distance":
-            d = joints.separation(joint, *joint_frames.ends(joint, self.now.bodies))
-            return abs(hypot(*d) - float(joint.length or 0.0))
-        directions = c.kinds[worst - c.rows.start] == "r" and joint.type not in COUPLED - {"screw"}
-        return asin(min(size, 1.0)) if directions else size
+        turning = c.kinds[worst - c.rows.start] == "r"
+        return JOINTS[joint.type].missed(joint, still(self.now, joint.bodies), size, turning)
 
     def turned(self, c: Condition) -> float:
         """The angle (rad) by which a body misses the orientation that a driver prescribes."""
@@ -165,14 +159,13 @@ class _Run:
                 f"its value, {remedy}"
             )
         if level == "velocity":
-            happens = "its bodies turn apart" if turning else "its points separate"
-            if self.joint(c.name).coordinates is not None:
-                happens = "its coordinates leave its ratio"
+            happens = JOINTS[self.joint(c.name).type].parting(turning)
             remedy = f"correct the {held}, or omit what shall be solved for"
             if not held:
                 remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"
             return f"{where}: the initial velocities contradict it: {happens} at {missed}; {remedy}"
-        happens, things = self.happens(c, turning)
+        happens, things = JOINTS[self.joint(c.name).type].unmet(turning)
+        things += self.without_references(c.name)
         remedy = omit if held else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
         verb = "differ by" if turning else "miss by"
         return f"{where}: {happens} at t = 0: they {verb} {missed}; correct the {things} {remedy}"
@@ -185,20 +178,6 @@ class _Run:
         of_angles = [c.joint for c in self.joint(name).coordinates or () if c.kind == "angle"]
         free = [self.model.joints[j].name for j in of_angles if self.start.joints[j].references is None]
         return f", give references to {listed(free)} (without them an angle is 0 at the start)" if free else ""
-
-    def happens(self, c: Condition, turning: bool) -> tuple[str, str]:
-        """What a joint does at a start that does not fit it, and what of it to correct."""
-        kind = self.joint(c.name).type
-        if kind in ("gear", "coupler"):
-            return "its coordinates do not have its ratio and offset", f"offset{self.without_references(c.name)}"
-        if kind in ("universal", "perpendicular_axes") and turning:
-            return "its axes are not perpendicular", "axes"
-        if turning:
-            return "its axes do not fit together", "axes"
-        if kind == "distance":
-            return "its points are not at its length", "length"
-        meet = kind == "spherical" or JOINT_TYPES.get(kind, JOINT_TYPES["cylindrical"]).rows.startswith("mmm")
-        return "its points do not meet" if meet else "its points are not where it allows them", "points"
 
 
 def _guess(bodies: str) -> str:

@@ -150,6 +150,6 @@ def _product(p: Any, q: Any) -> tuple[Any, ...]:
 def _frame(n: so3.Vec3) -> tuple[so3.Vec3, so3.Vec3, so3.Vec3]:
     """Three orthogonal directions, the last of which is n."""
     smallest = min(range(3), key=lambda i: abs(n[i]))
-    across = so3.cross(n, tuple(1.0 if i == smallest else 0.0 for i in range(3)))  # type: ignore[arg-type]
+    across = so3.cross(n, tuple(1.0 if i == smallest else 0.0 for i in range(3)))
     first = so3.scale(1.0 / sqrt(so3.dot(across, across)), across)
     return first, so3.cross(n, first), n

@@ -6,6 +6,7 @@ import xarray as xr
 
 import lienumba
 from lienumba.analysis import labels
+from lienumba.analysis.outcomes import counts
 from lienumba.analysis.panels import quantiles, run_windows, select_panels
 from lienumba.batch.statuses import NON_FINITE, STOPPED
 from lienumba.groups import so3
@@ -48,15 +49,15 @@ def test_failed_and_nominal_runs_are_no_part_of_a_fan():
     status[[3, 7]], status[9] = NON_FINITE, STOPPED
     tip[[3, 7], 1:], tip[9, 2:] = np.nan, np.nan
     ds = sweep({"a": random(RUNS)}, status, np.arange(RUNS) - 1, tip=tip)
-    [panel] = select_panels.asked(ds, ["tip"]).panels
-    [line] = (found := quantiles.courses(ds, panel)).lines
+    [panel] = select_panels.named_panels(ds, ["tip"]).panels
+    [line] = (found := quantiles.time_series(ds, panel)).lines
     good = np.delete(tip, [0, 3, 7], axis=0)
     assert (found.runs, found.few) == (RUNS - 3, False)
     np.testing.assert_allclose(line.quantiles, np.nanquantile(good, quantiles.LEVELS, axis=0))
     np.testing.assert_array_equal(line.largest, np.nanmax(good, axis=0))
     np.testing.assert_array_equal(line.nominal, tip[0])
     assert all(np.array_equal(course, tip[run + 1]) for run, course in line.each.items())
-    assert labels.fates(ds) == "2 failed (2 non finite); 1 stopped by events"
+    assert (counts(ds).failed, counts(ds).stopped) == ("2 failed (2 non finite)", 1)
     assert quantiles.statuses(ds) == {"success": RUNS - 4, "non_finite": 2, "stopped_by_event": 1}
 
 
@@ -67,9 +68,9 @@ def test_large_sweeps_are_read_in_blocks_and_by_windows(tmp_path, monkeypatch):
     monkeypatch.setattr("lienumba.store.windows.WINDOW_BYTES", 24 * 50)
     ds.to_netcdf(tmp_path / "out.nc", engine="netcdf4")
     with xr.open_dataset(tmp_path / "out.nc") as opened:
-        [panel] = select_panels.asked(opened, ["tip"]).panels
+        [panel] = select_panels.named_panels(opened, ["tip"]).panels
         which = run_windows.shown_runs(opened, panel)
-        found = quantiles.courses(opened, panel)
+        found = quantiles.time_series(opened, panel)
         assert not opened["tip"].variable._in_memory
     assert which.sum() == found.runs <= 256
     blocks = np.flatnonzero(which.reshape(-1, 8).any(axis=1))
@@ -82,9 +83,9 @@ def test_large_sweeps_are_read_in_blocks_and_by_windows(tmp_path, monkeypatch):
 def test_attitudes_are_angles_of_axes_from_their_reference(nominal):
     angles = np.outer(np.linspace(-0.4, 0.4, 21), [0.0, 0.5, 1.0]) + 0.3 * np.arange(3)
     ds = rotating(angles, np.roll(np.arange(21) - 1, 10) if nominal else None)
-    panels = select_panels.asked(ds, ["rotation"]).panels
+    panels = select_panels.named_panels(ds, ["rotation"]).panels
     assert [panel.title for panel in panels] == ["attitude of arm", "attitude of top"]
-    courses = quantiles.courses(ds, panels[1])
+    courses = quantiles.time_series(ds, panels[1])
     from_middle = np.degrees(abs(angles - angles[10]))
     runs = np.arange(21) != 10 if nominal else np.ones(21, bool)
     for line in courses.lines[:2]:
@@ -93,15 +94,15 @@ def test_attitudes_are_angles_of_axes_from_their_reference(nominal):
     reference = "the nominal run" if nominal else "their mean directions"
     assert quantiles.label(ds, panels[1]) == f"angle of its axes\nfrom {reference} (°)"
     alone = ds.isel(run=[20])
-    [x, *_] = quantiles.courses(alone, select_panels.asked(alone, ["rotation.top"]).panels[0]).lines
+    [x, *_] = quantiles.time_series(alone, select_panels.named_panels(alone, ["rotation.top"]).panels[0]).lines
     np.testing.assert_allclose(x.quantiles[2], np.degrees(abs(angles[20] - angles[20, 0])), atol=1e-6)
 
 
 def test_an_element_of_a_rotation_can_be_asked_for():
     ds = rotating(random(20, 3))
-    [panel] = select_panels.asked(ds, ["rotation.top.x.y"]).panels
+    [panel] = select_panels.named_panels(ds, ["rotation.top.x.y"]).panels
     assert (panel.title, panel.angles, len(panel.lines)) == ("rotation of top, xy", False, 1)
-    [line] = quantiles.courses(ds, panel).lines
+    [line] = quantiles.time_series(ds, panel).lines
     np.testing.assert_allclose(line.quantiles[2], np.median(ds["rotation"].values[:, :, 1, 0, 1], axis=0))
 
 
@@ -109,11 +110,11 @@ def test_spreads_have_the_values_of_all_runs_that_have_one():
     first = random(RUNS)
     first[:5] = np.nan
     ds = sweep({"a": random(RUNS)}, labels=np.arange(RUNS) - 1, first=first, tip=random(RUNS, 3))
-    [spread] = quantiles.spreads(ds, select_panels.asked(ds, ["first"]).panels[0])
+    [spread] = quantiles.histograms(ds, select_panels.named_panels(ds, ["first"]).panels[0])
     np.testing.assert_array_equal(spread.values, first[5:])
     assert (spread.missing, spread.nominal) == (4, None)
-    [panel] = [panel for panel in select_panels.telling(ds).panels if panel.title == "tip at the end"]
-    [spread] = quantiles.spreads(ds, panel)
+    [panel] = [panel for panel in select_panels.default_panels(ds).panels if panel.title == "tip at the end"]
+    [spread] = quantiles.histograms(ds, panel)
     np.testing.assert_array_equal(spread.values, ds["tip"].values[1:, -1])
     assert spread.nominal == ds["tip"].values[0, -1]
 
@@ -131,7 +132,7 @@ def test_spreads_have_the_values_of_all_runs_that_have_one():
     ],
 )
 def test_bins(values, edges):
-    found = quantiles.bins([quantiles.Spread("", np.array(values), 0, None)])
+    found = quantiles.bins([quantiles.Histogram("", np.array(values), 0, None)])
     np.testing.assert_allclose(found, edges)
     assert np.histogram(values, found)[0].sum() == len(values)
 
@@ -141,7 +142,7 @@ def test_what_says_most_comes_first_and_the_rest_is_named():
     tip, still = np.outer(a, [0.0, 1.0, 2.0]), np.ones((50, 3))
     position = random(50, 3, 2, 3, seed=4)
     ds = sweep({"b": b, "a": a, "c": b**2, "d": b**3}, tip=tip, still=still, position=position, velocity=position)
-    choice = select_panels.telling(ds)
+    choice = select_panels.default_panels(ds)
     titles = [panel.title for panel in choice.panels]
     assert titles == [
         "tip", "position of top", "velocity of top", "position of arm", "velocity of arm",
@@ -149,7 +150,7 @@ def test_what_says_most_comes_first_and_the_rest_is_named():
     ]  # fmt: skip  # nothing changes in `still`; tip depends on a
     assert choice.left_out == ""
     many = sweep({name: random(50, seed=n) for n, name in enumerate("abcdefgh")}, **{f"q{n}": tip for n in range(8)})
-    choice = select_panels.telling(many)
+    choice = select_panels.default_panels(many)
     assert len(choice.panels) == select_panels.MOST
     assert choice.left_out == "not shown: q6, q7, 5 inputs"
 
@@ -166,9 +167,9 @@ def test_units_as_people_write_them(units, text):
 
 def test_unknown_names():
     ds = sweep({"a": random(5)}, tip=random(5, 3, 3))
-    assert [panel.title for panel in select_panels.asked(ds, ["tip.z", "tip.z"]).panels] == ["tip, z"]
+    assert [panel.title for panel in select_panels.named_panels(ds, ["tip.z", "tip.z"]).panels] == ["tip, z"]
     with pytest.raises(lienumba.ScenarioError, match=r'^the dataset has no variable "tip.w"; '):
-        select_panels.asked(ds, ["tip.w"])
+        select_panels.named_panels(ds, ["tip.w"])
 
 
 def test_violations_are_shown_by_their_peaks():
@@ -178,8 +179,8 @@ def test_violations_are_shown_by_their_peaks():
     violation[1, 700] = 1e-9
     violation[2, 500:] = np.nan
     ds = sweep({"a": np.arange(3.0)}, times=np.linspace(0.0, 1.0, times), position_violation=violation)
-    [panel] = select_panels.asked(ds, ["position_violation"]).panels
-    found = quantiles.courses(ds, panel)
+    [panel] = select_panels.named_panels(ds, ["position_violation"]).panels
+    found = quantiles.time_series(ds, panel)
     [line] = found.lines
     assert len(found.times) == len(line.largest) == 112
     assert quantiles.label(ds, panel) == "position violation (m)\nlargest of each 9 times"
@@ -194,7 +195,7 @@ def test_fans_say_how_many_runs_are_left_and_draw_the_last_ones():
     ends = np.repeat([2, 3, 4, 6], [10, 17, 8, 5])  # stored times of each run
     tip[np.arange(6) >= ends[:, None]] = np.nan
     ds = sweep({"a": random(RUNS)}, np.where(ends < 6, STOPPED, 0), times=np.arange(6.0), tip=tip)
-    found = quantiles.courses(ds, select_panels.asked(ds, ["tip"]).panels[0])
+    found = quantiles.time_series(ds, select_panels.named_panels(ds, ["tip"]).panels[0])
     np.testing.assert_array_equal(found.survivors, [40, 40, 30, 13, 5, 5])
     np.testing.assert_array_equal(found.enough, [True] * 4 + [False] * 2)
     [line] = found.lines
@@ -202,35 +203,35 @@ def test_fans_say_how_many_runs_are_left_and_draw_the_last_ones():
     for run, values in line.left.items():
         np.testing.assert_array_equal(values, [*[np.nan] * 4, *tip[run, 4:]])
     few = ds.isel(run=slice(30, None))
-    assert not quantiles.courses(few, select_panels.asked(few, ["tip"]).panels[0]).lines[0].left
+    assert not quantiles.time_series(few, select_panels.named_panels(few, ["tip"]).panels[0]).lines[0].left
 
 
 def test_inputs_are_of_all_sampled_runs():
     a = random(RUNS)
     status = np.where(np.arange(RUNS) % 4 == 1, NON_FINITE, 0)
     ds = sweep({"a": a}, status, np.arange(RUNS) - 1, first=random(RUNS))
-    choice = select_panels.telling(ds)
+    choice = select_panels.default_panels(ds)
     assert [panel.title for panel in choice.panels] == ["first", "status", "sampled a"]
-    [spread] = quantiles.spreads(ds, choice.panels[2])
+    [spread] = quantiles.histograms(ds, choice.panels[2])
     np.testing.assert_array_equal(spread.values, a[1:])
     np.testing.assert_array_equal(spread.failed, a[1::4])
     assert (spread.missing, spread.nominal) == (0, a[0])
-    assert quantiles.spreads(ds, choice.panels[0])[0].failed is None
+    assert quantiles.histograms(ds, choice.panels[0])[0].failed is None
     for lost in (ds.assign(status=ds["status"] * 0 + NON_FINITE), ds.isel(run=slice(1, 2))):
-        choice = select_panels.telling(lost)
+        choice = select_panels.default_panels(lost)
         assert [panel.title for panel in choice.panels] == ["status", "sampled a"]
         np.testing.assert_array_equal(
-            quantiles.spreads(lost, choice.panels[1])[0].values, lost["a"].values[-RUNS + 1 :]
+            quantiles.histograms(lost, choice.panels[1])[0].values, lost["a"].values[-RUNS + 1 :]
         )
 
 
 def test_constants_say_nothing():
     same, some = np.zeros(RUNS), abs(random(RUNS))
     ds = sweep({"a": random(RUNS)}, first=random(RUNS), max_energy_drift=same, max_position_violation=some)
-    assert [panel.title for panel in select_panels.telling(ds).panels] == [
+    assert [panel.title for panel in select_panels.default_panels(ds).panels] == [
         "first",
         "max position violation",
         "sampled a",
     ]
     alone = sweep({"a": same}, first=np.ones(RUNS), max_energy_drift=same).drop_vars("a")
-    assert [panel.title for panel in select_panels.telling(alone).panels] == ["status"]
+    assert [panel.title for panel in select_panels.default_panels(alone).panels] == ["status"]

@@ -8,6 +8,7 @@ from scipy.optimize import curve_fit
 import lienumba
 from lienumba.analysis import orders, work_precision
 from lienumba.analysis.studies.orders import fit
+from lienumba.integrators.methods import tableau
 from lienumba.store.study_layout import Coordinate
 from tests.rigs.made_studies import METHODS, STEPS, study
 from tests.rigs.studies import top
@@ -17,14 +18,14 @@ NONE = np.zeros(len(H))
 
 
 def test_methods_show_their_orders():
-    methods = ["euler", "heun", "kutta3", "rk4"]
-    grid = {"integrator.step": [1e-3, 5e-4, 2.5e-4, 1.25e-4], "integrator.method": methods}
+    names = ["euler", "heun", "kutta3", "rk4"]
+    grid = {"integrator.step": [1e-3, 5e-4, 2.5e-4, 1.25e-4], "integrator.method": names}
     found = orders(lienumba.run(top(grid, output={"times": [0.0, 0.02, 0.04]})))
     assert found["order"].dims == ("error", "method")
     assert found["error"].values.tolist() == ["position", "rotation", "velocity", "angular_velocity"]
-    for method in methods:
+    for method in names:
         one = found.sel({"method": method})
-        np.testing.assert_allclose(one["order"], methods.METHODS[method].order, atol=0.2)
+        np.testing.assert_allclose(one["order"], tableau.METHODS[method].order, atol=0.2)
         assert (one["low"] < one["order"]).all()
         assert (one["high"] - one["low"] < 0.5).all()
         assert (one["points"] >= 3).all()

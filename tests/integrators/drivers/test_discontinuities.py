@@ -15,10 +15,10 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import lienumba
-from lienumba.batch.integrate import _landings
+from lienumba.batch.integrate import _discontinuities
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
-from lienumba.mechanics.system.discontinuities import Landing
+from lienumba.mechanics.system.discontinuities import Discontinuity
 from tests.rigs.scenarios import chain
 
 M, L, J, G = 1.5, 0.4, 0.02, 9.81
@@ -241,9 +241,9 @@ def test_points_on_the_ends_of_steps_cut_nothing():
 
 def test_what_the_driver_gets():
     """Ends of steps to the bit where points are near; nothing from outside the run; each lane's own, ascending."""
-    shared = Landing(np.array([0.1 + 1e-16, 0.3 - 2e-12, -0.1, 0.9]))
-    own = [Landing(np.array([0.0]), -np.array(times)) for times in ([0.25, np.nan, 2e-12], [0.0, 0.05, 0.5])]
-    times = _landings(SimpleNamespace(landings=(shared, *own), h=0.1, end=0.5), slice(0, 3), 1)[0, :, :3]
+    shared = Discontinuity(np.array([0.1 + 1e-16, 0.3 - 2e-12, -0.1, 0.9]))
+    own = [Discontinuity(np.array([0.0]), -np.array(times)) for times in ([0.25, np.nan, 2e-12], [0.0, 0.05, 0.5])]
+    times = _discontinuities(SimpleNamespace(discontinuities=(shared, *own), h=0.1, end=0.5), slice(0, 3), 1)[0, :, :3]
     inf = np.inf
     assert times.T.tolist() == [
         [0.1, 0.25, 3 * 0.1, inf, inf],

@@ -13,9 +13,10 @@ from lienumba.batch.integrate import Batch
 from lienumba.batch.records import Layout, per_run
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
+from lienumba.integrators.drivers.row_selection import select_rows
 from lienumba.integrators.tracing.compiled import compiled
 from lienumba.integrators.tracing.program import Method
-from lienumba.integrators.tracing.row_selection import UNIQUE, Choice, choose_rows, first_choice
+from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection, initial_selection
 from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -41,20 +42,20 @@ def dense(entries: kkt.Entries) -> np.ndarray:
     return C
 
 
-def choice_at(model: Model, now: Instant) -> Choice:
-    return first_choice(model, rank_of(model, now).exchangeable, now)
+def choice_at(model: Model, now: Instant) -> RowSelection:
+    return initial_selection(model, rank_of(model, now).exchangeable, now)
 
 
-def integrate(model: Model, now: Instant, choice: Choice, step: float, steps: int, *, fixed: bool = False) -> Any:
+def integrate(model: Model, now: Instant, choice: RowSelection, step: float, steps: int, *, fixed: bool = False) -> Any:
     """Status, last good step, the masks at every tenth step, and all variables there, of one run."""
     program, machine = compiled(model, RK4, choice, fixed)
-    held = program.held
+    held = program.augmented
     states = np.concatenate([np.ravel(now.bodies)[None], held.start(now.angles, choice, 1)], axis=1)
     outputs = np.arange(0, steps + 1, 10)
     codes = np.zeros(1, np.int8)
     batch = Batch(machine, split(model)[1], states, codes, step * steps, step, step * outputs, 1e-11, 10)
     (chunk,) = execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None)
-    first = ELEMENT * program.elements + held.first_mask
+    first = ELEMENT * program.sizes.elements + held.first_mask
     layout = Layout.of(model)
     values = {name: per_run(layout.lanes(name, chunk.records, program), 1)[0] for name in layout.names}
     masks = chunk.records[0, :, first : first + len(held.masks), 0]
@@ -68,7 +69,7 @@ def test_as_many_rows_are_chosen_as_the_rank_needs() -> None:
         assert set(choice.masks) == {0.0, 1.0}
         assert len(choice.dropped) == rank.rows - rank.rank
         assert choice.margin > 1e-4
-    assert first_choice(model, (), now) is UNIQUE
+    assert initial_selection(model, (), now) is UNIQUE
 
 
 def assembled(make: Any) -> tuple[Model, Instant]:
@@ -101,7 +102,7 @@ def test_a_program_without_the_rows_that_are_needed_says_so() -> None:
     model, now = bennett()
     choice = choice_at(model, now)
     status, steps, masks, values = integrate(model, now, choice, 1e-3, 1200, fixed=True)
-    assert status == codes.EXCHANGED
+    assert status == codes.RESELECT
     assert 0 < steps < 1200
     good = np.isfinite(values["energy"])
     assert (masks[good] == choice.masks).all()
@@ -146,13 +147,13 @@ def test_the_order_of_the_method_across_exchanges() -> None:
 
 
 @pytest.mark.parametrize("which", range(4))
-def test_a_bad_first_choice_is_mended(which: int) -> None:
+def test_a_bad_initial_selection_is_mended(which: int) -> None:
     """The four weakest of all the choices that are independent at all."""
     model, now = bennett()
     choice, C = choice_at(model, now), dense(constraints.jacobian(model, now))
     sets = [(np.linalg.svd(np.delete(C, left, axis=0))[1][-1], left) for left in combinations(range(20), 3)]
     left = sorted(x for x in sets if x[0] > 1e-9)[which][1]
-    bad = Choice(choice.rows, tuple(float(row not in left) for row in choice.rows), choice.margin)
+    bad = RowSelection(choice.rows, tuple(float(row not in left) for row in choice.rows), choice.margin)
     status, steps, masks, values = integrate(model, now, bad, 1e-3, 300)
     assert (status, steps) == (0, 300)
     assert (masks[1:] != bad.masks).any()
@@ -175,7 +176,7 @@ def chosen(C: np.ndarray, masks: list[float]) -> list[float]:
     S, q = C @ C.T, len(C)
     table = table_of(S, masks)
     before = table.copy()
-    choose_rows(table, 2, q)
+    select_rows(table, 2, q)
     np.testing.assert_array_equal(np.delete(table, 2, axis=1), np.delete(before, 2, axis=1))
     found: list[float] = table[q * (q + 1) // 2 + q : q * (q + 1) // 2 + 2 * q, 2].tolist()
     return found
@@ -216,7 +217,7 @@ def test_the_schur_complement_is_what_is_left_of_the_rows() -> None:
     metric = dynamics.shapes(model)
     C = dense(entries) / np.sqrt([metric[c, c] for c in range(6 * len(model.bodies))])
     masked = tuple(range(15, 20))
-    triangle, scales = kkt.exchange(kkt.Structure.of(model, masked), metric, entries)
+    triangle, scales = kkt.schur_complement(kkt.Structure.of(model, masked), metric, entries)
     S = np.zeros((5, 5))
     S[np.tril_indices(5)] = triangle
     needed, last = C[:15], C[15:]

@@ -14,7 +14,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.groups import so3
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Method, build
-from lienumba.integrators.tracing.row_selection import UNIQUE, first_choice
+from lienumba.integrators.tracing.row_selection import UNIQUE, initial_selection
 from lienumba.integrators.tracing.tracer import Tracer, split
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.start import assembly
@@ -35,12 +35,12 @@ def operations(kernels):
 def acceleration_map(model, choice=UNIQUE):
     """Operations from a state to the accelerations and multipliers."""
     template, values = split(model)
-    tracer = Tracer(template, len(values), RK4, choice, fixed=True)
+    tracer = Tracer(template, RK4, choice, fixed=True)
     graph, symbols = tracer.graph()
     now, mask = tracer.now(graph)
-    expected = tracer.expected(tracer.held_rows(graph), 0.0, graph.input("clock", 1))
+    expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", 1))
     solution = dynamics.accelerations(symbols, tracer.structure, now, mask, expected)
-    return Kernel("map", (*solution.x, *solution.mu), tracer.rows).counts()["operations"]
+    return Kernel("map", (*solution.x, *solution.mu), len(values)).counts()["operations"]
 
 
 def assembled(model, start):
@@ -106,7 +106,7 @@ def test_the_accelerations_cost_as_much_per_body_however_many_there_are(make, sh
     for size in (short, long):
         start = perf_counter()
         model, now = make(size)
-        choice = first_choice(model, rank_of(model, now).exchangeable, now) if make is four_bars else UNIQUE
+        choice = initial_selection(model, rank_of(model, now).exchangeable, now) if make is four_bars else UNIQUE
         count = acceleration_map(model, choice)
         per_body[size] = count / len(model.bodies)
         print(f"\n{make.__name__} {size}: {count} operations, {per_body[size]:.0f} per body, "
@@ -147,14 +147,14 @@ def programs(name):
     by_hand = without_redundance(name, model)
     found, less = rank_of(model, now), rank_of(by_hand, now)
     assert less.rank == less.rows == found.rank < found.rows
-    choice = first_choice(model, found.exchangeable, now)
+    choice = initial_selection(model, found.exchangeable, now)
     made = build(by_hand, RK4), build(model, RK4, choice, True), build(model, RK4, choice, False)
     return (by_hand, model, model), now, choice, made
 
 
 def of_a_step(program):
     """Operations of a step with one iteration of each projection, and those of an observation."""
-    counts, k = operations(program.kernels), program.elements
+    counts, k = operations(program.kernels), program.sizes.elements
     if "step" not in counts:
         per_body = sum(counts[name] for name in ("combine1", "combine2", "combine3", "advance"))
         counts["step"] = counts["first"] + 3 * counts["stage"] + k * per_body + counts.get("finish", 0)
@@ -175,7 +175,7 @@ def test_redundant_rows_cost_little(name):
 def timed(model, now, choice, program, machine, runs=64, steps=200):
     """A function that takes `steps` steps with all runs on one core and returns its time (ns per step and run)."""
     bodies = np.tile(np.ravel(now.bodies), (runs, 1))
-    held = program.held.start(now.angles, choice, runs)
+    held = program.augmented.start(now.angles, choice, runs)
     states, codes = np.concatenate([bodies, held], axis=1), np.zeros(runs, np.int8)
     ends = np.array([0, 1e-3 * steps])
     batch = Batch(machine, split(model)[1], states, codes, 1e-3 * steps, 1e-3, ends, 1e-11, 10)
@@ -189,7 +189,6 @@ def timed(model, now, choice, program, machine, runs=64, steps=200):
     return run
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", REDUNDANT)
 def test_redundant_rows_run(name):
     """Prints times, asserts none."""
@@ -204,7 +203,6 @@ def test_redundant_rows_run(name):
           f"with exchanged rows x {exchanging / by_hand:.2f}", end="")  # fmt: skip
 
 
-@pytest.mark.slow
 def test_fifty_revolutes_compile_and_run(monkeypatch):
     """Prints times, asserts none."""
     monkeypatch.setattr(cache, "remember", lambda _, make: make())  # nothing is compiled yet

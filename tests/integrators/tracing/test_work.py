@@ -118,7 +118,7 @@ def test_a_step_stage_by_stage_does_the_same_work(case: str, monkeypatch: pytest
 @pytest.mark.parametrize("case", CASES)
 def test_work_is_held_only_where_somebody_may_work(case: str) -> None:
     prepared = prepare(resolve(scenario(double_pendulum(**CASES[case]), 1e-3, 1e-3)), [0])
-    held = program.build(prepared.model, program.Method("euler", "local", "mass")).held
+    held = program.build(prepared.model, program.Method("euler", "local", "mass")).augmented
     assert held.work == (case not in AT_REST)
 
 

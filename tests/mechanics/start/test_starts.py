@@ -276,20 +276,24 @@ def test_a_weld_and_a_slider_keep_the_orientation_of_the_start():
 def test_couplings_count_from_the_start():
     m, says = arm(2)
     gear = Joint(
-        "gear", "gear", (GROUND, 0, 1), coordinates=(Coordinate(0, "angle"), Coordinate(1, "angle")), ratio=-3.0
+        "gear",
+        "gear",
+        (GROUND, 0, 1),
+        coordinates=(Coordinate(0, "angle"), Coordinate(1, "angle")),
+        numbers={"ratio": -3.0, "offset": None},
     )
     m = Model(m.gravity, m.bodies, (*m.joints, gear))
     says = (JointStart(axes=(Z, Z), angle=0.2, rate=1.0), JointStart(axes=(Z, Z), angle=0.5), JointStart())
     done = assembled(m, [Pose(), Pose()], says)
-    assert done.model.joints[2].offset == pytest.approx(0.5 + 3.0 * 0.2, abs=1e-13)
+    assert done.model.joints[2].numbers["offset"] == pytest.approx(0.5 + 3.0 * 0.2, abs=1e-13)
     np.testing.assert_allclose(done.state[0, :, 17], [1.0, 1.0 - 3.0], atol=1e-13)
 
 
 def test_a_screw_counts_from_the_start():
-    joint = Joint("screw", "screw", (GROUND, 0), (ZERO, ZERO), pitch=0.2)
+    joint = Joint("screw", "screw", (GROUND, 0), (ZERO, ZERO), numbers={"pitch": 0.2, "offset": None})
     m = Model(GRAVITY, (unit_body("nut"),), (joint,))
     done = assembled(m, [Pose()], [JointStart(axes=(Z, Z), displacement=0.05, rate=2 * math.pi)])
-    assert done.model.joints[0].offset == pytest.approx(0.05, abs=1e-15)
+    assert done.model.joints[0].numbers["offset"] == pytest.approx(0.05, abs=1e-15)
     np.testing.assert_allclose(done.state[0, 0, 12:], [0, 0, 0.2, 0, 0, 2 * math.pi], atol=1e-13)
 
 

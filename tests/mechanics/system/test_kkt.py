@@ -10,7 +10,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics.elements.joints import JOINT_TYPES
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
 from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt
@@ -33,7 +33,7 @@ from tests.rigs.mechanisms import (
 
 
 def blocks(m):
-    return [(joint.bodies, len(JOINT_TYPES[joint.type].rows)) for joint in m.joints]
+    return [(joint.bodies, len(JOINTS[joint.type].kinds(joint))) for joint in m.joints]
 
 
 def structure(m, block_order):
@@ -223,5 +223,5 @@ def test_the_margin_is_positive_while_rows_are_independent(lever):
     """A rod beside a spherical joint, which it holds on a short lever or a long one."""
     upright = ((0.0,) * 3 + (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0) + (0.0,) * 6,)
     pivot = Joint("pivot", S, (GROUND, 0), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    rod = Joint("rod", D, (GROUND, 0), ((lever, 1.0, 0.0), (lever, 0.0, 0.0)), length=1.0)
+    rod = Joint("rod", D, (GROUND, 0), ((lever, 1.0, 0.0), (lever, 0.0, 0.0)), numbers={"length": 1.0})
     assert margin(Model(GRAVITY, model(1, []).bodies, (pivot, rod)), upright) > 0.0

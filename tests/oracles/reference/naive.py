@@ -91,7 +91,11 @@ def residual(joints, r, R):
     rows = [np.zeros(0)]
     for joint in joints:
         d = separation(joint, r, R)
-        rows.append(d if joint.type == "spherical" else np.array([(d @ d / joint.length - joint.length) / 2]))
+        rows.append(
+            d
+            if joint.type == "spherical"
+            else np.array([(d @ d / joint.numbers["length"] - joint.numbers["length"]) / 2])
+        )
     return np.concatenate(rows)
 
 
@@ -100,7 +104,7 @@ def jacobian(joints, r, R):
     rows = [np.zeros((0, 6 * len(r)))]
     for joint in joints:
         C = point_jacobian(joint, R, len(r))
-        rows.append(C if joint.type == "spherical" else separation(joint, r, R)[None] @ C / joint.length)
+        rows.append(C if joint.type == "spherical" else separation(joint, r, R)[None] @ C / joint.numbers["length"])
     return np.concatenate(rows)
 
 
@@ -112,7 +116,7 @@ def bias(joints, r, R, v, w):
         xi = point_bias(joint, R, w)
         if joint.type == "distance":
             d, rate = separation(joint, r, R), point_jacobian(joint, R, len(r)) @ velocities
-            xi = np.array([(d @ xi - rate @ rate) / joint.length])
+            xi = np.array([(d @ xi - rate @ rate) / joint.numbers["length"]])
         rows.append(xi)
     return np.concatenate(rows)
 

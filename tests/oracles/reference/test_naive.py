@@ -13,7 +13,7 @@ from tests.oracles.reference import naive
 from tests.oracles.reference.lagrange_top import motion
 
 TOP = [SimpleNamespace(mass=15.0, inertia=(0.234375, 0.46875, 0.234375, 0.0, 0.0, 0.0))]
-PIVOT = [SimpleNamespace(type="spherical", bodies=(-1, 0), points=((0, 0, 0), (0, -1, 0)), length=None)]
+PIVOT = [SimpleNamespace(type="spherical", bodies=(-1, 0), points=((0, 0, 0), (0, -1, 0)), numbers={})]
 GRAVITY = (0.0, 0.0, -9.81)
 RK4 = ([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
 
@@ -35,7 +35,9 @@ def system(seed=0):
         ("distance", 1, -1),
     ]
     joints = [
-        SimpleNamespace(type=kind, bodies=(a, b), points=tuple(rng.standard_normal((2, 3))), length=rng.uniform(1, 3))
+        SimpleNamespace(
+            type=kind, bodies=(a, b), points=tuple(rng.standard_normal((2, 3))), numbers={"length": rng.uniform(1, 3)}
+        )
         for kind, a, b in ends
     ]
     r, v, w = rng.standard_normal((3, 3, 3))
@@ -206,7 +208,7 @@ def near(seed, size=3e-3):
             shift = naive.separation(joint, r, R) @ R[joint.bodies[1]]
             joint.points = (joint.points[0], joint.points[1] + shift)
         else:
-            joint.length = np.linalg.norm(naive.separation(joint, r, R))
+            joint.numbers["length"] = np.linalg.norm(naive.separation(joint, r, R))
     push = size * np.random.default_rng(seed).standard_normal((3, 12))
     push[:, 6:] = 0
     return bodies, joints, naive.moved((r, R, v, w), push)

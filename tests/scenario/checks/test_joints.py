@@ -94,7 +94,7 @@ JOINTS = {
     ),
     "pitch 0": (
         rig(joint('type = "screw"', POINTS, PIVOT, "pitch = 0")),
-        "model.joints.extra.pitch = 0.0: must not be 0; for a joint that only turns use a revolute joint",
+        "model.joints.extra.pitch = 0: must not be 0; for a joint that only turns use a revolute joint",
     ),
     "no pitch": (
         rig(joint('type = "screw"', POINTS, PIVOT)),
@@ -103,7 +103,7 @@ JOINTS = {
     ),
     "ratio 0": (
         rig(joint('type = "gear"', "ratio = 0", ends=COUPLED)),
-        "model.joints.extra.ratio = 0.0: must not be 0; give second = ratio * first + offset",
+        "model.joints.extra.ratio = 0: must not be 0; give second = ratio * first + offset",
     ),
     "no ratio": (
         rig(joint('type = "coupler"', ends=COUPLED)),

@@ -22,11 +22,11 @@ from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.forces.numbers import ForceNumber, numbers_of
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities import evaluate
-from lienumba.mechanics.mechanism.kinematics import Motion, View, is_zero, moving
+from lienumba.mechanics.mechanism.kinematics import Motion, View, moving
 from lienumba.mechanics.mechanism.model import Force, Model
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import sqrt
+from lienumba.numerics.operations import is_zero, sqrt
 
 SQUARE_FLOOR = 1e-200  # m^2, below the square of every length that matters: zero divided by it is zero
 

@@ -20,10 +20,10 @@ from lienumba.mechanics.elements.forces.base import (
     quadratic,
 )
 from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, number, positive
-from lienumba.mechanics.mechanism.kinematics import View, is_zero
+from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Force
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import maximum, minimum, sqrt, tanh, where
+from lienumba.numerics.operations import is_zero, maximum, minimum, sqrt, tanh, where
 from lienumba.words import show
 
 # Units of numbers along a displacement, and about an angle.

@@ -1,0 +1,179 @@
+"""Where everything lies in memory, stated once: kernels are traced by it, drivers read and write by it.
+
+Memory is rows of W doubles, one lane for each run. These are plain functions of whole numbers, so that the tracer calls
+them as they are, and the drivers compile them in.
+"""
+
+from typing import NamedTuple
+
+from lienumba.groups.state import ELEMENT
+from lienumba.numerics.operations import kernel
+
+# The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
+ORDER = (
+    "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
+    "close", "end", "dense", "events",
+)  # fmt: skip
+(
+    STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
+    CLOSE, END, DENSE, EVENTS, COMBINE,
+) = range(len(ORDER) + 1)  # fmt: skip
+
+# The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
+# piece of a table a stage lies; the fraction of the part at which the continuous extension is read, what the
+# controller of steps remembers, and the first of the numbers of a `step_control.Tolerance`.
+TIME, LENGTH, NODE, MIDDLE, FRACTION, MEMORY, TOLERANCE = range(7)
+TOLERANCES = 6
+CLOCK = TOLERANCE + TOLERANCES
+
+# What drivers know of each lane. ITERATIONS: the most of both projections since something was stored (two rows); T: the
+# time; H: the step to be tried (s); JUMP: the next discontinuity, on which a step must end; GRID: the steps of one
+# length so far; UNTIL: the end of the step; DUE: the time that is stored next; BUSY: whether there is a run; FRESH:
+# whether it has just begun; STALE: whether F is not known at its state; TRIAL: the code of the step; STATUS: of the
+# run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes.
+ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
+FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, LANES = range(9, 18)
+PROJECTIONS = 2  # whose iterations are counted
+
+CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
+VIOLATION, ITERATE_CODE = range(2)  # rows behind the iterate to which a projection leads
+TURNED, MOVED = range(2)  # rows behind one element at the end of a step by stages: squares of its rotation and its move
+SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # rows behind the slopes of a stage: of its KKT, and the power (W)
+ERROR, GROWN, SHRUNK, REMEMBERED, CONTROL = range(5)  # rows: the square of a step's error, and `step_control.factors`
+
+
+class Sizes(NamedTuple):
+    """Of a program, all whole numbers.
+
+    elements: of S, those of the bodies first; augmented: rows behind them; first_mask: the row there of the first mask
+    of the exchangeable rows of C; fixed: whether only those in use are compiled; coordinates: of an element in a step;
+    stages: of a step; slopes: kept of an element, of the stages, where lanes have a time of their own also of F at the
+    end and of the extension's stages: there the last one is F at the end as the next step has it; events; correction:
+    rows of an iterate of the position projection between its state and its violation; chord: rows behind its code;
+    observed: rows that are; parameters: rows of them, with what is hoisted.
+    """
+
+    elements: int
+    augmented: int
+    first_mask: int
+    exchangeable: int
+    fixed: int
+    coordinates: int
+    stages: int
+    slopes: int
+    events: int
+    correction: int
+    chord: int = 0
+    observed: int = 0
+    parameters: int = 1
+
+
+@kernel
+def state_rows(sizes: Sizes) -> int:
+    """Of a state: its elements, and what is augmented."""
+    return ELEMENT * sizes.elements + sizes.augmented
+
+
+@kernel
+def first_slope(sizes: Sizes) -> int:
+    """The first row of the slopes, counted from the new state, behind which they lie."""
+    return state_rows(sizes) + VERDICT
+
+
+@kernel
+def slope_row(sizes: Sizes, element: int, slope: int) -> int:
+    """The first row of a slope, counted from the first one's: all of an element side by side."""
+    return sizes.coordinates * (sizes.slopes * element + slope)
+
+
+@kernel
+def report_row(sizes: Sizes, slope: int) -> int:
+    """The first row of what a stage reports: behind the slopes of all elements, at the same distances."""
+    return slope_row(sizes, sizes.elements, slope)
+
+
+@kernel
+def control_row(sizes: Sizes) -> int:
+    """The first row of what is said of the error of a step, counted as that of a slope."""
+    return slope_row(sizes, sizes.elements + 1, 0) + REPORTS
+
+
+@kernel
+def acceleration_row(sizes: Sizes, stage: int) -> int:
+    """The first row of the accelerations that a stage reports, counted as that of a slope. Stages overwrite what those
+    before them said: the last one's are read."""
+    return control_row(sizes) + CONTROL + sizes.coordinates * stage
+
+
+@kernel
+def record_rows(sizes: Sizes) -> int:
+    """Of what is stored: a state, what is observed of it, and the iterations of the projections."""
+    return state_rows(sizes) + sizes.observed + PROJECTIONS
+
+
+# ---------------------------------------------------------------- the table by which rows of C are selected
+@kernel
+def table_scales(q: int) -> int:
+    """The first row of the scales of q exchangeable rows, behind the lower triangle of S."""
+    return q * (q + 1) // 2
+
+
+@kernel
+def table_masks(q: int) -> int:
+    """The first row of their masks."""
+    return table_scales(q) + q
+
+
+@kernel
+def table_asked(q: int) -> int:
+    """The row that says in which lanes to select."""
+    return table_masks(q) + q
+
+
+@kernel
+def table_rows(q: int) -> int:
+    """Of the whole table."""
+    return table_asked(q) + 1
+
+
+# ---------------------------------------------------------------- the memory of a driver
+class Workspace(NamedTuple):
+    """The first row of each region; as addresses in a driver.
+
+    state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes, control: see
+    above; now, following: iterates of a projection; u: the argument of a stage; conditions: of events, at the start and
+    at the end of a step, and when they come true; work: of the kernels.
+    """
+
+    state: int
+    new: int
+    slopes: int
+    control: int
+    now: int
+    following: int
+    clock: int
+    lanes: int
+    u: int
+    conditions: int
+    table: int
+    parameters: int
+    work: int
+
+
+@kernel
+def workspace(sizes: Sizes) -> Workspace:
+    """The regions, one behind the other."""
+    iterate = state_rows(sizes) + sizes.correction + VERDICT
+    new = state_rows(sizes) + VERDICT
+    slopes = new + first_slope(sizes)
+    control = slopes + control_row(sizes)
+    now = slopes + acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
+    following = now + iterate
+    clock = following + max(iterate + sizes.chord, sizes.events)
+    lanes = clock + CLOCK
+    u = lanes + LANES
+    conditions = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
+    table = conditions + 3 * sizes.events
+    parameters = table + table_rows(sizes.exchangeable)
+    work = parameters + sizes.parameters
+    return Workspace(0, new, slopes, control, now, following, clock, lanes, u, conditions, table, parameters, work)

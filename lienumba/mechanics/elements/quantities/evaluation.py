@@ -1,0 +1,103 @@
+"""Quantities of a model at a state, and formulas that read them or the states of laws."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.quantities.base import QUANTITIES, VELOCITY, Observed, Part, joined
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import Instant, View
+from lienumba.mechanics.mechanism.model import GROUND, Law, Model, Quantity, Timed, reads_state
+from lienumba.numerics.expressions import WITHIN, Formula
+from lienumba.numerics.number import Number, Vector
+
+
+def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = None) -> Any:
+    """The number that a timed number is in a view."""
+    if not callable(x):
+        return x
+    if isinstance(x, Formula):
+        return x(view.t) if view.within is None else x(view.t, **{WITHIN: (view.within, frozenset())})
+    if not isinstance(x, Law):
+        return x(view.t)
+    read = {name: component(model, name, view, observed) for name in x.quantities}
+    return x(view.t, **read) if view.within is None else x(view.t, **read, **{WITHIN: (view.within, frozenset(read))})
+
+
+def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
+    """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
+    first, _, rest = name.partition(".")
+    quantity = _named(model, first)
+    if quantity is None:
+        force = next(f for f in model.forces if f.name == first)
+        states = view.states.get(first, tuple(force.initial.values()))
+        return states[list(force.initial).index(rest)]
+    return rows(model, quantity, view, observed)[components(model, quantity).index(rest)]
+
+
+def rows(model: Model, quantity: Quantity, view: View, observed: Observed | None = None) -> Vector:
+    """All numbers of a quantity, part by part."""
+    return QUANTITIES[quantity.type].rows(model, quantity, view, observed)
+
+
+def parts(model: Model, quantity: Quantity) -> tuple[Part, ...]:
+    """The variables that it gives."""
+    return QUANTITIES[quantity.type].parts(model, quantity)
+
+
+def components(model: Model, quantity: Quantity) -> list[str]:
+    """The names of its numbers, behind its own."""
+    return [name for part in parts(model, quantity) for name in part.components]
+
+
+def observe(model: Model, now: Instant, observed: Observed) -> Iterator[tuple[str, list[Number]]]:
+    """The rows of every variable that quantities give, by its name."""
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    for quantity in model.quantities:
+        numbers = list(rows(model, quantity, everything, observed))
+        for part in parts(model, quantity):
+            size = len(part.components)
+            yield joined(quantity.name, part.name), numbers[:size]
+            numbers = numbers[size:]
+
+
+def conditions(model: Model, now: Instant, observed: Observed | None) -> list[Number]:
+    """Whether the condition of each event holds, 1 or 0."""
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    return [evaluate(model, event.when, everything, observed) for event in model.events]
+
+
+def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
+    """The bodies (indices) whose motion these numbers read."""
+    found: dict[int, None] = {}
+    for x in numbers:
+        for name in x.quantities if isinstance(x, Law) else ():
+            quantity = _named(model, name.partition(".")[0])
+            if quantity is None:
+                continue
+            ends = (*quantity.bodies, quantity.relative_to, quantity.frame)
+            if quantity.joint >= 0:
+                ends += model.joints[quantity.joint].bodies
+            found |= dict.fromkeys((*ends, *bodies_of(model, quantity.value)))
+    return tuple(i for i in found if i != GROUND)
+
+
+def angle_joints(model: Model) -> set[int]:
+    """The joints (indices) of which a quantity is the angle, over several turns."""
+    of_joints = {q.joint for q in model.quantities if QUANTITIES[q.type].reads_coordinates}
+    return {j for j in of_joints if "angle" in joints.coordinate_kinds(model.joints[j].type)}
+
+
+def level(model: Model, name: str) -> int:
+    """What a component needs to be known of the state; of an expression, what all in it need. States of laws can be
+    differentiated no more than velocities."""
+    first, _, rest = name.partition(".")
+    quantity = _named(model, first)
+    if quantity is None:
+        return VELOCITY
+    inner = quantity.value.quantities if reads_state(quantity.value) else ()
+    return max([QUANTITIES[quantity.type].level(quantity, rest), *(level(model, x) for x in inner)])
+
+
+def _named(model: Model, name: str) -> Quantity | None:
+    return next((q for q in model.quantities if q.name == name), None)

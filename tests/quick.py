@@ -1,0 +1,105 @@
+"""`--quick`: the cheap tests of every file, by what tests/costs.csv says of them; `--costs` writes that file anew.
+
+Of every function the first case, if it is cheap, and as many more as take little together; of every file at least one
+test. What costs.csv does not name, such as a new test, is cheap.
+"""
+
+import csv
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+COSTS = Path(__file__).with_name("costs.csv")
+FIRST = 0.6  # s of one core, the most for the first case of a function
+TOGETHER = 0.2  # s, for all its cases
+TOLD = 0.03  # s; functions that take less in all are not in the file
+UNKNOWN = 0.01, 0.002  # s, of the first case of such a function, and of each other
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--quick", action="store_true", help="only the cheap tests of every file, by tests/costs.csv")
+    parser.addoption("--costs", action="store_true", help="write tests/costs.csv from this run")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--costs"):
+        config.pluginmanager.register(Costs())
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--quick"):
+        kept = cheap([item.nodeid for item in items], read())
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
+        items[:] = [item for item in items if item.nodeid in kept]
+
+
+def cheap(tests: list[str], costs: dict[str, tuple[float, float]]) -> set[str]:
+    """Which of these tests are run; costs: by function, of its first case and of each other."""
+    files: dict[str, dict[str, list[str]]] = {}
+    for test in tests:
+        function = test.partition("[")[0]
+        files.setdefault(test.partition("::")[0], {}).setdefault(function, []).append(test)
+    kept: set[str] = set()
+    for functions in files.values():
+        first = {function: costs.get(function, UNKNOWN)[0] for function in functions}
+        least = min(first, key=lambda function: first[function])
+        for function, cases in functions.items():
+            each = costs.get(function, UNKNOWN)[1]
+            more = int((TOGETHER - first[function]) / each) if each else len(cases)
+            if first[function] <= FIRST or function == least:
+                kept |= {*cases[: 1 + max(more, 0)]}
+    return kept
+
+
+def read() -> dict[str, tuple[float, float]]:
+    with COSTS.open(encoding="utf-8", newline="") as file:
+        return {row["function"]: (float(row["first"]), float(row["others"])) for row in csv.DictReader(file)}
+
+
+def write(costs: dict[str, float]) -> None:
+    """costs: of every test, in the order in which they ran."""
+    functions: dict[str, list[float]] = {}
+    for test, seconds in costs.items():
+        functions.setdefault(test.partition("[")[0], []).append(seconds)
+    with COSTS.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(("function", "first", "others"))
+        for function, (first, *others) in sorted(functions.items()):
+            if first + sum(others) >= TOLD:
+                mean = sum(others) / len(others) if others else 0.0
+                rows.writerow((function, f"{first:.2f}", f"{mean:.3f}"))
+
+
+def spent() -> float:
+    """Seconds of all cores that this process and those that it has waited for have used."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+class Costs:
+    """What each test takes, from all workers."""
+
+    def __init__(self) -> None:
+        self.last, self.costs = 0.0, dict[str, float]()
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self) -> Iterator[Any]:
+        self.last = spent()
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self) -> Iterator[Any]:
+        report = yield
+        now = spent()
+        report.cost, self.last = now - self.last, now
+        return report
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        self.costs[report.nodeid] = self.costs.get(report.nodeid, 0.0) + report.cost
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        if not hasattr(session.config, "workerinput"):
+            write(self.costs)
