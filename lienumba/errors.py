@@ -41,6 +41,14 @@ class Problem:
         text = ": ".join(x for x in (*self.within, key, self.rule) if x)
         return f"{text}; {self.remedy}" if self.remedy else text
 
+    def below(self, place: str) -> "Problem":
+        """The same, where its own place is a key of the table at another."""
+        return replace(self, place=f"{place}.{self.place}" if self.place else place)
+
+    def inside(self, place: str) -> "Problem":
+        """The same, where all of which it tells is a part of something else, which is at this place."""
+        return replace(self, within=(place, *self.within))
+
 
 def missing(place: str, remedy: str, why: str = "") -> Problem:
     """The problem of a key that must be there."""
@@ -59,10 +67,8 @@ class BadValueError(ValueError):
 
     def at(self, place: str, value: object = NOTHING) -> Problem:
         """The problem of this value at its place."""
-        inner = self.problem
-        if inner.place:
-            return replace(inner, place=f"{place}.{inner.place}")
-        return replace(inner, place=place, value=value)
+        problem = self.problem.below(place)
+        return problem if self.problem.place else replace(problem, value=value)
 
 
 class ScenarioError(Exception):
@@ -78,23 +84,17 @@ class ScenarioError(Exception):
         super().__init__(*problems)
         self.problems = tuple(Problem("", x) if isinstance(x, str) else x for x in problems)
 
+    @classmethod
+    def at(cls, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> Self:
+        """One problem."""
+        return cls(Problem(place, rule, remedy, value))
+
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
 
-    def within(self, place: str) -> Self:
-        """The same, where the input of which it tells is a part of another.
-
-        Parameters
-        ----------
-        place : str
-            Where in the other one, such as a point of a study.
-
-        Returns
-        -------
-        ScenarioError
-            Whose sentences begin with the place.
-        """
-        return type(self)(*(replace(x, within=(place, *x.within)) for x in self.problems))
+    def inside(self, place: str) -> Self:
+        """The same, where all of which it tells is a part of something else, which is at this place."""
+        return type(self)(*(x.inside(place) for x in self.problems))
 
 
 class ClusterError(Exception):

@@ -67,8 +67,14 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
+class Written(str):
+    """A value that is written already."""
+
+
 def show(value: Any) -> str:
     """A value as TOML writes it, cut to one line of reading."""
+    if isinstance(value, Written):
+        return str(value)
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):

@@ -8,7 +8,7 @@ import os
 import tomllib
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -147,7 +147,8 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
     try:
         regular = _storing(original, {"every": every})
     except ScenarioError as error:
-        raise ScenarioError(str(error).replace("output.every", "every")) from None
+        told = (replace(x, place="every") if x.place == "output.every" else x for x in error.problems)
+        raise ScenarioError(*told) from None
     fine, given = np.array(regular.times), np.array(original.times)
     behind = np.minimum(np.searchsorted(given, fine), len(given) - 1)
     distance = np.minimum(abs(fine - given[behind]), abs(fine - given[np.maximum(behind - 1, 0)]))

@@ -97,8 +97,8 @@ def run(
     resolved = resolve(scenario, overrides=overrides, seed=seed)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
     if told:
-        for sentence in resolved.warnings:
-            warnings.warn(sentence, stacklevel=2)
+        for warning in resolved.warnings:
+            warnings.warn(str(warning), stacklevel=2)
     data: Any = resolved.data
     labels = list(resolved.labels if runs is None else runs)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):

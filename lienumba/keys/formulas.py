@@ -3,7 +3,7 @@
 import re
 from typing import TYPE_CHECKING, Any
 
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
 
 if TYPE_CHECKING:
@@ -11,19 +11,21 @@ if TYPE_CHECKING:
 
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 SLIPS = (
-    (r"\s*$", 'is empty; write a number, or a formula such as "0.3*sin(2*t)"'),
-    (r"[^(]*\d,\d", "has a comma in a number; a decimal number has a point: 0.5"),
-    (r".*\bif\b", "has an if; write where(t < 1, number, other number)"),
+    (r"\s*$", "is empty", 'write a number, or a formula such as "0.3*sin(2*t)"'),
+    (r"[^(]*\d,\d", "has a comma in a number", "a decimal number has a point: 0.5"),
+    (r".*\bif\b", "has an if", "write where(t < 1, number, other number)"),
     (
         r"\s*[-+]?[\d.]+(e[-+]?\d+)?(\s+(m|s|N|J|W)|\s*(kg|rad|Nm|Hz|mm))\b",
-        "has a unit; numbers are in SI units, without it",
+        "has a unit",
+        "numbers are in SI units, without it",
     ),
-    (r".*\^", 'has a "^"; a power is written with two stars: t**2'),
-    (r".*[!=]=", "asks whether numbers are equal, which they hardly ever are; compare them by <, <=, > or >="),
-    (r".*[^<>=]=[^=]", "has an equals sign; write only what stands to its right"),
+    (r".*\^", 'has a "^"', "a power is written with two stars: t**2"),
+    (r".*[!=]=", "asks whether numbers are equal, which they hardly ever are", "compare them by <, <=, > or >="),
+    (r".*[^<>=]=[^=]", "has an equals sign", "write only what stands to its right"),
     (
         r".*(?<![\w.])(\d[\d.]*|\.\d+)\s*(?!e[-+]?\d|and\b|or\b|not\b)[A-Za-z(]",
-        "multiplies without a star; write 2*t, 30*deg",
+        "multiplies without a star",
+        "write 2*t, 30*deg",
     ),
 )
 
@@ -33,7 +35,7 @@ def checked(text: str) -> str:
     try:
         Formula(text)
     except ExpressionError as error:
-        raise ExpressionError(explained(text, error)) from None
+        raise explained(text, error) from None
     return text
 
 
@@ -42,16 +44,14 @@ def condition(text: str) -> str:
     try:
         Formula(text, condition=True)
     except ExpressionError as error:
-        raise ExpressionError(explained(text, error)) from None
+        raise explained(text, error) from None
     return text
 
 
-def explained(text: str, error: ExpressionError) -> str:
+def explained(text: str, error: ExpressionError) -> ExpressionError:
     """What is wrong with a text that is no formula, and the remedy."""
-    message = str(error)
-    if message.startswith(("is not a formula", "contains")):
-        message = _slip(text) or message
-    return message if "; " in message else f"{message}; correct it"
+    slip = _slip(text) if isinstance(error, NotAFormulaError) else None
+    return slip or ExpressionError(error.problem.rule, error.problem.remedy or "correct it")
 
 
 def constant(value: Any) -> float | None:
@@ -118,8 +118,9 @@ def jump(x: "np.ndarray", rate: "np.ndarray", times: "np.ndarray") -> tuple[floa
     return (float(times[found[0] + 1]), float(steps[found[0]])) if len(found) else None
 
 
-def _slip(text: str) -> str | None:
+def _slip(text: str) -> ExpressionError | None:
     opened, closed = text.count("("), text.count(")")
     if opened != closed:
-        return f'has {opened} "(" and {closed} ")"; give each its other half'
-    return next((remedy for pattern, remedy in SLIPS if re.match(pattern, text, re.DOTALL)), None)
+        return ExpressionError(f'has {opened} "(" and {closed} ")"', "give each its other half")
+    found = (slip for pattern, *slip in SLIPS if re.match(pattern, text, re.DOTALL))
+    return next((ExpressionError(*slip) for slip in found), None)

@@ -14,6 +14,7 @@ from functools import reduce
 from itertools import pairwise
 from typing import Any
 
+from lienumba.errors import BadValueError
 from lienumba.numerics import operations
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
 
@@ -69,8 +70,12 @@ COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 }
 
 
-class ExpressionError(ValueError):
-    """What is wrong with a formula, and the remedy: the end of a sentence that begins with its text."""
+class ExpressionError(BadValueError):
+    """What is wrong with a formula, and the remedy."""
+
+
+class NotAFormulaError(ExpressionError):
+    """A text that is not written as formulas are."""
 
 
 @dataclass(frozen=True)
@@ -93,25 +98,25 @@ class Formula:
 
     def __post_init__(self) -> None:
         if len(self.text) > LONGEST:
-            raise ExpressionError(f"is {len(self.text)} characters long, at most {LONGEST} are allowed; shorten it")
+            raise ExpressionError(f"is {len(self.text)} characters long, at most {LONGEST} are allowed", "shorten it")
         try:
             tree = ast.parse(self.text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
-            raise ExpressionError('is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
+            raise NotAFormulaError("is not a formula", 'write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
         used: set[str] = set()
         _check(tree, _Names(self.allowed, self.tables, used), 0)
         if _is_condition(tree) and not self.condition:
-            raise ExpressionError("is a condition, not a number; write where(condition, number, other number)")
+            raise ExpressionError("is a condition, not a number", "write where(condition, number, other number)")
         if self.condition and not _is_condition(tree):
-            raise ExpressionError('is a number, not a condition; compare it, such as in "t > 0.5"')
+            raise ExpressionError("is a number, not a condition", 'compare it, such as in "t > 0.5"')
         if self.condition and not used:
-            raise ExpressionError("never changes; name a quantity in it, or the time t")
+            raise ExpressionError("never changes", "name a quantity in it, or the time t")
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "used", frozenset(used))
         if not used:
             value = _value(tree, {})
             if not math.isfinite(value):
-                raise ExpressionError(f"has the value {value}; it must be a finite number")
+                raise ExpressionError(f"has the value {value}", "it must be a finite number")
             object.__setattr__(self, "constant", float(value))
 
     def __call__(self, t: Any, **names: Any) -> Any:
@@ -174,11 +179,11 @@ class _Names:
             return
         if name in FUNCTIONS or name in self.tables:
             what = "table" if name in self.tables else "function"
-            raise ExpressionError(f'uses the {what} "{name}" without arguments; write {name}(...)')
+            raise ExpressionError(f'uses the {what} "{name}" without arguments', f"write {name}(...)")
         below = sorted(x for x in self.allowed if x.startswith(f"{name}."))
         if below:
-            raise ExpressionError(f'uses "{name}", which has several numbers; write {" or ".join(below)}')
-        raise ExpressionError(f'has the unknown name "{name}"; {_known(name, [*self.allowed, *CONSTANTS])}')
+            raise ExpressionError(f'uses "{name}", which has several numbers', f"write {' or '.join(below)}")
+        raise ExpressionError(f'has the unknown name "{name}"', _known(name, [*self.allowed, *CONSTANTS]))
 
 
 class _Binding(ast.NodeTransformer):
@@ -206,7 +211,7 @@ def _dotted(node: ast.AST) -> str:
 def _check(node: ast.AST, names: _Names, depth: int) -> None:
     """Raise an ExpressionError unless the node and all below it are in the list."""
     if depth > DEEPEST:
-        raise ExpressionError(f"nests more than {DEEPEST} operations; split it")
+        raise ExpressionError(f"nests more than {DEEPEST} operations", "split it")
     below: list[ast.AST] = []
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
@@ -220,7 +225,7 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
             names.check(name)
         case ast.Attribute() if (first := _dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
             written = f"{first}(t)" if first in names.tables else first
-            raise ExpressionError(f'reads "{_dotted(node)}", but {first} has no components; write {written}')
+            raise ExpressionError(f'reads "{_dotted(node)}", but {first} has no components', f"write {written}")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
             below = [x]
         case ast.UnaryOp(op=ast.Not(), operand=x):
@@ -243,24 +248,26 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
                 _check(args[0], names, depth + 1)
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in names.tables:
             if len(args) != 1:
-                raise ExpressionError(f"gives the table {name} {len(args)} arguments, it takes 1; write {name}(t)")
+                raise ExpressionError(f"gives the table {name} {len(args)} arguments, it takes 1", f"write {name}(t)")
             names.used.add(name)
             below = list(args)
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
             functions = [*FUNCTIONS, *names.tables]
-            raise ExpressionError(f'calls the unknown function "{name}"; {_known(name, functions)}')
+            raise ExpressionError(f'calls the unknown function "{name}"', _known(name, functions))
         case _:
-            raise ExpressionError(
-                f'contains "{_text(node)}", which is not allowed; use numbers, + - * / **, comparisons, '
-                f"{', '.join(sorted(names.allowed))}, {', '.join(CONSTANTS)} and the functions "
-                f"{', '.join([*FUNCTIONS, *sorted(names.tables)])}"
+            raise NotAFormulaError(
+                f'contains "{_text(node)}", which is not allowed',
+                (
+                    f"use numbers, + - * / **, comparisons, {', '.join(sorted(names.allowed))}, {', '.join(CONSTANTS)} "
+                    f"and the functions {', '.join([*FUNCTIONS, *sorted(names.tables)])}"
+                ),
             )
     if not isinstance(node, ast.BoolOp) and not _is_negation(node):
         for part in below:
             if _is_condition(part):
                 condition = _text(part)
                 raise ExpressionError(
-                    f'computes with the condition "{condition}"; write where({condition}, number, other number)'
+                    f'computes with the condition "{condition}"', f"write where({condition}, number, other number)"
                 )
     for part in below:
         _check(part, names, depth + 1)
@@ -302,7 +309,7 @@ def _is_negation(node: ast.AST) -> bool:
 def _need_conditions(nodes: list[ast.expr]) -> None:
     for node in nodes:
         if not _is_condition(node):
-            raise ExpressionError(f'needs a condition instead of "{_text(node)}"; write one such as t > 1')
+            raise ExpressionError(f'needs a condition instead of "{_text(node)}"', "write one such as t > 1")
 
 
 def _known(name: str, names: list[str]) -> str:

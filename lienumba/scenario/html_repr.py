@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import MISSING, ScenarioError
+from lienumba.scenario.base.paths import BESIDE
 from lienumba.scenario.base.problems import tables
-from lienumba.scenario.schema.scenario import BESIDE
 from lienumba.words import plural, printable, show
 
 MOST = 6  # things of one kind that are shown
@@ -107,10 +107,10 @@ def _verdict(source: Any) -> Iterator[tuple[str, str]]:
     try:
         yield "ready", resolve(source).headline()
     except ScenarioError as error:
-        problems = str(error).splitlines()
-        for problem in problems[:PROBLEMS]:
-            yield "missing" if " is missing" in problem else "wrong", printable(problem)
-        if len(problems) > PROBLEMS:
-            yield "", f"and {plural(len(problems) - PROBLEMS, 'more problem', 'more problems')}"
+        for problem in error.problems[:PROBLEMS]:
+            yield "missing" if problem.verb == MISSING else "wrong", printable(str(problem))
+        more = len(error.problems) - PROBLEMS
+        if more > 0:
+            yield "", f"and {plural(more, 'more problem', 'more problems')}"
     except Exception as error:  # what is shown must never fail
         yield "wrong", printable(f"{type(error).__name__}: {error}")

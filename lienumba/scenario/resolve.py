@@ -11,12 +11,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
+from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check
@@ -24,8 +25,8 @@ from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
-from lienumba.scenario.schema.messages import sentences
-from lienumba.scenario.schema.scenario import BESIDE, LISTS, ScenarioData, Tolerance
+from lienumba.scenario.schema import messages
+from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.samplers import SAMPLERS
@@ -39,7 +40,7 @@ class Scenario:
     """A scenario without a fault that can be seen before its mechanism is assembled."""
 
     data: ScenarioData
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[Problem] = field(default_factory=list)
     file: Path | None = None
     parameters: Parameters = field(default_factory=Parameters)
     plan: Plan | None = None  # of its study
@@ -176,42 +177,34 @@ def resolve(
         return scenario
     elsewhere = used(scenario.data.study.reference, scenario.parameters)
     plan = plan_of(written, scenario, lambda point: _resolved(point, [], file, elsewhere))
-    known = set(scenario.warnings)
-    added = {sentence: point.place for point in plan.points for sentence in point.scenario.warnings}
-    told = [f"{place}: {sentence}" for sentence, place in added.items() if sentence not in known]
+    added = {problem: point.place for point in plan.points for problem in point.scenario.warnings}
+    told = [problem.inside(place) for problem, place in added.items() if problem not in scenario.warnings]
     return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
 
 
 def _resolved(
-    raw: dict[str, Any], problems: list[str], file: Path | None, elsewhere: Set[str] = frozenset()
+    raw: dict[str, Any], problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()
 ) -> Scenario:
     """Check a scenario that has its files; problems: those known already; elsewhere: parameters that are used there."""
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
-        raise ScenarioError("\n".join(map(_as_written, problems + wrong)))
-    found: list[str] = []
+        raise ScenarioError(*problems, *wrong)
+    found: list[Problem] = []
     data = None
     try:
         data = ScenarioData.model_validate(raw)
     except ValidationError as error:
-        found += sentences(error, raw)
+        found += messages.problems(error, raw)
     report = check(raw, parameters)
-    problems += wrong + [parameters.explain(str(problem)) for problem in [*found, *report.problems]]
+    problems += [*wrong, *map(parameters.explain, found + report.problems)]
     if problems or data is None:
-        raise ScenarioError("\n".join(map(_as_written, problems)))
+        raise ScenarioError(*problems)
     if data.study is not None:
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
     elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
-    warnings = [*map(parameters.explain, map(str, report.warnings)), *parameters.unused(elsewhere)]
-    return Scenario(filled, list(map(_as_written, warnings)), file, parameters)
-
-
-def _as_written(sentence: str) -> str:
-    """Quantities and events stand beside the model in the file."""
-    for kind in BESIDE:
-        sentence = sentence.replace(f"model.{kind}", kind)
-    return sentence
+    warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
+    return Scenario(filled, warnings, file, parameters)
 
 
 def _filled(data: ScenarioData) -> ScenarioData:

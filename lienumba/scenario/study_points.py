@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base import paths
 from lienumba.scenario.checks.study import numerical
 from lienumba.scenario.reading.loading import put_setting, tokens_of
@@ -66,7 +66,7 @@ def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Callable[[dict[str,
             raise
 
     found: list[Point] = []
-    problems: list[str] = []
+    problems: list[Problem] = []
     solved: dict[str, Settings] = {}
     for number, grid in enumerate(study.grid):
         attempts = _Attempts(f"study.grid[{number}]", grid, attempt)
@@ -79,7 +79,7 @@ def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Callable[[dict[str,
             solved[key] = problem
             found.append(Point(attempts.name(choice), key, scenario))
     if problems:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
     references = _references(study.reference, solved, attempt)
     shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
     model = base.data.model.model_dump()
@@ -92,12 +92,12 @@ class _Attempts:
     def __init__(self, place: str, grid: dict[str, list[Any]], attempt: "Attempt") -> None:
         self.place, self.grid, self.attempt = place, grid, attempt
         self.resolved: dict[Choice, Scenario] = {}
-        self.failed: dict[Choice, list[str]] = {}
+        self.failed: dict[Choice, tuple[Problem, ...]] = {}
         for choice in self.choices():
             try:
                 self.resolved[choice] = attempt(self.settings(choice))
             except ScenarioError as error:
-                self.failed[choice] = str(error).splitlines()
+                self.failed[choice] = error.problems
 
     def choices(self) -> Iterator[Choice]:
         return product(*(range(len(values)) for values in self.grid.values()))
@@ -110,20 +110,20 @@ class _Attempts:
         parts = [f'"{path}" = {show(value)}' for path, value in self.settings(choice).items()]
         return f"{self.place} at {listed(parts)}"
 
-    def problems(self) -> list[str]:
-        told: list[str] = []
-        for sentence in dict.fromkeys(s for sentences in self.failed.values() for s in sentences):
-            left = {choice for choice, sentences in self.failed.items() if sentence in sentences}
+    def problems(self) -> list[Problem]:
+        told: list[Problem] = []
+        for problem in dict.fromkeys(x for problems in self.failed.values() for x in problems):
+            left = {choice for choice, problems in self.failed.items() if problem in problems}
             for position, path in enumerate(self.grid):
-                blamed = [i for i in range(len(self.grid[path])) if self._is_to_blame(position, i, sentence, left)]
+                blamed = [i for i in range(len(self.grid[path])) if self._is_to_blame(position, i, problem, left)]
                 left = {choice for choice in left if choice[position] not in blamed}
-                told += self._blame(path, blamed, sentence)
+                told += self._blame(path, blamed, problem)
             if left:
                 more = f" (and {plural(len(left) - 1, 'more point', 'more points')})" if len(left) > 1 else ""
-                told.append(f"{self.name(min(left))}{more}: {sentence}")
+                told.append(problem.inside(f"{self.name(min(left))}{more}"))
         return told
 
-    def _is_to_blame(self, position: int, value: int, sentence: str, left: set[Choice]) -> bool:
+    def _is_to_blame(self, position: int, value: int, problem: Problem, left: set[Choice]) -> bool:
         """Whether all points with this value fail in this way, and so does the scenario with this value alone."""
         path = list(self.grid)[position]
         if not {choice for choice in self.choices() if choice[position] == value} <= left:
@@ -131,13 +131,14 @@ class _Attempts:
         try:
             self.attempt({path: self.grid[path][value]})
         except ScenarioError as error:
-            return sentence in str(error).splitlines()
+            return problem in error.problems
         return False
 
-    def _blame(self, path: str, values: Sequence[int], sentence: str) -> list[str]:
-        if len(values) == len(self.grid[path]) > 1 or (values and sentence.startswith(f"the path {path} ")):
-            return [f'{self.place}."{path}": {sentence}']
-        return [f'{self.place}."{path}"[{i}] = {show(self.grid[path][i])}: {sentence}' for i in values]
+    def _blame(self, path: str, values: Sequence[int], problem: Problem) -> list[Problem]:
+        at, given = f'{self.place}."{path}"', self.grid[path]
+        if len(values) == len(given) > 1 or (values and problem.place == paths.place_of(path)):
+            return [problem.inside(at)]
+        return [problem.inside(f"{at}[{i}] = {show(given[i])}") for i in values]
 
 
 def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -147,7 +148,7 @@ def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any
         try:
             put_setting(raw, tokens_of(path), copy.deepcopy(value))
         except paths.PathError as error:
-            raise ScenarioError(f"the path {path} {error}") from None
+            raise ScenarioError(error.of(path)) from None
     return raw
 
 
@@ -169,7 +170,7 @@ def _references(
                 judge = {"integrator.tolerance": _looser(integrator["tolerance"])}
             found[key] = first, attempt({**problem, **settings, **judge})
     except ScenarioError as error:
-        raise ScenarioError("\n".join(f"study.reference: {line}" for line in str(error).splitlines())) from None
+        raise error.inside("study.reference") from None
     return found
 
 

@@ -6,8 +6,8 @@ from typing import Any, Self
 
 from lienumba.scenario import html_repr
 from lienumba.scenario.base import toml
+from lienumba.scenario.base.paths import BESIDE
 from lienumba.scenario.reading.loading import load
-from lienumba.scenario.schema.scenario import BESIDE
 
 Numbers = Sequence[Any] | Any  # lists, tuples or arrays
 

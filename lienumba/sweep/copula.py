@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from lienumba.errors import BadValueError
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -13,7 +15,7 @@ Rows = Sequence[Sequence[float]]
 ROUNDING = 1e-10  # relative to the largest diagonal element
 
 
-class MatrixError(ValueError):
+class MatrixError(BadValueError):
     """What is wrong with a matrix, and the remedy."""
 
 
@@ -26,20 +28,20 @@ def cholesky(matrix: Rows) -> list[list[float]]:
         for j in range(i):
             if abs(matrix[i][j] - matrix[j][i]) > ROUNDING * largest:
                 raise MatrixError(
-                    f"is not symmetric: [{i}][{j}] is {matrix[i][j]:g}, but [{j}][{i}] is {matrix[j][i]:g}; "
-                    "give both the same value"
+                    f"is not symmetric: [{i}][{j}] is {matrix[i][j]:g}, but [{j}][{i}] is {matrix[j][i]:g}",
+                    "give both the same value",
                 )
     for j in range(size):
         pivot = matrix[j][j] - _dot(L[j], L[j], j)
         if pivot < -ROUNDING * largest:
-            raise MatrixError(_indefinite(matrix))
+            raise _indefinite(matrix)
         L[j][j] = sqrt(pivot) if pivot > ROUNDING * largest else 0.0
         for i in range(j + 1, size):
             left = matrix[i][j] - _dot(L[i], L[j], j)
             if L[j][j] > 0.0:
                 L[i][j] = left / L[j][j]
             elif abs(left) > sqrt(ROUNDING) * largest:
-                raise MatrixError(_indefinite(matrix))
+                raise _indefinite(matrix)
     return L
 
 
@@ -50,13 +52,13 @@ def _dot(a: Sequence[float], b: Sequence[float], n: int) -> float:
     return total
 
 
-def _indefinite(matrix: Rows) -> str:
+def _indefinite(matrix: Rows) -> MatrixError:
     import numpy as np
 
     least = float(np.linalg.eigvalsh(np.array(matrix, float))[0])
-    return (
-        f"is not positive semi-definite (its smallest eigenvalue is {least:.3g}), so nothing varies like this; "
-        "give smaller elements beside the diagonal"
+    return MatrixError(
+        f"is not positive semi-definite (its smallest eigenvalue is {least:.3g}), so nothing varies like this",
+        "give smaller elements beside the diagonal",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.sweep.copula import Rows, correlated
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.distributions.external import Column
@@ -48,7 +48,7 @@ def design_table(
         u |= correlated(u, names, matrix)
     rows = None if table is None else table.indices(drawn)
     found: dict[str, np.ndarray] = {}
-    problems = []
+    problems: list[Problem] = []
     for path, kind in vary.items():
         own = [nominal[path]] if kind.shape == NUMBER else nominal[path]
         try:
@@ -58,13 +58,13 @@ def design_table(
             else:
                 samples = _drawn(kind, [u[name] for name in kind.streams(path)], nominal[path])
         except ScenarioError as error:
-            problems.append(f'sweep.vary."{path}".{error}')
+            problems += [problem.below(f'sweep.vary."{path}"') for problem in error.problems]
             continue
         for name, start, values in zip(kind.columns(path), own, samples, strict=True):
             found[name] = np.full(labels.shape, float(start))
             found[name][sampled] = values
     if problems:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
     return found
 
 

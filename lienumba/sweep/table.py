@@ -37,12 +37,13 @@ class SampleTable(BaseModel):
         own = np.arange(self.rows()) if self.runs is None else np.array(self.runs)
         order = np.argsort(own)
         if not len(own) and len(labels):
-            raise ScenarioError("sweep.table: has no rows; give one for each run")
+            raise ScenarioError.at("sweep.table", "has no rows", "give one for each run")
         places = order[np.minimum(np.searchsorted(own, labels, sorter=order), len(own) - 1)]
         lacking = labels[own[places] != labels] if len(labels) else labels
         if len(lacking):
-            raise ScenarioError(
-                f"sweep.table: has no row for run {lacking[0]}; run those that it has (--runs), or leave out its "
-                "column run, so that its rows are runs 0, 1, 2 ..."
+            raise ScenarioError.at(
+                "sweep.table",
+                f"has no row for run {lacking[0]}",
+                ("run those that it has (--runs), or leave out its column run, so that its rows are runs 0, 1, 2 ..."),
             )
         return places

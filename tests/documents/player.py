@@ -70,7 +70,7 @@ class Player:
         if not block.name:
             path.write_text(("" if whole else f'extends = "{block.into}"\n') + block.text, encoding="utf-8")
         scenario = resolve(path)
-        assert not scenario.warnings, "\n".join(scenario.warnings)
+        assert not scenario.warnings, "\n".join(map(str, scenario.warnings))
         check(scenario)
 
     def python(self, block: Block) -> None:

@@ -136,8 +136,8 @@ def test_problems_of_overrides_and_of_the_scenario_come_together() -> None:
 )
 def test_warnings(changes: dict[str, Any], warning: str) -> None:
     (found,) = resolve(example(**changes)).warnings
-    assert found.startswith("model.bodies.top.")
-    assert warning in found
+    assert found.place.startswith("model.bodies.top.")
+    assert warning in str(found)
 
 
 def test_the_papers_satellite_is_accepted_with_a_warning() -> None:
@@ -154,7 +154,7 @@ def test_the_papers_satellite_is_accepted_with_a_warning() -> None:
 )
 def test_warnings_about_the_run(path: str, value: Any, warning: str) -> None:
     (found,) = resolve(example(), overrides={path: value}).warnings
-    assert warning in found
+    assert warning in str(found)
 
 
 def test_arrays_and_tuples_are_welcome_in_dicts() -> None:

@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,7 @@ SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 def exit_codes() -> Iterator[None]:
     """Turn errors that a user can mend into messages and exit codes; others stay visible as they are. Warnings are
     sentences, and a request to terminate is an interrupt."""
-    warnings.showwarning = lambda message, *_: print_warnings([str(message)])
+    warnings.showwarning = lambda message, *_: print_warnings([message])
     try:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         yield
@@ -54,7 +54,7 @@ def exit_codes() -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def print_warnings(warnings: list[str]) -> None:
+def print_warnings(warnings: Iterable[object]) -> None:
     for warning in warnings:
         typer.echo(f"warning: {warning}", err=True)
 

@@ -21,10 +21,12 @@ def parse_ranges(text: str, at: str) -> list[range]:
     for part in text.split(","):
         match = re.fullmatch(r"\s*(-1|\d+)(?::(\d+))?\s*", part)
         if match is None:
-            raise ScenarioError(f'{at}{text}: "{part}" is not a run; give labels such as 3,17 or a range such as 0:500')
+            raise ScenarioError.at(
+                f"{at}{text}", f'"{part}" is not a run', "give labels such as 3,17 or a range such as 0:500"
+            )
         start, end = int(match.group(1)), match.group(2)
         if end is not None and int(end) <= start:
-            raise ScenarioError(f'{at}{text}: the range "{part}" is empty; put its end above its start')
+            raise ScenarioError.at(f"{at}{text}", f'the range "{part}" is empty', "put its end above its start")
         ranges.append(range(start, start + 1 if end is None else int(end)))
     return ranges
 
@@ -32,18 +34,19 @@ def parse_ranges(text: str, at: str) -> list[range]:
 def check_labels(labels: Sequence[int], runs: int) -> None:
     """Every label must be a run of the sweep, or -1, the nominal run."""
     if not labels:
-        raise ScenarioError("runs = []: names no run; give labels such as 3,17, or leave it out for all runs")
+        raise ScenarioError.at("runs", "names no run", "give labels such as 3,17, or leave it out for all runs", [])
     strange = [label for label in labels if isinstance(label, bool) or not hasattr(label, "__index__")]
     if strange:
-        raise ScenarioError(f"runs: {strange[0]!r} is not a label; give whole numbers such as 3 and 17")
+        raise ScenarioError.at("runs", f"{strange[0]!r} is not a label", "give whole numbers such as 3 and 17")
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if list(labels).count(label) > 1)
-        raise ScenarioError(f"runs: {twice} is named twice; name each run once")
+        raise ScenarioError.at("runs", f"{twice} is named twice", "name each run once")
     wrong = [label for label in labels if not -1 <= label < runs]
     if wrong:
-        raise ScenarioError(
-            f"run {wrong[0]} does not exist: the sweep has sweep.runs = {runs}; "
-            f"give labels from 0 to {runs - 1} (-1: the nominal run), or raise sweep.runs"
+        raise ScenarioError.at(
+            f"run {wrong[0]} does not exist",
+            f"the sweep has sweep.runs = {runs}",
+            f"give labels from 0 to {runs - 1} (-1: the nominal run), or raise sweep.runs",
         )
 
 
@@ -51,7 +54,9 @@ def parse_share(text: str, at: str) -> Callable[[int], float]:
     """How many of so many runs "10" or "5%" allows."""
     match = re.fullmatch(r"(\d+)|(\d+(?:\.\d+)?)%", text.strip())
     if match is None or (match.group(2) and float(match.group(2)) > 100.0):
-        raise ScenarioError(f"{at}{text}: is neither a number of runs nor a share of them; give it such as 10 or 5%")
+        raise ScenarioError.at(
+            f"{at}{text}", "is neither a number of runs nor a share of them", "give it such as 10 or 5%"
+        )
     number, share = match.groups()
     return lambda runs: float(number) if number else runs * float(share) / 100.0
 
@@ -62,6 +67,6 @@ def parse_assignments(settings: Sequence[str]) -> dict[str, str]:
     for setting in settings:
         path, equals, value = setting.partition("=")
         if not equals or not path.strip():
-            raise ScenarioError(f"--set {setting}: is not PATH=VALUE; write it such as integrator.step=1e-4")
+            raise ScenarioError.at(f"--set {setting}", "is not PATH=VALUE", "write it such as integrator.step=1e-4")
         parsed[path.strip()] = value.strip()
     return parsed

@@ -16,7 +16,7 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import source_of
-from lienumba.words import listed, show, suggestion
+from lienumba.words import listed, suggestion
 
 PYTHON = "python"
 
@@ -39,9 +39,10 @@ def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool)
     """A ScenarioError if the scenario of a dataset brings code that may not run."""
     files = files_of(raw)
     if files and not allow_code:
-        raise ScenarioError(
-            f"{where}: brings Python code, which {doing} runs: {listed(files)}; read it in the attribute `scenario`, "
-            "and if you trust it, give --allow-code (allow_code=True)"
+        raise ScenarioError.at(
+            where,
+            f"brings Python code, which {doing} runs: {listed(files)}",
+            "read it in the attribute `scenario`, and if you trust it, give --allow-code (allow_code=True)",
         )
 
 
@@ -93,18 +94,18 @@ def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> An
             return function
         path = folder / file
         if not path.is_file():
-            raise ScenarioError(f"{place}.function = {show(function)}: there is no file {file}; check the path")
+            raise ScenarioError.at(f"{place}.function", f"there is no file {file}", "check the path", function)
         try:
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
-            raise ScenarioError(f"{place}.function = {show(function)}: {file} cannot be read: {error}") from None
-        _refuse_siblings(f"{place}.function = {show(function)}", path, text)
+            raise ScenarioError.at(f"{place}.function", f"{file} cannot be read: {error}", value=function) from None
+        _refuse_siblings(f"{place}.function", function, path, text)
     key = _free(f"{name if callable(function) else Path(file).stem}.py", text, files)
     files[key] = text
     return f"{key}:{name}"
 
 
-def _refuse_siblings(at: str, path: Path, text: str) -> None:
+def _refuse_siblings(place: str, function: object, path: Path, text: str) -> None:
     """A file must be complete in itself: what it imports from beside it would not travel with the scenario."""
     try:
         tree = ast.parse(text)
@@ -118,28 +119,31 @@ def _refuse_siblings(at: str, path: Path, text: str) -> None:
             beside = path.parent / name
             known = name in ("", "lienumba") or name in sys.stdlib_module_names
             if not known and (beside.with_suffix(".py").is_file() or (beside / "__init__.py").is_file()):
-                raise ScenarioError(
-                    f"{at}: line {node.lineno} imports {name} from beside {path.name}, but only {path.name} is kept "
-                    "with the scenario; put what it uses into this file"
+                raise ScenarioError.at(
+                    place,
+                    f"line {node.lineno} imports {name} from beside {path.name}, but only {path.name} is kept "
+                    "with the scenario",
+                    "put what it uses into this file",
+                    function,
                 )
 
 
 def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callable[..., Any]:
     """The function behind "arm.py:pd"."""
-    at = f"{place}.function = {show(reference)}"
+    at, value = f"{place}.function", reference
     file, _, name = reference.rpartition(":")
     if not file or not name.isidentifier():
-        raise ScenarioError(f'{at}: must name a file and a function in it; write "arm.py:pd"')
+        raise ScenarioError.at(at, "must name a file and a function in it", 'write "arm.py:pd"', value)
     if file not in files:
-        raise ScenarioError(f"{at}: there is no file {file}; {suggestion(file, files)}")
+        raise ScenarioError.at(at, f"there is no file {file}", suggestion(file, files), value)
     try:
         namespace = _namespace(file, files[file])
     except (Exception, SystemExit) as error:
-        raise ScenarioError(f"{at}: {file} cannot be run: {where(error, file)}; correct it") from None
+        raise ScenarioError.at(at, f"{file} cannot be run: {said_of(error, file)}", "correct it", value) from None
     function = namespace.get(name)
     if not inspect.isfunction(function):
         known = [key for key, value in namespace.items() if inspect.isfunction(value)]
-        raise ScenarioError(f"{at}: {file} has no function {name}; {suggestion(name, known)}")
+        raise ScenarioError.at(at, f"{file} has no function {name}", suggestion(name, known), value)
     return function
 
 
@@ -151,14 +155,19 @@ def _namespace(file: str, text: str) -> dict[str, Any]:
     return namespace
 
 
-def where(error: BaseException, file: str) -> str:
+def said_of(error: BaseException, file: str) -> str:
     """An error with the line of the user's file that it comes from."""
+    said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    line = line_of(error, file)
+    return f"{line}: {said}" if line else said
+
+
+def line_of(error: BaseException, file: str) -> str:
+    """The line of the user's file that an error comes from; empty where it comes from elsewhere."""
     line = error.lineno if isinstance(error, SyntaxError) else None
     trace = error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == file:
             line = trace.tb_lineno
         trace = trace.tb_next
-    text = linecache.getline(file, line).strip() if line else ""
-    said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    return f"line {line}, `{text}`: {said}" if line else said
+    return f"line {line}, `{linecache.getline(file, line).strip()}`" if line else ""

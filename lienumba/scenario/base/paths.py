@@ -5,11 +5,12 @@ of the model may start with `model.`; its canonical text leaves that out.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
+from lienumba.errors import BadValueError, Problem
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.words import nearest, suggestion
 
@@ -17,6 +18,8 @@ Token = str | int
 Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
+LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
+BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative", "action",
@@ -30,8 +33,20 @@ DISTRIBUTION_KEYS = (
 EXAMPLES = "such as bodies.top.mass or bodies.top.position[1]"
 
 
-class PathError(ValueError):
-    """A path that leads nowhere; the message is finished but for the path's own text before it."""
+class PathError(BadValueError):
+    """A path that leads nowhere, and what to do."""
+
+    def __init__(self, said: str, remedy: str = "") -> None:
+        super().__init__("", remedy, verb=said)
+
+    def of(self, path: str) -> Problem:
+        """The problem of this path."""
+        return self.at(place_of(path))
+
+
+def place_of(path: str) -> str:
+    """Where the problems of a path itself are."""
+    return f"the path {path}"
 
 
 def parse(text: str) -> list[Token]:
@@ -42,14 +57,14 @@ def parse(text: str) -> list[Token]:
     while position < len(text):
         match = TOKEN.match(text, position)
         if match is None or (position == 0 and match.group(3)):
-            raise PathError(f"is not a path; write one {EXAMPLES}")
+            raise PathError("is not a path", f"write one {EXAMPLES}")
         quoted, plain, index = match.groups()
         tokens.append(int(index) if index is not None else quoted if quoted is not None else plain)
         position = match.end()
         if tokens == ["sweep", "vary"] and position < len(text):
             return tokens + _vary_tokens(text[position:])
     if not tokens:
-        raise PathError(f"is not a path; write one {EXAMPLES}")
+        raise PathError("is not a path", f"write one {EXAMPLES}")
     return tokens
 
 
@@ -57,7 +72,7 @@ def _vary_tokens(rest: str) -> list[Token]:
     """The varied path and a key of its distribution; a shell may have taken the path's quotes away."""
     match = re.fullmatch(rf'\.(?:"([^"]+)"(?:\.(\w+))?|(.+?)(?:\.({DISTRIBUTION_KEYS}))?)', rest)
     if match is None:
-        raise PathError('is not a path; write one such as sweep.vary."bodies.top.mass".std')
+        raise PathError("is not a path", 'write one such as sweep.vary."bodies.top.mass".std')
     quoted, of_quoted, plain, of_plain = match.groups()
     key = of_quoted or of_plain
     return [quoted or plain] + ([key] if key else [])
@@ -67,6 +82,11 @@ def text_of(tokens: list[Token]) -> str:
     """A path's text."""
     parts = [f"[{token}]" if isinstance(token, int) else f".{token}" for token in tokens]
     return "".join(parts).removeprefix(".")
+
+
+def written(tokens: Sequence[Token]) -> str:
+    """The text of a path of the model, as the file has it."""
+    return text_of(list(tokens) if tokens[0] in BESIDE else ["model", *tokens])
 
 
 def last_part(tokens: list[Token]) -> str:
@@ -98,7 +118,7 @@ def child(node: Any, token: Token) -> Any:
     if isinstance(node, dict):
         if token in node:
             return node[token]
-        raise PathError(f'has no "{token}" here; {suggestion(str(token), [str(key) for key in node])}')
+        raise PathError(f'has no "{token}" here', suggestion(str(token), [str(key) for key in node]))
     if isinstance(node, list):
         return node[position_in(node, token)]
     raise PathError("goes too deep: there is a single value before its end")
@@ -118,10 +138,10 @@ def position_in(items: list[Any], token: Token) -> int:
             return token
         raise PathError(f"has the index {token}, but the indices go from 0 to {len(items) - 1}")
     if len(names) < len(items) or not items:
-        raise PathError(f'has no "{token}" here; give an index such as [0]')
+        raise PathError(f'has no "{token}" here', "give an index such as [0]")
     if token in names:
         return names.index(token)
-    raise PathError(f'has no "{token}" here; {suggestion(token, [str(name) for name in names])}')
+    raise PathError(f'has no "{token}" here', suggestion(token, [str(name) for name in names]))
 
 
 def get(data: Any, tokens: list[Token]) -> Any:

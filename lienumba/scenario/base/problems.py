@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from lienumba.errors import NOTHING, Problem
+from lienumba.errors import NOTHING, Problem, missing
+from lienumba.scenario.base import paths
 from lienumba.words import suggestion
 
 if TYPE_CHECKING:
@@ -21,13 +22,17 @@ class Report:
     """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
     run, where they are known, at which formulas of the time are looked at."""
 
-    problems: list[Problem | str] = field(default_factory=list)
-    warnings: list[Problem | str] = field(default_factory=list)
+    problems: list[Any] = field(default_factory=list)
+    warnings: list[Any] = field(default_factory=list)
     times: "np.ndarray | None" = None
 
     def add(self, place: str, rule: str, remedy: str = "", value: object = NOTHING, *, verb: str = "") -> None:
         """A problem."""
         self.problems.append(Problem(place, rule, remedy, value, verb=verb))
+
+    def miss(self, place: str, remedy: str, why: str = "") -> None:
+        """The problem of a key that must be there."""
+        self.problems.append(missing(place, remedy, why))
 
     def warn(self, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> None:
         """A warning."""
@@ -43,7 +48,7 @@ def placed(kind: str, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[s
     """Each table with the path by which it is known."""
     for index, item in enumerate(items):
         name = unique_name(items, index)
-        yield (f"model.{kind}.{name}" if name else f"model.{kind}[{index}]"), item
+        yield paths.written((kind, name or index)), item
 
 
 def unique_name(items: Any, index: int) -> str | None:

@@ -20,7 +20,7 @@ def source_of(function: Any, place: str) -> str:
     """The text; a ScenarioError that begins with the place if it cannot be written."""
     if not inspect.isfunction(function) or function.__name__ == "<lambda>":
         kind = "lambda" if inspect.isfunction(function) else type(function).__name__
-        raise ScenarioError(f"{place}.function: must be a plain function, written with def, but is a {kind}")
+        raise ScenarioError.at(f"{place}.function", f"must be a plain function, written with def, but is a {kind}")
     writer = _Writer(place)
     writer.take(function)
     return HEADER + "".join(writer.pieces.values())
@@ -41,13 +41,14 @@ class _Writer:
         except (OSError, TypeError, SyntaxError, IndexError):
             node = ast.Pass()
         if not isinstance(node, ast.FunctionDef):
-            raise ScenarioError(
-                f"{self.place}.function: the text of {f.__name__} is not known; write it with def, in a file"
+            raise ScenarioError.at(
+                f"{self.place}.function", f"the text of {f.__name__} is not known", "write it with def, in a file"
             )
         if f.__code__.co_freevars:
-            raise ScenarioError(
-                f"{self.place}.function: {f.__name__} uses {f.__code__.co_freevars[0]} of the function around it; make "
-                "it a parameter"
+            raise ScenarioError.at(
+                f"{self.place}.function",
+                f"{f.__name__} uses {f.__code__.co_freevars[0]} of the function around it",
+                "make it a parameter",
             )
         around = [*node.decorator_list, *node.args.defaults, *(x for x in node.args.kw_defaults if x is not None)]
         names = {n.id: None for x in around for n in ast.walk(x) if isinstance(n, ast.Name)}
@@ -72,9 +73,10 @@ class _Writer:
         ):
             self.pieces[name] = f"from {value.__module__} import {value.__qualname__} as {name}\n"
         else:
-            raise ScenarioError(
-                f"{self.place}.function: {f.__name__} uses {name}, which cannot be written into a file; make it a "
-                "parameter, or a function or number of its own"
+            raise ScenarioError.at(
+                f"{self.place}.function",
+                f"{f.__name__} uses {name}, which cannot be written into a file",
+                "make it a parameter, or a function or number of its own",
             )
 
 

@@ -7,7 +7,7 @@ from lienumba.keys.conversions import tensor_of
 from lienumba.keys.types import AxisAngle, Euler, RotationVector
 from lienumba.scenario.base.problems import GROUND, Report, norm
 from lienumba.scenario.schema.scenario import Body
-from lienumba.words import show, suggestion
+from lienumba.words import suggestion
 
 ORTHOGONAL = 1e-6  # how far R R^T of a given rotation matrix may lie from the unit matrix
 SMALLEST = 1e-80  # of the largest element of an inertia, whose cube must be a number
@@ -21,8 +21,8 @@ def check_body(place: str, body: Body, report: Report) -> None:
     if body.guess is not None:
         check_rotation(f"{place}.guess.rotation", body.guess.rotation, report)
         for key in body.guess.model_fields_set & body.model_fields_set:
-            report.problems.append(
-                f"{place}.guess.{key}: the body has a {key} already, which is held; leave one of the two out"
+            report.add(
+                f"{place}.guess.{key}", f"the body has a {key} already, which is held", "leave one of the two out"
             )
 
 
@@ -31,12 +31,12 @@ def check_bases(bodies: list[dict[str, Any]], names: list[str], report: Report) 
     bases = {body["name"]: body.get("relative_to", GROUND) for body in bodies}
     circles: set[str] = set()
     for name, base in bases.items():
-        at = f"model.bodies.{name}.relative_to = {show(base)}"
+        at, value = f"model.bodies.{name}.relative_to", base
         if not isinstance(base, str):
             continue
         if base not in (*names, GROUND):
             others = [other for other in names if other != name]
-            report.problems.append(f"{at}: is not a body of the model; {suggestion(base, [*others, GROUND])}")
+            report.add(at, "is not a body of the model", suggestion(base, [*others, GROUND]), value)
             continue
         seen = [name]
         while isinstance(base, str) and base not in (GROUND, *seen) and base in bases:
@@ -45,8 +45,8 @@ def check_bases(bodies: list[dict[str, Any]], names: list[str], report: Report) 
         if base == name and name not in circles:
             circles.update(seen)
             around = " -> ".join([*seen, name])
-            report.problems.append(
-                f"{at}: goes around in a circle, {around}; give one of these bodies relative to the ground"
+            report.add(
+                at, f"goes around in a circle, {around}", "give one of these bodies relative to the ground", value
             )
 
 
@@ -54,30 +54,39 @@ def _check_inertia(place: str, body: Body, report: Report) -> None:
     import numpy as np
 
     tensor = np.array(tensor_of(body.inertia))
-    at = f"{place}.inertia = {show(body.inertia)}"
+    at, value = f"{place}.inertia", body.inertia
     skew = np.abs(tensor - tensor.T)
     if skew.max() > SYMMETRIC * np.abs(tensor).max():
         row, column = sorted(int(i) for i in np.unravel_index(int(skew.argmax()), (3, 3)))
         upper, lower = float(tensor[row, column]), float(tensor[column, row])
-        report.problems.append(
-            f"{at}: is not symmetric, [{row}][{column}] is {upper!r} and [{column}][{row}] is {lower!r}; "
-            "make them equal, or give the 6 elements xx yy zz xy xz yz"
+        report.add(
+            at,
+            f"is not symmetric, [{row}][{column}] is {upper!r} and [{column}][{row}] is {lower!r}",
+            "make them equal, or give the 6 elements xx yy zz xy xz yz",
+            value,
         )
         return
     if np.abs(tensor).max() < SMALLEST:
-        report.problems.append(f"{at}: must be above {SMALLEST:g}; give it in kg m^2")
+        report.add(at, f"must be above {SMALLEST:g}", "give it in kg m^2", value)
         return
     moments = np.linalg.eigvalsh(tensor)
     principal = ", ".join(f"{moment:.6g}" for moment in moments)
     if not moments[0] > 1e-14 * np.abs(moments).max():
-        report.problems.append(
-            f"{at}: is not positive definite, its principal moments are {principal} and must all be above 0; "
-            "check the signs, and the order xx yy zz xy xz yz of 6 elements"
+        report.add(
+            at,
+            f"is not positive definite, its principal moments are {principal} and must all be above 0",
+            "check the signs, and the order xx yy zz xy xz yz of 6 elements",
+            value,
         )
     elif moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
-        report.warnings.append(
-            f"{at}: no rigid body has the principal moments {principal}, the largest exceeds the sum of the "
-            "other two (triangle inequality); check that they are about the mass centre"
+        report.warn(
+            at,
+            (
+                f"no rigid body has the principal moments {principal}, the largest exceeds the sum of the other "
+                "two (triangle inequality)"
+            ),
+            "check that they are about the mass centre",
+            value,
         )
 
 
@@ -85,9 +94,7 @@ def check_rotation(at: str, rotation: Any, report: Report) -> None:
     """Check a rotation in any of its five forms."""
     if isinstance(rotation, AxisAngle):
         if not 1e-100 < norm(rotation.axis) < 1e100:
-            report.problems.append(
-                f"{at}.axis = {show(rotation.axis)}: has no direction; give 3 numbers that are not all 0"
-            )
+            report.add(f"{at}.axis", "has no direction", "give 3 numbers that are not all 0", rotation.axis)
         _check_angles(f"{at}.angle", [rotation.angle], report)
     elif isinstance(rotation, Euler):
         _check_angles(f"{at}.angles", rotation.angles, report)
@@ -102,18 +109,20 @@ def check_rotation(at: str, rotation: Any, report: Report) -> None:
 def _check_angles(at: str, angles: list[float], report: Report) -> None:
     if any(abs(angle) > 2 * pi * (1 + 1e-12) for angle in angles):
         value = angles[0] if len(angles) == 1 else angles
-        report.warnings.append(f"{at} = {show(value)}: more than a full turn; angles are in rad, not degrees")
+        report.warn(at, "more than a full turn", "angles are in rad, not degrees", value)
 
 
 def _check_quaternion(at: str, quaternion: list[Any], report: Report) -> None:
     length = norm(quaternion)
     if not 1e-100 < length < 1e100:
-        report.problems.append(
-            f"{at} = {show(quaternion)}: is a quaternion of length {length:g}; give [w, x, y, z] of "
-            "length 1, such as [1, 0, 0, 0] for no rotation"
+        report.add(
+            at,
+            f"is a quaternion of length {length:g}",
+            "give [w, x, y, z] of length 1, such as [1, 0, 0, 0] for no rotation",
+            quaternion,
         )
     elif abs(length - 1.0) > ORTHOGONAL:
-        report.warnings.append(f"{at} = {show(quaternion)}: has length {length:.6g}, is scaled to length 1")
+        report.warn(at, f"has length {length:.6g}, is scaled to length 1", value=quaternion)
 
 
 def _check_matrix(at: str, rows: list[list[float]], report: Report) -> None:
@@ -122,12 +131,16 @@ def _check_matrix(at: str, rows: list[list[float]], report: Report) -> None:
     matrix = np.array(rows)
     error = float(np.abs(matrix @ matrix.T - np.eye(3)).max())
     if error > ORTHOGONAL:
-        report.problems.append(
-            f"{at} = {show(rows)}: is not orthogonal, R R^T differs from the unit matrix by {error:.2g} "
-            f"and may by {ORTHOGONAL:g}; give more digits, a quaternion, {{axis, angle}} or {{euler, angles}}"
+        report.add(
+            at,
+            f"is not orthogonal, R R^T differs from the unit matrix by {error:.2g} and may by {ORTHOGONAL:g}",
+            "give more digits, a quaternion, {axis, angle} or {euler, angles}",
+            rows,
         )
     elif np.linalg.det(matrix) < 0:
-        report.problems.append(
-            f"{at} = {show(rows)}: is a reflection (determinant -1), not a rotation; "
-            "make its determinant +1, for instance by changing the sign of one axis"
+        report.add(
+            at,
+            "is a reflection (determinant -1), not a rotation",
+            "make its determinant +1, for instance by changing the sign of one axis",
+            rows,
         )

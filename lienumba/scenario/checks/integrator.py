@@ -30,46 +30,61 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
     given = [key for key in BOUNDS if getattr(integrator, key) is not None]
     before = len(report.problems)
     if integrator.step is None and integrator.tolerance is None:
-        report.problems.append(
-            "integrator.step is missing; give the time step in s, above 0, or integrator.tolerance, the error of one "
-            f"step, with one of {', '.join(pairs())}"
+        report.miss(
+            "integrator.step",
+            (
+                "give the time step in s, above 0, or integrator.tolerance, the error of one step, with one of "
+                f"{', '.join(pairs())}"
+            ),
         )
     elif integrator.step is not None and integrator.tolerance is not None:
-        report.problems.append("integrator.step and integrator.tolerance are both given; leave one of them out")
+        report.add("", "integrator.step and integrator.tolerance are both given", "leave one of them out")
     elif integrator.tolerance is None:
         for key in given:
-            report.problems.append(
-                f"integrator.{key} = {getattr(integrator, key)!r}: bounds steps that a tolerance chooses, but "
-                f"integrator.step = {integrator.step!r} gives them; leave it out, or give integrator.tolerance instead"
+            report.add(
+                f"integrator.{key}",
+                f"bounds steps that a tolerance chooses, but integrator.step = {integrator.step!r} gives them",
+                "leave it out, or give integrator.tolerance instead",
+                getattr(integrator, key),
             )
     else:
         _check_bounds(integrator, given, report)
     for key in ("step", "max_step"):
         step = getattr(integrator, key)
         if step is not None and integrator.end_time / step > MOST_STEPS:
-            report.problems.append(
-                f"integrator.{key} = {step!r}: asks for {integrator.end_time / step:.2g} steps until "
-                f"integrator.end_time = {integrator.end_time!r}, at most {MOST_STEPS:g} are possible; give a longer one"
+            report.add(
+                f"integrator.{key}",
+                (
+                    f"asks for {integrator.end_time / step:.2g} steps until integrator.end_time = "
+                    f"{integrator.end_time!r}, at most {MOST_STEPS:g} are possible"
+                ),
+                "give a longer one",
+                step,
             )
     return len(report.problems) == before
 
 
 def _check_bounds(integrator: Integrator, given: list[str], report: "Report") -> None:
     if method_of(integrator) not in pairs():
-        report.problems.append(
-            f'integrator.tolerance: the method "{integrator.method}" does not estimate its error; take '
-            f"{listed(pairs(), 'or')}, or give integrator.step instead"
+        report.add(
+            "integrator.tolerance",
+            f'the method "{integrator.method}" does not estimate its error',
+            f"take {listed(pairs(), 'or')}, or give integrator.step instead",
         )
     steps = {key: float(getattr(integrator, key)) for key in given}
     for key, step in steps.items():
         if step > integrator.end_time:
-            report.problems.append(
-                f"integrator.{key} = {step!r}: is longer than the run, integrator.end_time = {integrator.end_time!r}; "
-                "give a shorter one"
+            report.add(
+                f"integrator.{key}",
+                f"is longer than the run, integrator.end_time = {integrator.end_time!r}",
+                "give a shorter one",
+                step,
             )
     for shorter, longer in (("min_step", "max_step"), ("min_step", "first_step"), ("first_step", "max_step")):
         if shorter in steps and longer in steps and steps[shorter] > steps[longer]:
-            report.problems.append(
-                f"integrator.{shorter} = {steps[shorter]!r}: is longer than integrator.{longer} = {steps[longer]!r}; "
-                "give a shorter one"
+            report.add(
+                f"integrator.{shorter}",
+                f"is longer than integrator.{longer} = {steps[longer]!r}",
+                "give a shorter one",
+                steps[shorter],
             )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import R3xSO3
 from lienumba.scenario.schema.scenario import Integrator, Projection
+from lienumba.words import show
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
@@ -13,47 +14,61 @@ if TYPE_CHECKING:
 def check_method(integrator: Integrator, events: bool, report: "Report") -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension."""
-    chosen = f'integrator.coordinates = "{integrator.coordinates}"'
+    chosen, value = "integrator.coordinates", integrator.coordinates
     as_vectors, method = integrator.coordinates != "lie", METHODS[integrator.method]
     if as_vectors and integrator.group != R3xSO3.__name__:
-        report.problems.append(
-            f'{chosen}: are coordinates of rotations alone, not of integrator.group = "{integrator.group}"; leave one '
-            "of the two out"
+        report.add(
+            chosen,
+            f'are coordinates of rotations alone, not of integrator.group = "{integrator.group}"',
+            "leave one of the two out",
+            value,
         )
     if as_vectors and method.composed:
-        report.problems.append(
-            f'{chosen}: have no exponentials for integrator.method = "{method.name}" to compose; give the method '
-            f'"{method.flat}", which it is in a vector space'
+        report.add(
+            chosen,
+            f'have no exponentials for integrator.method = "{method.name}" to compose',
+            f'give the method "{method.flat}", which it is in a vector space',
+            value,
         )
     between = "integrator.tolerance" if integrator.tolerance is not None else "[[events]]" if events else None
     if between and as_vectors:
-        report.problems.append(
-            f'{chosen}: says where a body is at the ends of given steps only, but {between} asks for more; give "lie", '
-            f"or leave {between} out"
+        report.add(
+            chosen,
+            f"says where a body is at the ends of given steps only, but {between} asks for more",
+            f'give "lie", or leave {between} out',
+            value,
         )
     if between == "[[events]]" and method.composed:
-        report.problems.append(
-            f'integrator.method = "{method.name}": says where a body is at the ends of steps only, but [[events]] asks '
-            f'for more; give "{method.flat}", or leave [[events]] out'
+        report.add(
+            "integrator.method",
+            "says where a body is at the ends of steps only, but [[events]] asks for more",
+            f'give "{method.flat}", or leave [[events]] out',
+            method.name,
         )
     if integrator.dexpinv is None:
         return
-    given = f'"{integrator.dexpinv}"' if isinstance(integrator.dexpinv, str) else integrator.dexpinv
+    given = integrator.dexpinv
     if as_vectors:
-        report.problems.append(f"integrator.dexpinv = {given}: is not used with {chosen}; leave one of the two out")
+        report.add(
+            "integrator.dexpinv", f"is not used with {chosen} = {show(value)}", "leave one of the two out", given
+        )
     if method.composed:
-        report.problems.append(
-            f'integrator.dexpinv = {given}: is not used by integrator.method = "{method.name}", which needs none; '
-            "leave it out"
+        report.add(
+            "integrator.dexpinv",
+            f'is not used by integrator.method = "{method.name}", which needs none',
+            "leave it out",
+            given,
         )
 
 
 def check_projection(projection: Projection, report: "Report") -> None:
     """Violations are damped or projected; chords are of projected positions."""
     if projection.chord and projection.position == "none":
-        report.problems.append(
-            'projection.chord = true: is for projected positions, and projection.position = "none" projects none; '
-            'leave it out, or give position = "local" or "embedded"'
+        report.add(
+            "projection.chord",
+            'is for projected positions, and projection.position = "none" projects none',
+            'leave it out, or give position = "local" or "embedded"',
+            True,
         )
     projected = [
         f'projection.{key} = "{value}"'
@@ -61,7 +76,9 @@ def check_projection(projection: Projection, report: "Report") -> None:
         if value != "none"
     ]
     if projection.baumgarte is not None and projected:
-        report.problems.append(
-            f"projection.baumgarte = {projection.baumgarte!r}: damps violations instead of projecting, against "
-            f'{" and ".join(projected)}; give position = "none" and velocity = "none", or leave baumgarte out'
+        report.add(
+            "projection.baumgarte",
+            f"damps violations instead of projecting, against {' and '.join(projected)}",
+            'give position = "none" and velocity = "none", or leave baumgarte out',
+            projection.baumgarte,
         )

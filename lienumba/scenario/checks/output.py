@@ -19,37 +19,41 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
     known = [*OUTPUT_VARIABLES, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
     for i, name in enumerate(output.variables):
         if name not in known:
-            report.problems.append(f"output.variables[{i}] = {show(name)}: is not known; {suggestion(name, known)}")
+            report.add(f"output.variables[{i}]", "is not known", suggestion(name, known), name)
     parts = [*known, *sorted(parameters.quantities - {*known})]
     for name, statistics in output.summary.items():
         if name not in parts:
-            report.problems.append(f"output.summary.{show(name)}: is not known; {suggestion(name, parts)}")
+            report.add(f"output.summary.{show(name)}", "is not known", suggestion(name, parts))
         for statistic, number in Counter(statistics).items():
             if number > 1:
-                report.problems.append(f'output.summary.{show(name)}: names "{statistic}" {number} times; name it once')
+                report.add(f"output.summary.{show(name)}", f'names "{statistic}" {number} times', "name it once")
     if output.full_runs is None:
         return
     if output.mode == "full":
-        report.problems.append(
-            f'output.full_runs = {show(output.full_runs)}: has no meaning in the mode "full", which stores the course '
-            'of all runs; give mode = "summary", or leave it out'
+        report.add(
+            "output.full_runs",
+            'has no meaning in the mode "full", which stores the course of all runs',
+            'give mode = "summary", or leave it out',
+            output.full_runs,
         )
     try:
         parse_ranges(output.full_runs, "output.full_runs = ")
     except ScenarioError as error:
-        report.problems.append(str(error))
+        report.problems += error.problems
 
 
 def check_stop(stop: Stop, runs: int, report: Report) -> None:
     """Check when a sweep of so many runs ends."""
     if stop.statistic == "quantile" and stop.probability is None:
-        report.problems.append("sweep.stop.probability is missing; give that of the quantile, such as 0.95")
+        report.miss("sweep.stop.probability", "give that of the quantile, such as 0.95")
     if stop.statistic == "mean" and stop.probability is not None:
-        report.problems.append(
-            f"sweep.stop.probability = {stop.probability!r}: has no meaning for a mean; leave it out, or give "
-            'statistic = "quantile"'
+        report.add(
+            "sweep.stop.probability",
+            "has no meaning for a mean",
+            'leave it out, or give statistic = "quantile"',
+            stop.probability,
         )
     if stop.every > runs:
-        report.problems.append(
-            f"sweep.stop.every = {stop.every}: is never reached by sweep.runs = {runs}; give fewer, or more runs"
+        report.add(
+            "sweep.stop.every", f"is never reached by sweep.runs = {runs}", "give fewer, or more runs", stop.every
         )

@@ -27,31 +27,29 @@ def check_range(path: str, nominal: Any, given: Distribution, runs: int, refused
     try:
         _sample(given, 0.5, nominal)
     except ScenarioError as error:
-        report.problems.append(f"{at}.{error}")
+        report.problems += [problem.below(at) for problem in error.problems]
         return
     if not isinstance(given, Scalar) or not refused or nominal <= 0.0:
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):
         if given.low * factor <= 0.0:
-            report.problems.append(
-                f"{at}.low = {given.low!r}: allows values of 0 or below, which {refused}; give low above 0"
-            )
+            report.add(f"{at}.low", f"allows values of 0 or below, which {refused}", "give low above 0", given.low)
         return
     if isinstance(given, Normal):
         mean = nominal if given.mean is None else given.mean * factor
         if mean <= 0.0:
-            report.problems.append(f"{at}.mean = {given.mean!r}: must be above 0; give the mean of {path}")
+            report.add(f"{at}.mean", "must be above 0", f"give the mean of {path}", given.mean)
             return
         share = 0.5 * erfc(mean / (given.std * factor) / sqrt(2.0)) if given.std > 0.0 else 0.0
     else:
         share = _share_of_zero_and_below(given, nominal)
     if share == 1.0:
-        report.problems.append(f"{at}: draws only values of 0 or below, which {refused}; give values above 0")
+        report.add(at, f"draws only values of 0 or below, which {refused}", "give values above 0")
     elif share * runs > RARE:
         remedy = "a smaller std, or a uniform distribution" if isinstance(given, Normal) else "other numbers"
-        report.warnings.append(
-            f"{at}: of {runs} runs about {share * runs:.2g} will draw a value of 0 or below and fail; give {remedy}"
+        report.warn(
+            at, f"of {runs} runs about {share * runs:.2g} will draw a value of 0 or below and fail", f"give {remedy}"
         )
 
 

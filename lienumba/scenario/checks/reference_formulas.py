@@ -19,7 +19,7 @@ from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.formulas.parameters import TIME
 from lienumba.scenario.study_errors import STATE, Truth
-from lienumba.words import show, suggestion
+from lienumba.words import suggestion
 
 if TYPE_CHECKING:
     from lienumba.scenario.formulas.parameters import Parameters
@@ -36,11 +36,11 @@ def check(reference: Mapping[str, Any], bodies: Sequence[str], parameters: "Para
     for variable, listed in reference.items():
         at = f"study.reference.{variable}"
         if not isinstance(listed, dict) or not listed:
-            report.problems.append(f'{at} = {show(listed)}: must be a table; give {{ body = ["sin(t)", 0, 0] }}')
+            report.add(at, "must be a table", 'give { body = ["sin(t)", 0, 0] }', listed)
             continue
         for body, value in listed.items():
             if body not in bodies:
-                report.problems.append(f"{at}.{body}: is not a body of the model; {suggestion(body, bodies)}")
+                report.add(f"{at}.{body}", "is not a body of the model", suggestion(body, bodies))
                 continue
             before = len(report.problems)
             at_start = _map(value, lambda text, place: _at_start(text, place, parameters, report), f"{at}.{body}")
@@ -107,18 +107,18 @@ def _at_start(text: str, place: str, parameters: "Parameters", report: Report) -
     """The number that a formula is at the start; a problem where it is none, or not finite at some time."""
     import numpy as np
 
-    at, values = f"{place} = {show(text)}", parameters.values()
+    values = parameters.values()
     try:
         formula = Formula(text, frozenset({TIME, *values}))
     except ExpressionError as error:
-        report.problems.append(f"{at}: {explained(text, error)}")
+        report.problems.append(explained(text, error).at(place, text))
         return 0.0
     times = np.zeros(1) if report.times is None else report.times
     with np.errstate(all="ignore"):
         numbers = formula(times, **{name: values[name] for name in formula.used - {TIME}}) + 0.0 * times
     bad = np.flatnonzero(~np.isfinite(numbers))
     if len(bad):
-        report.problems.append(f"{at}: is {numbers[bad[0]]} at t = {times[bad[0]]:.6g}; give finite numbers")
+        report.add(place, f"is {numbers[bad[0]]} at t = {times[bad[0]]:.6g}", "give finite numbers", text)
     return float(numbers[0])
 
 
@@ -127,7 +127,7 @@ def _check_form(at: str, variable: str, value: Any, at_start: Any, report: Repor
     try:
         checked = TypeAdapter(kind).validate_python(at_start)
     except ValidationError:
-        report.problems.append(f"{at} = {show(value)}: must be {what}; give those")
+        report.add(at, f"must be {what}", "give those", value)
         return
     if variable == "rotation":
         check_rotation(at, checked, report)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.schema.scenario import Correlation
@@ -76,51 +77,52 @@ def _check_correlations(
             here = f"{at}.paths[{number}]"
             try:
                 name = paths.canonical(path, model)
-                problem = _not_correlated(name, vary)
+                wrong = _not_correlated(name, vary)
             except paths.PathError as error:
-                name, problem = path, str(error)
+                name, wrong = path, (error.problem.verb, error.problem.remedy)
             if name in seen:
-                problem = f"is there already as {seen[name]}; put all its correlations into one matrix"
+                wrong = f"is there already as {seen[name]}", "put all its correlations into one matrix"
             seen.setdefault(name, here)
-            report.problems += [f"{here} = {show(path)}: {problem}"] if problem else []
-        problem = _wrong_matrix(group)
-        report.problems += [f"{at}.matrix{problem}"] if problem else []
+            if wrong:
+                report.add(here, *wrong, path)
+        problem = _wrong_matrix(f"{at}.matrix", group)
+        report.problems += [problem] if problem else []
 
 
-def _not_correlated(name: str, vary: Mapping[str, Distribution]) -> str | None:
-    """Why what stands at a path cannot be correlated."""
+def _not_correlated(name: str, vary: Mapping[str, Distribution]) -> tuple[str, str] | None:
+    """Why what stands at a path cannot be correlated, and the remedy."""
     kinds = {inner: kind for path, kind in vary.items() for inner in (path, *kind.streams(path), *kind.columns(path))}
     kind = kinds.get(name)
     if kind is None:
-        return f"does not vary; {suggestion(name, kinds)}"
+        return "does not vary", suggestion(name, kinds)
     if not kind.dimensions:
-        return "is not drawn from a distribution; correlate what is"
+        return "is not drawn from a distribution", "correlate what is"
     if isinstance(kind, RotationUniform | Direction):
-        return "is uniform on a sphere or on all rotations, which has no correlations; take it out"
+        return "is uniform on a sphere or on all rotations, which has no correlations", "take it out"
     if isinstance(kind, Inertia):
-        return "is a part of a random inertia, which has no correlations; take it out"
+        return "is a part of a random inertia, which has no correlations", "take it out"
     if isinstance(kind, RotationNormal) and kind.covariance is not None:
-        return "has correlations in its covariance already; give std instead, and all correlations here"
+        return "has correlations in its covariance already", "give std instead, and all correlations here"
     if isinstance(kind, RotationNormal) and not any(name in kind.streams(path) for path in vary):
-        return "is a rotation; give components of its rotation vector, which end with [0], [1] and [2]"
+        return "is a rotation", "give components of its rotation vector, which end with [0], [1] and [2]"
     return None
 
 
-def _wrong_matrix(group: Correlation) -> str | None:
-    """What is wrong with a matrix of correlations, from behind its name on."""
+def _wrong_matrix(at: str, group: Correlation) -> Problem | None:
+    """What is wrong with a matrix of correlations."""
     size, matrix = len(group.paths), group.matrix
     if len(matrix) != size or any(len(row) != size for row in matrix):
         lengths = " and ".join(sorted({str(len(row)) for row in matrix})) or "no"
         shape = f"{plural(len(matrix), 'row', 'rows')} of {lengths} numbers"
-        return f": has {shape} for {size} paths; give {size} rows of {size}"
+        return Problem(at, f"has {shape} for {size} paths", f"give {size} rows of {size}")
     for i, row in enumerate(matrix):
         if row[i] != 1.0:
-            return f"[{i}][{i}] = {row[i]!r}: must be 1, the correlation of a path with itself; write 1"
+            return Problem(f"{at}[{i}][{i}]", "must be 1, the correlation of a path with itself", "write 1", row[i])
         for j, x in enumerate(row):
             if not abs(x) <= 1.0:
-                return f"[{i}][{j}] = {x!r}: is no correlation; give a number from -1 to 1"
+                return Problem(f"{at}[{i}][{j}]", "is no correlation", "give a number from -1 to 1", x)
     try:
         cholesky(matrix)
     except MatrixError as error:
-        return f" {error}"
+        return Problem(at, "", error.problem.remedy, verb=error.problem.rule)
     return None

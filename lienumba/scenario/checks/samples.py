@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.sweep.distributions.base import Distribution
@@ -22,44 +23,47 @@ def check_table(sweep: dict[str, Any], vary: Mapping[str, Distribution], report:
     given = sampler in SAMPLERS and SAMPLERS[sampler].from_table
     raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
     if given and raw is None:
-        report.problems.append('sweep.table is missing; give { file = "design.csv" }, a table of samples')
+        report.miss("sweep.table", 'give { file = "design.csv" }, a table of samples')
         return
     if raw is None:
-        report.problems += [
-            f'sweep.vary."{path}".column: there is no table; give sweep.sampler = "{TABLE.name}" and sweep.table'
-            for path in names
-        ]
+        for path in names:
+            remedy = f'give sweep.sampler = "{TABLE.name}" and sweep.table'
+            report.add(f'sweep.vary."{path}".column', "there is no table", remedy)
         return
     if not given:
-        report.problems.append(
-            f'sweep.sampler = {show(sampler)}: takes nothing from sweep.table; give sampler = "{TABLE.name}", or leave '
-            "the table out"
+        report.add(
+            "sweep.sampler",
+            "takes nothing from sweep.table",
+            f'give sampler = "{TABLE.name}", or leave the table out',
+            sampler,
         )
     table = read(SampleTable, raw)
     if table is None:
         return
     _check_rows(sweep, table, report)
     for path, needed in names.items():
-        report.problems += [
-            f'sweep.vary."{path}".column = {show(name)}: is no column of sweep.table; {suggestion(name, table.columns)}'
-            for name in dict.fromkeys(needed)
-            if name not in table.columns
-        ]
+        for name in dict.fromkeys(needed):
+            if name not in table.columns:
+                remedy = suggestion(name, table.columns)
+                report.add(f'sweep.vary."{path}".column', "is no column of sweep.table", remedy, name)
     used = {name for needed in names.values() for name in needed}
-    report.problems += [
-        f"sweep.table: nothing varies with its column {show(name)}; take it out, or out of sweep.vary what draws it"
-        for name in table.columns
-        if name not in used and not any(str(problem).startswith(_taken(name)) for problem in report.problems)
-    ]
+    told = {problem.place for problem in report.problems}
+    for name in table.columns:
+        if name not in used and _taken(name) not in told:
+            rule = f"nothing varies with its column {show(name)}"
+            report.add("sweep.table", rule, "take it out, or out of sweep.vary what draws it")
 
 
-def no_path(name: str, error: paths.PathError) -> str:
+def no_path(name: str, error: paths.PathError) -> Problem:
     """What is wrong with a column whose name is no path."""
-    return f"{_taken(name)} {error}, or say in sweep.vary what varies with it: {{ column = {show(name)} }}"
+    verb, remedy = error.problem.verb, error.problem.remedy
+    other = f", or say in sweep.vary what varies with it: {{ column = {show(name)} }}"
+    verb, remedy = (verb, remedy + other) if remedy else (verb + other, "")
+    return Problem(_taken(name), "", remedy, verb=verb, within=("sweep.table",))
 
 
 def _taken(name: str) -> str:
-    return f"sweep.table: its column {show(name)}, taken as a path,"
+    return f"its column {show(name)}, taken as a path,"
 
 
 def _check_rows(sweep: dict[str, Any], table: SampleTable, report: "Report") -> None:
@@ -67,19 +71,20 @@ def _check_rows(sweep: dict[str, Any], table: SampleTable, report: "Report") -> 
     lengths = rows | ({} if table.runs is None else {"run": len(table.runs)})
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name}: {number}" for name, number in lengths.items())
-        report.problems.append(
-            f"sweep.table: its columns have different lengths ({listed}); give a number for each row"
-        )
+        report.add("sweep.table", f"its columns have different lengths ({listed})", "give a number for each row")
         return
     if not table.rows():
-        report.problems.append("sweep.table: has no rows; give one for each run")
+        report.add("sweep.table", "has no rows", "give one for each run")
         return
     if table.runs is not None and len(set(table.runs)) < len(table.runs):
         twice = next(label for label in table.runs if table.runs.count(label) > 1)
-        report.problems.append(f"sweep.table: has two rows for run {twice}; give each run one")
+        report.add("sweep.table", f"has two rows for run {twice}", "give each run one")
     runs = sweep.get("runs", 1)
     if isinstance(runs, int) and runs > table.end():
         last = "rows" if table.runs is None else "as the end of its column run"
-        report.problems.append(
-            f"sweep.runs = {runs}: sweep.table has only {table.end()} {last}; give at most that many, or leave runs out"
+        report.add(
+            "sweep.runs",
+            f"sweep.table has only {table.end()} {last}",
+            "give at most that many, or leave runs out",
+            runs,
         )

@@ -5,6 +5,8 @@ from collections import Counter
 from typing import Any
 
 from lienumba.keys.types import NAME
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.paths import LISTS
 from lienumba.scenario.base.problems import GROUND, Report, placed, read, tables
 from lienumba.scenario.checks.bodies import check_bases, check_body
 from lienumba.scenario.checks.forces import check_force
@@ -20,9 +22,9 @@ from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import LISTS, Body, Gravity, Integrator, Projection, section_of
+from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, section_of
 from lienumba.scenario.schema.stop import Stop
-from lienumba.words import listed, show
+from lienumba.words import listed
 
 
 def check(raw: dict[str, Any], parameters: Parameters) -> Report:
@@ -66,7 +68,7 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     study = raw.get("study")
     if isinstance(study, dict) and named:
         if isinstance(sweep, dict) and "stop" in sweep:
-            report.problems.append("sweep.stop: a study needs all runs at every point; leave it out")
+            report.add("sweep.stop", "a study needs all runs at every point", "leave it out")
         check_study(study, raw.get("output"), model, [body["name"] for body in lists["bodies"]], parameters, report)
     return report
 
@@ -110,13 +112,13 @@ def _numbers_of(model: dict[str, Any], lists: dict[str, list[dict[str, Any]]]) -
 def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None:
     for index, item in enumerate(items):
         if item.get("name") == GROUND:
-            report.problems.append(
-                f'model.{kind}[{index}].name = "{GROUND}": is reserved for the fixed world; give another name'
+            report.add(
+                f"{paths.written((kind, index))}.name", "is reserved for the fixed world", "give another name", GROUND
             )
     counts = Counter(item["name"] for item in items if isinstance(item.get("name"), str))
     for name, number in counts.items():
         if number > 1:
-            places = [f"model.{kind}[{index}]" for index, item in enumerate(items) if item.get("name") == name]
-            report.problems.append(
-                f"{places[-1]}.name = {show(name)}: is also the name of {listed(places[:-1])}; give each its own name"
+            places = [paths.written((kind, index)) for index, item in enumerate(items) if item.get("name") == name]
+            report.add(
+                f"{places[-1]}.name", f"is also the name of {listed(places[:-1])}", "give each its own name", name
             )

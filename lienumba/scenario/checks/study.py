@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
@@ -59,10 +60,10 @@ def check_study(
     output = output if isinstance(output, dict) else {}
     for key in ("mode", "summary", "full_runs"):
         if output.get(key) not in (None, {}, "full"):
-            report.problems.append(f"output.{key}: has no meaning in a study, which stores errors; leave it out")
+            report.add(f"output.{key}", "has no meaning in a study, which stores errors", "leave it out")
     stored = output.get("variables")
     if isinstance(stored, list) and not set(OUTPUT_VARIABLES) <= set(map(str, stored)):
-        report.warnings.append("output.variables: has no meaning in a study, which stores errors; leave it out")
+        report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 
 def _check_reference(
@@ -70,11 +71,11 @@ def _check_reference(
 ) -> None:
     at = "study.reference"
     if not reference:
-        report.problems.append(f"{at} = {{}}: is empty; give {FORMS}")
+        report.add(at, "is empty", f"give {FORMS}", {})
     elif "file" in reference:
         _check_keys(at, reference, ("file", MARK), "a file", report)
         if not isinstance(reference["file"], str):
-            report.problems.append(f"{at}.file = {show(reference['file'])}: must be a text in quotes")
+            report.add(f"{at}.file", "must be a text in quotes", value=reference["file"])
     elif reference.keys() & set(STATE):
         if _check_keys(at, reference, STATE, "formulas", report):
             reference_formulas.check(reference, bodies, parameters, report)
@@ -83,13 +84,13 @@ def _check_reference(
             _check_setting(at, key, report)
             both = set(replaced_by(key)) & reference.keys()
             if both and key == min(key, *both):
-                report.problems.append(f"{at}: gives both {key} and {min(both)}; leave one of them out")
+                report.add(at, f"gives both {key} and {min(both)}", "leave one of them out")
 
 
 def _check_keys(at: str, reference: Iterable[str], known: Sequence[str], what: str, report: Report) -> bool:
     other = [key for key in reference if key not in known]
     if other:
-        report.problems.append(f"{at}.{_shown(other[0])}: has no meaning beside {what}; leave one of them out")
+        report.add(f"{at}.{_shown(other[0])}", f"has no meaning beside {what}", "leave one of them out")
     return not other
 
 
@@ -97,13 +98,14 @@ def _check_setting(at: str, key: str, report: Report) -> None:
     root, dot, _ = key.partition(".")
     known = [name for name in Integrator.model_fields if name != "end_time"]
     if key in ("end_time", "integrator.end_time"):
-        report.problems.append(f"{at}.{_shown(key)}: is that of the scenario; leave it out")
+        report.add(f"{at}.{_shown(key)}", "is that of the scenario", "leave it out")
     elif not dot and key not in known:
-        report.problems.append(f"{at}.{_shown(key)} is not a known key; {suggestion(key, [*known, 'file', *STATE])}")
+        report.add(f"{at}.{_shown(key)}", "", suggestion(key, [*known, "file", *STATE]), verb=UNKNOWN)
     elif dot and root not in SETTINGS:
-        report.problems.append(
-            f"{at}.{_shown(key)}: is not a setting of integrator or projection, and a reference solves the same "
-            "problem; leave it out"
+        report.add(
+            f"{at}.{_shown(key)}",
+            "is not a setting of integrator or projection, and a reference solves the same problem",
+            "leave it out",
         )
 
 
@@ -114,44 +116,41 @@ def numerical(tokens: list[paths.Token]) -> bool:
 
 def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict[str, Any], report: Report) -> None:
     if not grid:
-        report.problems.append(
-            f'{place}: is empty; give paths with lists of values, such as "integrator.step" = [1e-2]'
-        )
+        report.add(place, "is empty", 'give paths with lists of values, such as "integrator.step" = [1e-2]')
     seen: dict[tuple[paths.Token, ...], str] = {}
     for path, values in grid.items():
         at = f"{place}.{_shown(path)}"
         if isinstance(values, dict):
-            report.problems.append(f'{at}: a path needs quotes; write "{_dotted(path, values)}" = [...]')
+            report.add(at, "a path needs quotes", f'write "{_dotted(path, values)}" = [...]')
             continue
         if not isinstance(values, list) or not values:
-            report.problems.append(f"{at} = {show(values)}: must be a list of values; give at least one in []")
+            report.add(at, "must be a list of values", "give at least one in []", values)
             continue
         try:
             tokens = _known(path)
             if one_problem and not numerical(tokens):
                 raise paths.PathError(
-                    "changes what is solved, but study.reference.file has one motion; give the reference as settings "
-                    "or formulas"
+                    "changes what is solved, but study.reference.file has one motion",
+                    "give the reference as settings or formulas",
                 )
             ending = [x for x in values if ends_run(x)] if tokens[-1] == "action" else []
             if ending:
                 raise paths.PathError(
-                    f"stops runs at a value, but a study compares motions to their end; leave {show(ending[0])} out"
+                    "stops runs at a value, but a study compares motions to their end", f"leave {show(ending[0])} out"
                 )
             named = tuple(paths.named(tokens, model))
             if named in seen:
-                raise paths.PathError(f'is the same as "{seen[named]}"; give it once')
+                raise paths.PathError(f'is the same as "{seen[named]}"', "give it once")
             seen[named] = path
             other = [twin for key in replaced_by(named[-1]) if (twin := seen.get((*named[:-1], key))) is not None]
             if other:
-                raise paths.PathError(f'takes the place of "{other[0]}", so they cannot be crossed; give two grids')
+                raise paths.PathError(f'takes the place of "{other[0]}", so they cannot be crossed', "give two grids")
         except paths.PathError as error:
-            report.problems.append(f"{at}: the path {printable(path)} {error}")
+            report.problems.append(error.of(printable(path)).inside(at))
             continue
-        shown = [show(value) for value in values]
         twice = next((i for i, value in enumerate(values) if value in values[:i]), None)
         if twice is not None:
-            report.problems.append(f"{at}[{twice}] = {shown[twice]}: is there twice; give it once")
+            report.add(f"{at}[{twice}]", "is there twice", "give it once", values[twice])
 
 
 def _known(path: str) -> list[paths.Token]:
@@ -160,12 +159,12 @@ def _known(path: str) -> list[paths.Token]:
     root = str(tokens[0])
     if root in SAME:
         raise paths.PathError(
-            f"is part of {root}, {SAME[root]}; give a path of the model or of {' or '.join(SETTINGS)}"
+            f"is part of {root}, {SAME[root]}", f"give a path of the model or of {' or '.join(SETTINGS)}"
         )
     if root not in ROOTS:
-        raise paths.PathError(f"leads to nothing that a study can change; {suggestion(root, ROOTS)}")
+        raise paths.PathError("leads to nothing that a study can change", suggestion(root, ROOTS))
     if len(tokens) == 1:
-        raise paths.PathError(f"is a whole section; give the path of one of its keys, such as {EXAMPLES[root]}")
+        raise paths.PathError("is a whole section", f"give the path of one of its keys, such as {EXAMPLES[root]}")
     return tokens
 
 

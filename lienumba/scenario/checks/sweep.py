@@ -12,12 +12,13 @@ from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
+from lienumba.scenario.base.paths import LISTS
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
-from lienumba.scenario.schema.scenario import LISTS, MOST_RUNS, SECTIONS, section_of
+from lienumba.scenario.schema.scenario import MOST_RUNS, SECTIONS, section_of
 from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of
 from lienumba.words import printable, show, suggestion
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.formulas.parameters import Parameters
 
 EVERY = "every"  # the key of the interval of a sampled law
-ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs; run a scenario for each interval"
+ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs", "run a scenario for each interval"
 # What varies as a whole: its name, the last keys of its paths, and its type.
 WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
     ROTATION: ("a rotation", ("rotation",), Rotation),
@@ -44,9 +45,9 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
     if not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
         runs = 1
     if vary and "runs" not in sweep:
-        report.problems.append("sweep.runs is missing; give a whole number of runs, at least 1")
+        report.miss("sweep.runs", "give a whole number of runs, at least 1")
     if runs > 1 and not vary:
-        report.warnings.append(f"sweep.runs = {runs}: sweep.vary is empty, so all runs are the same")
+        report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
     kinds: dict[str, Distribution] = {}
@@ -65,7 +66,7 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
             shown = printable(path)
             unmapped = isinstance(entry, dict) and entry.get("column") == path
             report.problems.append(
-                no_path(path, error) if unmapped else f'sweep.vary."{shown}": the path {shown} {error}'
+                no_path(path, error) if unmapped else error.of(shown).inside(f'sweep.vary."{shown}"')
             )
             continue
         if kind is not None:
@@ -93,12 +94,12 @@ def _kind(entry: Any) -> Distribution | None:
 def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
     """A number varies once: neither under two names, nor alone and as a part."""
     if name in seen:
-        raise paths.PathError(f'is the same number as "{seen[name]}"; vary it once')
+        raise paths.PathError(f'is the same number as "{seen[name]}"', "vary it once")
     for other, written in seen.items():
         inner, outer = sorted((name, other), key=len, reverse=True)
         if inner.startswith((f"{outer}[", f"{outer}.")):
             raise paths.PathError(
-                f'varies together with "{written}", of which one is a part of the other; vary it once'
+                f'varies together with "{written}", of which one is a part of the other', "vary it once"
             )
 
 
@@ -109,10 +110,8 @@ def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Re
         found = sorted(parameters.all_used(formula) & varied)
         if tokens[-1] == EVERY and found:
             path = f"parameters.{found[0]}"
-            report.problems.append(
-                f'sweep.vary."{path}": model.{paths.text_of(list(tokens))} = {show(formula.text)} depends on it and '
-                f"{ONE_INTERVAL}"
-            )
+            (rule, remedy), text = ONE_INTERVAL, f"{paths.written(tokens)} = {show(formula.text)}"
+            report.add(f'sweep.vary."{path}"', f"{text} depends on it and {rule}", remedy)
 
 
 def _is_nested(entry: Any) -> bool:
@@ -126,26 +125,26 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: 
     if tokens[0] == "parameters":
         if shape != NUMBER:
             raise paths.PathError(
-                f"is a parameter, which is a number, not {WHOLES[shape][0]}; give a distribution of one"
+                f"is a parameter, which is a number, not {WHOLES[shape][0]}", "give a distribution of one"
             )
         return _parameter(tokens, parameters)
     _refuse_formulas(tuple(paths.named(tokens, model)), parameters)
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     if tokens and tokens[0] == "tables":
-        raise paths.PathError("is part of a table; multiply the table by a parameter, and vary that")
+        raise paths.PathError("is part of a table", "multiply the table by a parameter, and vary that")
     if tokens and tokens[-1] == EVERY:
-        raise paths.PathError(ONE_INTERVAL)
+        raise paths.PathError(*ONE_INTERVAL)
     if tokens and tokens[0] in {names[0] for names in SECTIONS if names} - {"model"}:
-        raise paths.PathError("is not part of the model; vary a number of the model, such as bodies.top.mass")
+        raise paths.PathError("is not part of the model", "vary a number of the model, such as bodies.top.mass")
     try:
         value = paths.get(model, tokens)
     except paths.PathError:
         field = _omitted_field(tokens, model)
         if field is None:
-            raise paths.PathError(f"does not exist; {paths.nearest_path(path, model)}") from None
+            raise paths.PathError("does not exist", paths.nearest_path(path, model)) from None
         if field.is_required():
             return None
-        raise paths.PathError("leads to a key that is omitted; give its nominal value first") from None
+        raise paths.PathError("leads to a key that is omitted", "give its nominal value first") from None
     if shape != NUMBER:
         return _whole(value, tokens, shape)
     if isinstance(value, str) and not paths.TEXT_KEYS.intersection(tokens[2:]):
@@ -155,9 +154,9 @@ def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: 
         if value is None:
             return None
     if isinstance(value, list) and any(isinstance(item, float | int | str) for item in value):
-        raise paths.PathError(f"is not a number but the list {show(value)}; vary one, such as {path}[0]")
+        raise paths.PathError(f"is not a number but the list {show(value)}", f"vary one, such as {path}[0]")
     if isinstance(value, bool) or not isinstance(value, float | int):
-        raise paths.PathError(f"is not a number but {show(value)}; {paths.nearest_path(path, model)}")
+        raise paths.PathError(f"is not a number but {show(value)}", paths.nearest_path(path, model))
     _refuse_parts_of_matrices(tokens)
     return float(value) if abs(value) <= float_info.max else None
 
@@ -168,7 +167,7 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
         if place[: len(tokens)] == tokens and formula.used:
             names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
             is_or_has = "is" if place == tokens else "has"
-            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}; vary {' or '.join(names)} instead")
+            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}", f"vary {' or '.join(names)} instead")
 
 
 def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
@@ -176,14 +175,14 @@ def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
     what, keys, kind = WHOLES[shape]
     of_quantities = [key for q in QUANTITIES.values() for key in q.rotations] if shape == ROTATION else []
     if keys and tokens[-1] not in (*keys, *of_quantities):
-        raise paths.PathError(f"does not lead to {what}; give one, or a distribution of a number")
+        raise paths.PathError(f"does not lead to {what}", "give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)
         return nominal_numbers(adapter.validate_python(value), shape)
     except ValidationError:
         if keys:
             return None  # the schema says so
-    raise paths.PathError(f"is not {what} but {show(value)}; give the path of one")
+    raise paths.PathError(f"is not {what} but {show(value)}", "give the path of one")
 
 
 def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
@@ -194,9 +193,9 @@ def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
         if formula.constant is not None:
             return formula.constant
         used = " or ".join(f"parameters.{other}" for other in sorted(formula.used))
-        raise paths.PathError(f"is the formula {show(formula.text)}; vary {used or 'a number'} instead")
+        raise paths.PathError(f"is the formula {show(formula.text)}", f"vary {used or 'a number'} instead")
     if name not in parameters.numbers:
-        raise paths.PathError(f"does not exist; {suggestion(name, parameters.numbers)}")
+        raise paths.PathError("does not exist", suggestion(name, parameters.numbers))
     return parameters.numbers[name]
 
 
@@ -207,7 +206,7 @@ def _constant(text: str) -> float | None:
     except ExpressionError:
         return None
     if formula.constant is None:
-        raise paths.PathError(f"is the formula {show(text)}, which varies in time; vary a number")
+        raise paths.PathError(f"is the formula {show(text)}, which varies in time", "vary a number")
     return formula.constant
 
 
@@ -230,11 +229,11 @@ def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
         return
     if tokens[-3] == "rotation":
         raise paths.PathError(
-            "is an element of a rotation matrix, which must stay orthogonal; "
-            "give the rotation as quaternion, {axis, angle} or {euler, angles} and vary that"
+            "is an element of a rotation matrix, which must stay orthogonal",
+            "give the rotation as quaternion, {axis, angle} or {euler, angles} and vary that",
         )
     if tokens[-3] == "inertia" and tokens[-2] != tokens[-1]:
         raise paths.PathError(
-            "is an element of a 3x3 inertia, which must stay symmetric; "
-            "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them"
+            "is an element of a 3x3 inertia, which must stay symmetric",
+            "give the inertia as 6 elements xx yy zz xy xz yz and vary one of them",
         )

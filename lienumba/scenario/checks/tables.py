@@ -23,20 +23,26 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
     times, values = report.times, parameters.values()
     for tokens, formula, name, argument in _of_time(parameters):
         table, x = parameters.tables[name], _argument(parameters, argument, values, times)
-        at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
+        at = paths.written(tokens)
         if x.max() > table.last * (1.0 + SAME) + SAME:
-            report.problems.append(
-                f"tables.{name}: ends at {table.last:g}, but {at} reads it until {x.max():.6g}; add a point there, or "
-                "end the run earlier"
+            report.add(
+                f"tables.{name}",
+                f"ends at {table.last:g}, but {at} = {show(formula.text)} reads it until {x.max():.6g}",
+                "add a point there, or end the run earlier",
             )
         if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
-            report.warnings.append(
-                f"{at}: steps cannot land on the points of {name}, because its argument is no straight line in t, "
-                "so the order of the method may be lost there; use a cubic table, or small steps"
+            report.warn(
+                at,
+                (
+                    f"steps cannot land on the points of {name}, because its argument is no straight line in t, so "
+                    "the order of the method may be lost there"
+                ),
+                "use a cubic table, or small steps",
+                formula.text,
             )
     for tokens, formula in parameters.places.items():
         if tokens[0] == "drivers" and not formula.used & parameters.quantities and parameters.reads(formula):
-            at = f"model.{paths.text_of(list(tokens))}"
+            at = paths.written(tokens)
             prescribes_rate = tokens[2] == "rate"
             check_function(at, formula.text, parameters.number(formula, values), prescribes_rate, report)
 
@@ -51,11 +57,10 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
         last = parameters.tables[name].last
         beyond = np.flatnonzero(reached > last * (1.0 + SAME) + SAME)
         if len(beyond):
-            at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
-            raise ScenarioError(
-                f"tables.{name}: ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run "
-                f"{labels[beyond[0]]}; add a point there, end the run earlier, or give less spread"
-            )
+            at, run = f"{paths.written(tokens)} = {show(formula.text)}", labels[beyond[0]]
+            rule = f"ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run {run}"
+            remedy = "add a point there, end the run earlier, or give less spread"
+            raise ScenarioError.at(f"tables.{name}", rule, remedy)
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:

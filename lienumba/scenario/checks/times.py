@@ -25,17 +25,21 @@ def check_times(integrator: Integrator, output: Output | None, report: "Report")
         return
     step, end = integrator.step, integrator.end_time
     if step > end:
-        report.problems.append(
-            f"integrator.step = {step!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter step"
+        report.add(
+            "integrator.step", f"is longer than the run, integrator.end_time = {end!r}", "give a shorter step", step
         )
         return
     steps = timegrid.count(end, step)
     if steps is None:
         durations = [end] if output is None or output.every is None else [end, output.every]
-        report.problems.append(
-            f"integrator.end_time = {end!r}: is not a whole number of steps of integrator.step = {step!r}; "
-            f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, "
-            f"the nearest end_time {timegrid.nearest_multiple(end, step):.12g}"
+        report.add(
+            "integrator.end_time",
+            f"is not a whole number of steps of integrator.step = {step!r}",
+            (
+                f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, the nearest "
+                f"end_time {timegrid.nearest_multiple(end, step):.12g}"
+            ),
+            end,
         )
     _check_output(integrator, output, steps is not None, report)
 
@@ -44,14 +48,14 @@ def _check_output(integrator: Integrator, output: Output | None, end_fits: bool,
     if output is None:
         return
     if output.every is not None and output.times is not None:
-        report.problems.append("output.every and output.times are both given; leave one of them out")
+        report.add("", "output.every and output.times are both given", "leave one of them out")
     if output.every is not None:
         _check_every(integrator, output.every, end_fits, report)
     if output.times is not None:
         _check_listed(integrator, output.times, report)
     for name, number in Counter(output.variables).items():
         if number > 1:
-            report.problems.append(f'output.variables: names "{name}" {number} times; name it once')
+            report.add("output.variables", f'names "{name}" {number} times', "name it once")
 
 
 def looked_at(integrator: Integrator) -> "np.ndarray | None":
@@ -69,24 +73,33 @@ def looked_at(integrator: Integrator) -> "np.ndarray | None":
 def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:
     step, end = integrator.step, integrator.end_time
     if every > end * (1 + timegrid.TOLERANCE):
-        report.problems.append(
-            f"output.every = {every!r}: is longer than the run, integrator.end_time = {end!r}; give a shorter interval"
+        report.add(
+            "output.every", f"is longer than the run, integrator.end_time = {end!r}", "give a shorter interval", every
         )
     elif end / every > MOST_STORED:
-        report.problems.append(
-            f"output.every = {every!r}: stores {end / every:.3g} states until integrator.end_time = {end!r}, at most "
-            f"{MOST_STORED:,} are possible; give a longer interval, or output.times"
+        report.add(
+            "output.every",
+            (
+                f"stores {end / every:.3g} states until integrator.end_time = {end!r}, at most {MOST_STORED:,} "
+                "are possible"
+            ),
+            "give a longer interval, or output.times",
+            every,
         )
     elif step is not None and timegrid.count(every, step) is None:
-        report.problems.append(
-            f"output.every = {every!r}: is not a whole number of steps of integrator.step = {step!r}; "
-            f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, "
-            f"the nearest interval {timegrid.nearest_multiple(every, step):.12g}"
+        report.add(
+            "output.every",
+            f"is not a whole number of steps of integrator.step = {step!r}",
+            (
+                f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, the nearest "
+                f"interval {timegrid.nearest_multiple(every, step):.12g}"
+            ),
+            every,
         )
     elif (end_fits or step is None) and timegrid.count(end, every) is None:
         last = timegrid.stored_times(end, every)[-1]
-        report.warnings.append(
-            f"output.every = {every!r}: does not divide integrator.end_time = {end!r}; the last stored time is {last!r}"
+        report.warn(
+            "output.every", f"does not divide integrator.end_time = {end!r}", f"the last stored time is {last!r}", every
         )
 
 
@@ -94,19 +107,24 @@ def _check_listed(integrator: Integrator, times: list[float], report: "Report") 
     step, end = integrator.step, integrator.end_time
     for index, time in enumerate(times):
         if not 0.0 <= time <= end * (1 + timegrid.TOLERANCE):
-            report.problems.append(
-                f"output.times[{index}] = {time!r}: lies outside the run; give a time from 0 to "
-                f"integrator.end_time = {end!r}"
+            report.add(
+                f"output.times[{index}]",
+                "lies outside the run",
+                f"give a time from 0 to integrator.end_time = {end!r}",
+                time,
             )
         elif time and step is not None and timegrid.count(time, step) is None:
-            report.problems.append(
-                f"output.times[{index}] = {time!r}: is not a whole number of steps of "
-                f"integrator.step = {step!r}; the nearest time that fits is "
-                f"{timegrid.nearest_multiple(time, step):.12g}"
+            report.add(
+                f"output.times[{index}]",
+                f"is not a whole number of steps of integrator.step = {step!r}",
+                f"the nearest time that fits is {timegrid.nearest_multiple(time, step):.12g}",
+                time,
             )
     for index, (before, after) in enumerate(pairwise(times)):
         if after <= before:
-            report.problems.append(
-                f"output.times[{index + 1}] = {after!r}: does not come after {before!r}; "
-                "give the times in ascending order"
+            report.add(
+                f"output.times[{index + 1}]",
+                f"does not come after {before!r}",
+                "give the times in ascending order",
+                after,
             )

@@ -8,7 +8,7 @@ from lienumba.keys.formulas import explained
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Expression
-from lienumba.words import listed, show
+from lienumba.words import listed
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
@@ -48,8 +48,8 @@ def check_derived(vary: Mapping[str, Distribution], parameters: "Parameters", re
             try:
                 Formula(kind.expression, names)
             except ExpressionError as error:
-                at = f'sweep.vary."{path}".expression = {show(kind.expression)}'
-                report.problems.append(f"{at}: {explained(kind.expression, error)}")
+                at, value = f'sweep.vary."{path}".expression', kind.expression
+                report.problems.append(explained(kind.expression, error).at(at, value))
     if len(report.problems) > before:
         return
     try:
@@ -57,4 +57,4 @@ def check_derived(vary: Mapping[str, Distribution], parameters: "Parameters", re
     except CycleError as error:
         cycle = list(dict.fromkeys(error.args[1]))
         depend = "depends on itself" if len(cycle) == 1 else "depend on one another in a circle"
-        report.problems.append(f"sweep.vary: {listed(cycle)} {depend}; give a distribution for {cycle[0]}")
+        report.add("sweep.vary", f"{listed(cycle)} {depend}", f"give a distribution for {cycle[0]}")

@@ -7,6 +7,7 @@ that reads a table or a quantity has no value before the run: its place holds `S
 from dataclasses import replace
 from typing import Any
 
+from lienumba.errors import Problem
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.forces import FORCES
@@ -26,16 +27,17 @@ from lienumba.scenario.formulas.parameters import (
     value_of,
 )
 from lienumba.scenario.schema.tables import tables_of
-from lienumba.words import is_number, show
+from lienumba.words import is_number
 
 NEVER = "t < 0"  # what stands for a condition of tables or quantities
 
 
-def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
+def take(raw: dict[str, Any]) -> tuple[Parameters, list[Problem]]:
     """The parameters of a scenario, and what is wrong with them and with formulas; in place, see above."""
     section = raw.get("parameters", {})
     if not isinstance(section, dict):
-        return Parameters(), ["parameters: must be a table of names and numbers; write [parameters] and kp = 40 below"]
+        rule, remedy = "must be a table of names and numbers", "write [parameters] and kp = 40 below"
+        return Parameters(), [Problem("parameters", rule, remedy)]
     numbers, formulas, problems = section_of(section)
     tables, wrong = tables_of(raw)
     problems += wrong
@@ -53,7 +55,7 @@ def take(raw: dict[str, Any]) -> tuple[Parameters, list[str]]:
     return parameters, problems
 
 
-def _taken_names(parameters: Parameters, model: Any) -> list[str]:
+def _taken_names(parameters: Parameters, model: Any) -> list[Problem]:
     """Names by which formulas know something must be different."""
     problems = []
     taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
@@ -64,7 +66,7 @@ def _taken_names(parameters: Parameters, model: Any) -> list[str]:
         for name in names:
             if name in RESERVED or name in taken:
                 whose = "has a meaning in formulas already" if name in RESERVED else f"is the name of {taken[name]}"
-                problems.append(f"{what}.{name}: its name {whose}; give another name")
+                problems.append(Problem(f"{what}.{name}", f"its name {whose}", "give another name"))
         taken |= dict.fromkeys(names, f"a {what.removesuffix('s')}")
     return problems
 
@@ -76,7 +78,7 @@ def _quantities(model: Any) -> list[dict[str, Any]]:
 class _Taking:
     """Takes formulas out of a model, in place."""
 
-    def __init__(self, parameters: Parameters, known: Known, model: Any, problems: list[str]) -> None:
+    def __init__(self, parameters: Parameters, known: Known, model: Any, problems: list[Problem]) -> None:
         self.parameters, self.known, self.model, self.problems = parameters, known, model, problems
         self.values = parameters.values()
         self.names = frozenset({TIME, *self.values, *known.names})
@@ -100,7 +102,7 @@ class _Taking:
             return Formula(text, self.names, frozenset(self.parameters.tables), tokens[0] == "events")
         except ExpressionError as error:
             if len(self.names) > 1 or self.parameters.tables:
-                self.problems.append(f"model.{paths.text_of(list(tokens))} = {show(text)}: {explained(text, error)}")
+                self.problems.append(explained(text, error).at(paths.written(tokens), text))
                 paths.put(self.model, list(tokens), NEVER if tokens[0] == "events" else 1.0)
             return None
 
@@ -108,48 +110,52 @@ class _Taking:
         if formula.used == {TIME} or (not formula.used and (tokens[0] == "gravity" or _may_vary(tokens))):
             return
         self.parameters.places[tokens] = formula
-        at = f"model.{paths.text_of(list(tokens))} = {show(formula.text)}"
-        number: Any
+        place = paths.written(tokens)
+        number: float | str | Formula
         if self.parameters.reads(formula):
             number = NEVER if tokens[0] == "events" else SMOOTH if _may_vary(tokens) else 1.0
-            problem = self.misuse(tokens, formula)
-            self.problems += [f"{at}: {problem}"] if problem else []
+            wrong = self.misuse(tokens, formula)
+            self.problems += [Problem(place, *wrong, formula.text)] if wrong else []
         elif TIME in formula.used:
             number = formula.bound(self.values)
         elif tokens[0] == "events":
             number = NEVER
-            self.problems.append(f"{at}: never changes; name a quantity in it, or the time t")
+            self.problems.append(Problem(place, "never changes", "name a quantity in it, or the time t", formula.text))
         else:
             number = float(value_of(formula, self.values))
             if not abs(number) <= LARGEST:
-                self.problems.append(f"{at}: is {number} with the nominal parameters; it must be a finite number")
+                rule = f"is {number} with the nominal parameters"
+                self.problems.append(Problem(place, rule, "it must be a finite number", formula.text))
                 number = 1.0
         paths.put(self.model, list(tokens), number)
 
-    def misuse(self, tokens: Tokens, formula: Formula) -> str | None:
-        """What is wrong with reading tables or quantities here."""
+    def misuse(self, tokens: Tokens, formula: Formula) -> tuple[str, str] | None:
+        """What is wrong with reading tables or quantities here, and the remedy."""
         read = sorted(formula.used & self.known.names)
         if tokens[0] == "gravity":
-            return "reads a table or a quantity, but gravity may depend on t and parameters only; put it into a force"
+            rule = "reads a table or a quantity, but gravity may depend on t and parameters only"
+            return rule, "put it into a force"
         if not _may_vary(tokens):
             what = read[0] if read else sorted(formula.used & self.parameters.tables.keys())[0]
-            return f"reads {what}, but is one number for the whole run; use parameters only, or put it into a force"
+            rule = f"reads {what}, but is one number for the whole run"
+            return rule, "use parameters only, or put it into a force"
         if tokens[0] in ("quantities", "events"):
             return None
         allowed, why = self.allowed(tokens)
         for name in read:
             if tokens[0] == "drivers" and self.known.singular(name):
                 first = name.partition(".")[0]
-                return f"reads {name}, which has no derivative at 0; read {first}.x, {first}.y or {first}.z"
+                return f"reads {name}, which has no derivative at 0", f"read {first}.x, {first}.y or {first}.z"
             level = self.known.level(name)
             if level == quantities.OBSERVED:
-                return (
+                rule = (
                     f"reads {name}, which follows from the forces themselves (an acceleration, a reaction or an "
-                    "effort), so no force or driver may depend on it; read positions and velocities"
+                    "effort), so no force or driver may depend on it"
                 )
+                return rule, "read positions and velocities"
             if level > allowed:
                 what = "a state of a law" if self.known.is_state(name) else "a velocity"
-                return f"reads {name}, {what}, but {why}; read positions only"
+                return f"reads {name}, {what}, but {why}", "read positions only"
         return None
 
     def allowed(self, tokens: Tokens) -> tuple[int, str]:

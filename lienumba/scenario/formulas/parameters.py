@@ -7,9 +7,10 @@ reaches everything that depends on it, run by run.
 
 import re
 from collections.abc import Mapping, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from lienumba.errors import NOTHING, Problem
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.keys.types import NAME
 from lienumba.mechanics.mechanism.model import Law
@@ -91,15 +92,20 @@ class Parameters:
         for tokens, formula in self.places.items():
             paths.put(model, list(tokens), formula.text)
 
-    def explain(self, problem: str) -> str:
-        """A sentence about a number that the file writes as a formula shows both."""
-        for tokens, formula in self.places.items():
-            start = f"model.{paths.text_of(list(tokens))} = "
-            if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
-                rest = problem.removeprefix(start)
-                shown = "" if rest.startswith(show(SMOOTH)) else " = "
-                return f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}"
-        return problem
+    def explain(self, problem: Any) -> Problem:
+        """A problem of a number that the file writes as a formula has both."""
+        if isinstance(problem, str):  # TODO
+            for tokens, formula in self.places.items():
+                start = f"{paths.written(tokens)} = "
+                if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
+                    rest = problem.removeprefix(start)
+                    shown = "" if rest.startswith(show(SMOOTH)) else " = "
+                    return Problem("", f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}")
+            return Problem("", problem)
+        made = next((f for tokens, f in self.places.items() if paths.written(tokens) == problem.place), None)
+        if made is None or problem.value is NOTHING:
+            return problem
+        return replace(problem, formula=made.text, value=NOTHING if problem.value == SMOOTH else problem.value)
 
     def used_quantities(self) -> set[str]:
         """The names of the quantities that decide about a run, because forces or drivers read them."""
@@ -111,16 +117,18 @@ class Parameters:
             waiting += [f for tokens, f in self.places.items() if tokens[0] == "quantities" and tokens[1] in new]
         return found
 
-    def unused(self, elsewhere: Set[str]) -> list[str]:
+    def unused(self, elsewhere: Set[str]) -> list[Problem]:
         """A warning for each parameter and table that nothing depends on; elsewhere: what else uses."""
         used = set(elsewhere).union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
         parameters = [
-            f"parameters.{name}: nothing uses it; write its name in a number of the model, or remove it"
+            Problem(f"parameters.{name}", "nothing uses it", "write its name in a number of the model, or remove it")
             for name in (*self.numbers, *self.formulas)
             if name not in used
         ]
         return parameters + [
-            f"tables.{name}: nothing reads it; write {name}(t) in a number of a force or driver, or remove it"
+            Problem(
+                f"tables.{name}", "nothing reads it", f"write {name}(t) in a number of a force or driver, or remove it"
+            )
             for name in self.tables
             if name not in used
         ]
@@ -131,32 +139,32 @@ def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
     return formula(0.0, **{name: values[name] for name in formula.used})
 
 
-def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[str]]:
+def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
     """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
     numbers: dict[str, float] = {}
     formulas: dict[str, Formula] = {}
-    problems: list[str] = []
+    problems: list[Problem] = []
     names = frozenset(map(str, section)) - RESERVED
     for name, value in section.items():
         at = f"parameters.{name}"
         if not re.fullmatch(NAME, name) or name in RESERVED:
             reserved = "has a meaning in formulas already; give another" if name in RESERVED else "is no valid"
-            problems.append(f'{at}: {reserved} name: a letter, then letters, digits or "_"')
+            problems.append(Problem(at, f'{reserved} name: a letter, then letters, digits or "_"'))
         elif isinstance(value, str):
             try:
                 formulas[name] = Formula(value, names)
             except ExpressionError as error:
-                problems.append(f"{at} = {show(value)}: {explained(value, error)}")
+                problems.append(explained(value, error).at(at, value))
         elif isinstance(value, bool) or not isinstance(value, int | float):
-            problems.append(f"{at} = {show(value)}: must be a number or a formula of other parameters; give one number")
+            problems.append(Problem(at, "must be a number or a formula of other parameters", "give one number", value))
         elif not abs(value) <= LARGEST:
-            problems.append(f"{at} = {show(value)}: must be a finite number, at most {LARGEST:g} in size")
+            problems.append(Problem(at, f"must be a finite number, at most {LARGEST:g} in size", value=value))
         else:
             numbers[name] = float(value)
     return numbers, ordered(formulas, "parameters", problems), problems
 
 
-def ordered(formulas: dict[str, Formula], what: str, problems: list[str]) -> dict[str, Formula]:
+def ordered(formulas: dict[str, Formula], what: str, problems: list[Problem]) -> dict[str, Formula]:
     """Each formula behind those that it uses; a cycle is a problem. what: the section."""
     found: dict[str, Formula] = {}
     waiting = dict(formulas)
@@ -166,7 +174,7 @@ def ordered(formulas: dict[str, Formula], what: str, problems: list[str]) -> dic
             cycle = [name for name in waiting if _reaches(name, name, waiting)]
             if cycle:
                 depend = "depends on itself" if len(cycle) == 1 else "depend on one another"
-                problems.append(f"{what}: {listed(cycle)} {depend} in a circle; give a number for {cycle[0]}")
+                problems.append(Problem(what, f"{listed(cycle)} {depend} in a circle", f"give a number for {cycle[0]}"))
             return found
         for name in ready:
             found[name] = waiting.pop(name)
@@ -186,10 +194,10 @@ def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
     return False
 
 
-def not_finite(parameters: Parameters) -> list[str]:
+def not_finite(parameters: Parameters) -> list[Problem]:
     values = parameters.values()
     return [
-        f"parameters.{name} = {show(formula.text)}: is {values[name]}; it must be a finite number"
+        Problem(f"parameters.{name}", f"is {values[name]}", "it must be a finite number", formula.text)
         for name, formula in parameters.formulas.items()
         if not abs(values[name]) <= LARGEST
     ]

@@ -24,14 +24,14 @@ def extended(raw: dict[str, Any], folder: Path, read: Read, above: tuple[Path, .
     if named is None:
         return raw
     if not isinstance(named, str):
-        raise ScenarioError(f"extends = {show(named)}: must be a text in quotes; give the path of a TOML file")
+        raise ScenarioError.at("extends", "must be a text in quotes", "give the path of a TOML file", named)
     path = folder / named
     if path.resolve() in above:
-        raise ScenarioError(f"extends = {show(named)}: leads back to itself; take it out of one of the files")
+        raise ScenarioError.at("extends", "leads back to itself", "take it out of one of the files", named)
     try:
         below = read(path)
     except ScenarioError as error:
-        raise ScenarioError(f"extends = {show(named)}: {error}") from None
+        raise error.inside(f"extends = {show(named)}") from None
     return _over(extended(below, path.parent, read, (*above, path.resolve())), raw)
 
 

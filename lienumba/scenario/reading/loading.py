@@ -4,18 +4,19 @@ import copy
 import re
 import tomllib
 from collections.abc import Container, Mapping
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import embedded
+from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.reading.extends import extended, replaced_by
 from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.sample_table import sampled
-from lienumba.scenario.schema.scenario import BESIDE, LISTS
 from lienumba.scenario.schema.tables import inlined
 from lienumba.words import nearest, show, suggestion
 
@@ -53,8 +54,8 @@ def _load(source: Any) -> dict[str, Any]:
         plain = _plain(source)
         assert isinstance(plain, dict)
         return extended(with_files(plain, Path()), Path(), _read)
-    raise ScenarioError(
-        f"the scenario is a {type(source).__name__}: must be the path of a TOML file, a dict or a System"
+    raise ScenarioError.at(
+        f"the scenario is a {type(source).__name__}", "must be the path of a TOML file, a dict or a System"
     )
 
 
@@ -71,15 +72,15 @@ def _plain(value: Any) -> Any:
 
 def _read(path: Path) -> dict[str, Any]:
     if path.is_dir():
-        raise ScenarioError(f"{path} is a folder; give the path of a TOML file in it")
+        raise ScenarioError.at("", f"{path} is a folder", "give the path of a TOML file in it")
     if not path.exists():
-        raise ScenarioError(f"{path} does not exist; {_similar_file(path)}")
+        raise ScenarioError.at("", f"{path} does not exist", _similar_file(path))
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise ScenarioError(f"{path} is not a text file in UTF-8; give the path of a TOML file") from None
+        raise ScenarioError.at("", f"{path} is not a text file in UTF-8", "give the path of a TOML file") from None
     except OSError as error:
-        raise ScenarioError(f"{path} cannot be read: {error.strerror}; check its permissions") from None
+        raise ScenarioError.at(f"{path} cannot be read", str(error.strerror), "check its permissions") from None
     try:
         return with_files(tomllib.loads(text), path.parent)
     except tomllib.TOMLDecodeError as error:
@@ -94,7 +95,7 @@ def _similar_file(path: Path) -> str:
     return f"the nearest file there is {folder / close}" if close else "check the path"
 
 
-def _syntax(path: Path, text: str, message: str) -> str:
+def _syntax(path: Path, text: str, message: str) -> Problem:
     """A TOML syntax error: line, column, the line itself, and the usual cause."""
     match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
     lines = text.splitlines() or [""]
@@ -105,7 +106,7 @@ def _syntax(path: Path, text: str, message: str) -> str:
     reason = match.group(1) if match else message
     line = lines[number - 1].strip() if number <= len(lines) else ""
     where = f"{path}, line {number}, column {column}"
-    return f"{where}: not valid TOML: {reason}, in `{line[:80]}`; {_usual_cause(line, reason)}"
+    return Problem(where, f"not valid TOML: {reason}, in `{line[:80]}`", _usual_cause(line, reason))
 
 
 def _usual_cause(line: str, reason: str) -> str:
@@ -140,15 +141,17 @@ def parse_value(text: str) -> Any:
     except tomllib.TOMLDecodeError:
         if re.fullmatch(r"[A-Za-z_][\w-]*", text.strip()):
             return text.strip()
-    raise ValueError("is not TOML; give a number, a list in [] or a text in quotes (a bare word needs none)")
+    raise BadValueError(
+        "", "give a number, a list in [] or a text in quotes (a bare word needs none)", verb="is not TOML"
+    )
 
 
-def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
-    """Set values by path, in place; texts are read as TOML. Returns a sentence for each that cannot be.
+def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[Problem]:
+    """Set values by path, in place; texts are read as TOML. Returns a problem for each that cannot be.
 
     A key of a section takes the place of others as in `extends`: a tolerance that of the step.
     """
-    problems: list[str] = []
+    problems: list[Problem] = []
     for path, value in overrides.items():
         try:
             setting = parse_value(value) if isinstance(value, str) else _plain(value)
@@ -156,9 +159,10 @@ def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[
             _refuse_gridded(data, tokens)
             put_setting(data, tokens, setting, overrides)
         except paths.PathError as error:
-            problems.append(f"--set {path}={_text(value)}: the path {path} {error}")
-        except ValueError as error:
-            problems.append(f"--set {path}={_text(value)}: the value {_text(value)} {error}")
+            problems.append(error.of(path).inside(f"--set {path}={_text(value)}"))
+        except BadValueError as error:
+            said = replace(error.problem, place=f"the value {_text(value)}")
+            problems.append(said.inside(f"--set {path}={_text(value)}"))
     return problems
 
 
@@ -207,7 +211,7 @@ def _refuse_unknown_parameter(data: dict[str, Any], tokens: list[paths.Token]) -
     """A parameter that the scenario does not have would change nothing."""
     known = data.get("parameters") or {}
     if tokens[0] == "parameters" and len(tokens) == 2 and isinstance(known, dict) and tokens[1] not in known:
-        raise paths.PathError(f"is no parameter of the scenario; {suggestion(str(tokens[1]), known)}")
+        raise paths.PathError("is no parameter of the scenario", suggestion(str(tokens[1]), known))
 
 
 def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
@@ -222,8 +226,8 @@ def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
         shared = min(len(other), len(setting))
         if other and other[:shared] == setting[:shared]:
             raise paths.PathError(
-                f'is varied by sweep.vary."{path}", so it cannot be set; '
-                f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary"
+                f'is varied by sweep.vary."{path}", so it cannot be set',
+                f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary",
             )
 
 
@@ -239,7 +243,7 @@ def _refuse_gridded(data: dict[str, Any], tokens: list[paths.Token]) -> None:
     ]
     if found and all(found):
         place = f'study.grid[0]."{found[0][0]}"'
-        raise paths.PathError(f"is set by {place}, so it cannot be set here; set that ({place}=[...])")
+        raise paths.PathError(f"is set by {place}, so it cannot be set here", f"set that ({place}=[...])")
 
 
 def _named(path: str | list[paths.Token], data: dict[str, Any]) -> list[paths.Token]:

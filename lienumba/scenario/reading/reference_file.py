@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
+AT = "study.reference.file"
 SAME = 1e-12  # relative: times and samples nearer to each other are the same
 
 
@@ -22,15 +23,17 @@ def marked(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     reference = study.get("reference") if isinstance(study, dict) else None
     if not isinstance(study, dict) or not isinstance(reference, dict) or not isinstance(reference.get("file"), str):
         return raw
-    path, at = folder / reference["file"], _at(reference)
+    path, named = folder / reference["file"], reference["file"]
     if not path.is_file():
-        raise ScenarioError(f"{at}: there is no such file; check the path")
+        raise ScenarioError.at(AT, "there is no such file", "check the path", named)
     with path.open("rb") as file:
         found = hashlib.file_digest(file, "sha256").hexdigest()
     if reference.get("sha256", found) != found:
-        raise ScenarioError(
-            f"{at}: has changed since sha256 = {show(reference['sha256'])} was written; give the file as it was, or "
-            "leave sha256 out"
+        raise ScenarioError.at(
+            AT,
+            f"has changed since sha256 = {show(reference['sha256'])} was written",
+            "give the file as it was, or leave sha256 out",
+            named,
         )
     return {**raw, "study": {**study, "reference": {**reference, "file": path.as_posix(), "sha256": found}}}
 
@@ -47,32 +50,32 @@ def read(
 
     from lienumba.store.files import read as opened
 
-    at = _at(reference)
+    file: str = reference["file"]
     try:
-        with opened(Path(reference["file"])) as ds:
-            names = [name for name in STATE if name in ds]
-            if "time" not in ds.coords or not names:
-                raise ScenarioError(f"{at}: has none of {listed(STATE)}; give one with output.variables that has")
-            _check_bodies(at, ds, bodies)
-            ds = ds.isel(run=_runs(at, ds, runs, samples), time=_times(at, ds, times))
-            return Truth({name: np.asarray(ds[name].values) for name in names}, {name: list(bodies) for name in names})
+        dataset = opened(Path(file))
     except ScenarioError as error:
-        raise ScenarioError(str(error) if str(error).startswith(at) else f"{at}: {error}") from None
+        raise error.inside(f"{AT} = {show(file)}") from None
+    with dataset as ds:
+        names = [name for name in STATE if name in ds]
+        if "time" not in ds.coords or not names:
+            raise ScenarioError.at(AT, f"has none of {listed(STATE)}", "give one with output.variables that has", file)
+        _check_bodies(file, ds, bodies)
+        ds = ds.isel(run=_runs(file, ds, runs, samples), time=_times(file, ds, times))
+        return Truth({name: np.asarray(ds[name].values) for name in names}, {name: list(bodies) for name in names})
 
 
-def _at(reference: Mapping[str, Any]) -> str:
-    return f"study.reference.file = {show(reference['file'])}"
-
-
-def _check_bodies(at: str, ds: "xr.Dataset", bodies: Sequence[str]) -> None:
+def _check_bodies(file: str, ds: "xr.Dataset", bodies: Sequence[str]) -> None:
     found = [str(name) for name in ds["body"].values]
     if found != list(bodies):
-        raise ScenarioError(
-            f"{at}: has the bodies {listed(found)}, but the scenario {listed(bodies)}; give a dataset of this mechanism"
+        raise ScenarioError.at(
+            AT,
+            f"has the bodies {listed(found)}, but the scenario {listed(bodies)}",
+            "give a dataset of this mechanism",
+            file,
         )
 
 
-def _times(at: str, ds: "xr.Dataset", times: Sequence[float]) -> list[int]:
+def _times(file: str, ds: "xr.Dataset", times: Sequence[float]) -> list[int]:
     """The index of each of these times."""
     import numpy as np
 
@@ -80,32 +83,38 @@ def _times(at: str, ds: "xr.Dataset", times: Sequence[float]) -> list[int]:
     found = [int(np.argmin(np.abs(known - time))) for time in times]
     for time, index in zip(times, found, strict=True):
         if not abs(known[index] - time) <= SAME * max(abs(time), 1.0):
-            raise ScenarioError(
-                f"{at}: has no state at t = {time!r}, where the study compares; store its states at all of "
-                "output.every or output.times of the study"
+            raise ScenarioError.at(
+                AT,
+                f"has no state at t = {time!r}, where the study compares",
+                "store its states at all of output.every or output.times of the study",
+                file,
             )
     return found
 
 
-def _runs(at: str, ds: "xr.Dataset", runs: Sequence[int], samples: "Mapping[str, np.ndarray]") -> list[int]:
+def _runs(file: str, ds: "xr.Dataset", runs: Sequence[int], samples: "Mapping[str, np.ndarray]") -> list[int]:
     """The index of each of these runs; of a file with one run, that one, if the study varies nothing."""
     labels = ds["run"].values.tolist()
     missing = [run for run in runs if run not in labels]
     if missing and len(labels) == 1 and not samples:
         return [0]
     if missing:
-        raise ScenarioError(
-            f"{at}: does not have run {missing[0]}, with which the study compares; make it with the same runs"
+        raise ScenarioError.at(
+            AT, f"does not have run {missing[0]}, with which the study compares", "make it with the same runs", file
         )
     found = [labels.index(run) for run in runs]
     for path, values in samples.items():
         theirs = ds[path].values[found] if path in ds.coords else None
         if theirs is None:
-            raise ScenarioError(f'{at}: does not vary "{path}", which the study varies; make it with the same sweep')
+            raise ScenarioError.at(
+                AT, f'does not vary "{path}", which the study varies', "make it with the same sweep", file
+            )
         for run, mine, other in zip(runs, values, theirs, strict=True):
             if not abs(mine - other) <= SAME * abs(mine):
-                raise ScenarioError(
-                    f"{at}: has {path} = {other:.6g} in run {run}, but the study {mine:.6g}; make it with the same "
-                    "sweep and seed"
+                raise ScenarioError.at(
+                    AT,
+                    f"has {path} = {other:.6g} in run {run}, but the study {mine:.6g}",
+                    "make it with the same sweep and seed",
+                    file,
                 )
     return found

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
 from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
 from lienumba.words import show
@@ -61,19 +61,21 @@ def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, A
 def _read(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     for key in table:
         if key != "file":
-            raise ScenarioError(f"{AT}.{key}: the samples come from file already; leave out either file or {key}")
+            raise ScenarioError.at(
+                f"{AT}.{key}", "the samples come from file already", f"leave out either file or {key}"
+            )
     path = folder / str(table["file"])
     with reading(AT, table["file"], path):
         columns = _netcdf(path) if path.suffix.lower() in ENDINGS else _csv(path)
         for name, numbers in columns.items():
             for row, x in enumerate(numbers):
                 if not abs(x) <= LARGEST:
-                    raise ValueError(f"row {row + 1} of column {show(name)}: {x} is no finite number; correct it")
+                    raise BadValueError(f"row {row + 1} of column {show(name)}: {x} is no finite number", "correct it")
         runs = columns.pop(RUN, None)
         if runs is None:
             return {"columns": columns}
         if not all(x.is_integer() and x >= -1.0 for x in runs):
-            raise ValueError(f"column {RUN}: has labels that are no whole numbers from 0 on; correct them")
+            raise BadValueError(f"column {RUN}: has labels that are no whole numbers from 0 on", "correct them")
         kept = [row for row, x in enumerate(runs) if x >= 0.0]  # the nominal run is not sampled
         return {
             "columns": {name: [numbers[row] for row in kept] for name, numbers in columns.items()},
@@ -85,7 +87,7 @@ def _csv(path: Path) -> Columns:
     names, rows = csv_rows(path)
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ValueError(f"has two columns {show(twice)}; give each its own name")
+        raise BadValueError(f"has two columns {show(twice)}", "give each its own name")
     return {name: csv_column(name, names, rows) for name in names}
 
 
@@ -97,9 +99,9 @@ def _netcdf(path: Path) -> Columns:
     with netCDF4.Dataset(path) as file:
         inputs = [name for name, x in file.variables.items() if getattr(x, "role", None) == "input"]
         if not inputs:
-            raise ValueError(
-                'has no sampled inputs (variables with the attribute role = "input"); give a dataset of a sweep, '
-                "or a file that lienumba sample has written"
+            raise BadValueError(
+                'has no sampled inputs (variables with the attribute role = "input")',
+                "give a dataset of a sweep, or a file that lienumba sample has written",
             )
         read = [*inputs, *([RUN] if RUN in file.variables else [])]
         return {name: np.ma.filled(np.ma.asarray(file.variables[name][:], float), np.nan).tolist() for name in read}

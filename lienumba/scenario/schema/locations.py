@@ -5,11 +5,12 @@ from typing import Any
 
 from pydantic import Discriminator
 
+from lienumba.scenario.base.paths import BESIDE, LISTS, written
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.schema import scenario
 from lienumba.words import show
 
-NAMED_LISTS = tuple(f"model.{kind}" for kind in scenario.LISTS)
+NAMED_LISTS = tuple(written([kind]) for kind in LISTS)
 
 Loc = Sequence[str | int]
 
@@ -19,6 +20,8 @@ def place(loc: Loc, raw: Any) -> str:
     text = ""
     node = raw
     kept = without_tags(loc)
+    if kept[:1] == ["model"] and len(kept) > 1 and kept[1] in BESIDE and isinstance(raw, dict):
+        node, kept = raw.get("model"), kept[1:]
     for position, part in enumerate(kept):
         last = position == len(kept) - 1
         if isinstance(part, int):

@@ -35,6 +35,7 @@ from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.scenario.base import paths
 from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
@@ -295,8 +296,6 @@ FORMS: dict[str, Mapping[str, type[Section]]] = {
 }  # fmt: skip
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
 SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {}
-LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
-BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
 
 
 def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
@@ -351,7 +350,7 @@ def json_schema() -> dict[str, Any]:
     """The JSON schema of a scenario as people write it: quantities and events beside the model, tables with files."""
     schema = ScenarioData.model_json_schema()
     model = schema["$defs"]["ModelSection"]["properties"]
-    for kind in BESIDE:
+    for kind in paths.BESIDE:
         schema["properties"][kind] = model.pop(kind)
     schema["$defs"]["TableFile"] = TableFile.model_json_schema()
     schema["properties"]["tables"]["additionalProperties"] = {

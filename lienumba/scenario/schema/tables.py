@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, missing
 from lienumba.keys.formulas import LARGEST
 from lienumba.keys.types import NAME, Section
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
@@ -45,70 +45,71 @@ def inlined(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     tables = raw.get("tables")
     if not isinstance(tables, dict):
         return raw
-    problems: list[str] = []
+    problems: list[Problem] = []
     read = {}
     for name, table in tables.items():
         try:
             read[name] = _inlined(name, table, folder) if isinstance(table, dict) and "file" in table else table
         except ScenarioError as error:
-            problems.append(str(error))
+            problems += error.problems
     if problems:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
     return {**raw, "tables": read}
 
 
-def tables_of(raw: dict[str, Any]) -> tuple[dict[str, Table], list[str]]:
+def tables_of(raw: dict[str, Any]) -> tuple[dict[str, Table], list[Problem]]:
     """The tables of a scenario by name, and what is wrong with them."""
     section = raw.get("tables", {})
     if not isinstance(section, dict):
-        return {}, ["tables: must be a table of tables; write [tables.thruster] and its keys below"]
+        return {}, [Problem("tables", "must be a table of tables", "write [tables.thruster] and its keys below")]
     found: dict[str, Table] = {}
-    problems: list[str] = []
+    problems: list[Problem] = []
     for name, table in section.items():
         at = f"tables.{name}"
         if not re.fullmatch(NAME, name):
-            problems.append(f'{at}: is no valid name; give a letter, then letters, digits or "_"')
+            problems.append(Problem(at, "is no valid name", 'give a letter, then letters, digits or "_"'))
         elif not isinstance(table, dict):
-            problems.append(f'{at} = {show(table)}: must be a table; give file = "profile.csv", time and value')
+            problems.append(Problem(at, "must be a table", 'give file = "profile.csv", time and value', table))
         elif wrong := _problem(table):
-            problems.append(f"{at}{wrong}")
+            problems.append(wrong.below(at))
         else:
             interpolation = table.get("interpolation", "linear")
             found[name] = Table.of(table["times"], table["values"], interpolation)
     return found, problems
 
 
-def _problem(table: dict[str, Any]) -> str | None:
-    """What is wrong with the keys or numbers of a table, from behind its name on."""
+def _problem(table: dict[str, Any]) -> Problem | None:
+    """What is wrong with the keys or numbers of a table."""
     known = list(TableSection.model_fields)
     for key in table:
         if key not in known:
-            return f".{key} is not a known key; {suggestion(key, [*TableFile.model_fields, *known])}"
+            return Problem(key, "", suggestion(key, [*TableFile.model_fields, *known]), verb=UNKNOWN)
     for key in ("times", "values"):
         if key not in table:
-            return f'.{key} is missing; give file = "profile.csv" with time and value, or times and values'
+            return missing(key, 'give file = "profile.csv" with time and value, or times and values')
     kind = table.get("interpolation", "linear")
     if kind not in INTERPOLATIONS:
-        return f".interpolation = {show(kind)}: is not known; {suggestion(str(kind), INTERPOLATIONS)}"
+        return Problem("interpolation", "is not known", suggestion(str(kind), INTERPOLATIONS), kind)
     try:
         TableSection.model_validate(table)
     except ValidationError as error:
         where, *place = error.errors()[0]["loc"]
-        return (
-            f".{where}[{place[0]}]: must be a number; correct it" if place else f".{where}: must be a list of numbers"
-        )
+        if place:
+            return Problem(f"{where}[{place[0]}]", "must be a number", "correct it")
+        return Problem(str(where), "must be a list of numbers")
     times, values = table["times"], table["values"]
     if len(times) != len(values):
-        return f": has {len(times)} times and {len(values)} values; give one value for each time"
+        return Problem("", f"has {len(times)} times and {len(values)} values", "give one value for each time")
     if len(times) < 2:
-        return f": has {len(times)} of at least 2 points; give more, or write a number instead"
+        return Problem("", f"has {len(times)} of at least 2 points", "give more, or write a number instead")
     for key, numbers in (("times", times), ("values", values)):
         for i, x in enumerate(numbers):
             if not abs(x) <= LARGEST:
-                return f".{key}[{i}] = {x}: must be a finite number; correct it, or leave the point out"
+                return Problem(f"{key}[{i}]", "must be a finite number", "correct it, or leave the point out", x)
     for i in range(1, len(times)):
         if not times[i] > times[i - 1]:
-            return f".times[{i}] = {times[i]!r}: does not come after {times[i - 1]!r}; the times must increase"
+            rule = f"does not come after {times[i - 1]!r}"
+            return Problem(f"times[{i}]", rule, "the times must increase", times[i])
     return None
 
 
@@ -117,13 +118,13 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
     at, path = f"tables.{name}", folder / str(table["file"])
     for key in ("times", "values"):
         if key in table:
-            raise ScenarioError(
-                f"{at}.{key}: the numbers come from file already; leave out either file or times and values"
+            raise ScenarioError.at(
+                f"{at}.{key}", "the numbers come from file already", "leave out either file or times and values"
             )
     columns = [table.get("time"), table.get("value")]
     for key, column in zip(("time", "value"), columns, strict=True):
         if not isinstance(column, str):
-            raise ScenarioError(f"{at}.{key} is missing; give the name of a column of {table['file']} in quotes")
+            raise ScenarioError(missing(f"{at}.{key}", f"give the name of a column of {table['file']} in quotes"))
     with reading(at, table["file"], path):
         read = _netcdf if path.suffix.lower() in ENDINGS else _csv
         times, values = read(path, [str(c) for c in columns])
@@ -134,19 +135,21 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
 @contextmanager
 def reading(at: str, file: Any, path: Path) -> Iterator[None]:
     """Say of a file that the scenario names at a place what is wrong with it."""
-    at_file = f"{at}.file = {show(file)}"
+    at_file, value = f"{at}.file", file
     if not isinstance(file, str):
-        raise ScenarioError(f"{at_file}: must be a text in quotes; give the path of a file")
+        raise ScenarioError.at(at_file, "must be a text in quotes", "give the path of a file", value)
     if not path.is_file():
-        raise ScenarioError(f"{at_file}: there is no such file; check the path")
+        raise ScenarioError.at(at_file, "there is no such file", "check the path", value)
     try:
         yield
     except UnicodeDecodeError:
-        raise ScenarioError(f"{at_file}: is no text in UTF-8; save it as UTF-8") from None
+        raise ScenarioError.at(at_file, "is no text in UTF-8", "save it as UTF-8", value) from None
     except OSError as error:
-        raise ScenarioError(f"{at_file}: cannot be read ({error.strerror}); check the file") from None
+        raise ScenarioError.at(at_file, f"cannot be read ({error.strerror})", "check the file", value) from None
+    except BadValueError as error:
+        raise ScenarioError(error.at(at_file, value)) from None
     except ValueError as error:
-        raise ScenarioError(f"{at_file}: {error}") from None
+        raise ScenarioError.at(at_file, str(error), value=value) from None
 
 
 def _csv(path: Path, columns: Sequence[str]) -> list[list[float]]:
@@ -163,7 +166,7 @@ def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
-        raise ValueError("is empty; give a first line with the names of the columns, and numbers below")
+        raise BadValueError("is empty", "give a first line with the names of the columns, and numbers below")
     head = lines[0][1]
     separator = next((c for c in ",;\t" if c in head), " ")
     rows = list(csv.reader([line for _, line in lines], delimiter=separator, skipinitialspace=True))
@@ -173,7 +176,7 @@ def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> list[float]:
     """The numbers of a column by its name."""
     if column not in names:
-        raise ValueError(f"has no column {show(column)}; {suggestion(column, names)}")
+        raise BadValueError(f"has no column {show(column)}", suggestion(column, names))
     index = names.index(column)
     numbers = []
     for line, row in rows:
@@ -181,7 +184,7 @@ def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list
             numbers.append(float(row[index]))
         except (ValueError, IndexError):
             cell = row[index] if index < len(row) else ""
-            raise ValueError(f"line {line}, column {column}: {show(cell)} is no number; correct it") from None
+            raise BadValueError(f"line {line}, column {column}: {show(cell)} is no number", "correct it") from None
     return numbers
 
 
@@ -194,9 +197,9 @@ def _netcdf(path: Path, columns: Sequence[str]) -> list[list[float]]:
         found: list[list[float]] = []
         for column in columns:
             if column not in file.variables:
-                raise ValueError(f"has no variable {show(column)}; {suggestion(column, list(file.variables))}")
+                raise BadValueError(f"has no variable {show(column)}", suggestion(column, list(file.variables)))
             values: Any = np.ma.filled(np.ma.asarray(file.variables[column][:], float), np.nan)
             if values.ndim != 1:
-                raise ValueError(f"the variable {column} has {values.ndim} dimensions; give one of 1 dimension")
+                raise BadValueError(f"the variable {column} has {values.ndim} dimensions", "give one of 1 dimension")
             found.append(values.tolist())
     return found

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from lienumba.compiler.symbols import COMPARISONS, Graph, live
-from lienumba.errors import Problem, ScenarioError
+from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.laws import Load
 from lienumba.mechanics.elements import quantities, user_laws
@@ -16,19 +16,28 @@ from lienumba.mechanics.mechanism.kinematics import Instant, Motion
 from lienumba.mechanics.mechanism.model import GROUND, Code, Force, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.numerics.jets import Jet, lift
-from lienumba.scenario.base.code import where
+from lienumba.scenario.base.code import line_of, said_of
 from lienumba.words import listed, show, suggestion
 
-REMEDIES = (
-    ("may not branch", "decides on a number of the state, which is known only while it runs; write where(condition, "
-     "number, other number), minimum, maximum or clip of lienumba.laws"),
-    ("ufunc", "calls NumPy on a number of the state; use the functions and Vector of lienumba.laws"),
-    ("real number", "needs an ordinary number, but this one is known only while it runs; use the functions of "
-     "lienumba.laws instead of math or NumPy"),
-    ("is not iterable", "needs a vector here: three numbers, or a Vector of lienumba.laws"),
-    ("unsupported operand", "combines numbers in a way that a law cannot; there are + - * / **, comparisons, and the "
-     "functions of lienumba.laws"),
-)  # fmt: skip
+REMEDIES = (  # of errors of Python, by what they say
+    (
+        "may not branch",
+        "decides on a number of the state, which is known only while it runs",
+        "write where(condition, number, other number), minimum, maximum or clip of lienumba.laws",
+    ),
+    ("ufunc", "calls NumPy on a number of the state", "use the functions and Vector of lienumba.laws"),
+    (
+        "real number",
+        "needs an ordinary number, but this one is known only while it runs",
+        "use the functions of lienumba.laws instead of math or NumPy",
+    ),
+    ("is not iterable", "needs a vector here: three numbers, or a Vector of lienumba.laws", ""),
+    (
+        "unsupported operand",
+        "combines numbers in a way that a law cannot",
+        "there are + - * / **, comparisons, and the functions of lienumba.laws",
+    ),
+)
 POINTS, FRAMES = (
     (kinematics.AT_REST, kinematics.AT_REST),
     (kinematics.UNIT, kinematics.UNIT),
@@ -47,14 +56,14 @@ def code_of(
     for name in ("t", "states"):
         if name in parameters:
             what = "the time" if name == "t" else "the states of the law"
-            raise ScenarioError(Problem(f"{place}.parameters.{name}", f"is the name of {what}", "give another name"))
+            raise ScenarioError.at(f"{place}.parameters.{name}", f"is the name of {what}", "give another name")
     own = {"t"} | ({"states"} if code.states else set()) | ({"interval"} if code.every is not None else set())
     plain = [p for p in arguments if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     placed = [p.name for p in plain if p.name not in own and p.name not in parameters]
     any_number = any(p.kind == p.VAR_POSITIONAL for p in arguments)
     if len(placed) < len(seen) and not any_number:
         rule = f"has {len(placed)} arguments for {listed(seen)}, which it sees"
-        raise ScenarioError(Problem(at, rule, "give it one for each of them", reference))
+        raise ScenarioError.at(at, rule, "give it one for each of them", reference)
     names = () if any_number else tuple(placed[: len(seen)])
     by_name = {p.name for p in arguments if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
     asked = by_name - set(placed if any_number else names)
@@ -62,14 +71,14 @@ def code_of(
     for name in parameters:
         if name not in asked and not open_ended:
             rule, remedy = "the function has no argument of this name", suggestion(name, sorted(asked))
-            raise ScenarioError(Problem(f"{place}.parameters.{name}", rule, remedy))
+            raise ScenarioError.at(f"{place}.parameters.{name}", rule, remedy)
     needed = {p.name for p in arguments if p.name in asked and p.default is p.empty}
     missing = sorted(needed - {*parameters, *own, *known})
     if missing:
         given = f"neither {' nor '.join(sorted(own, reverse=True))}, nor a quantity, nor one of {place}.parameters"
         key = "states" if missing[0] == "states" else "parameters"
         remedy = f"give {key} = {{ {_example(missing[0])} = ... }}"
-        raise ScenarioError(Problem(at, f"has the argument {missing[0]}, which is {given}", remedy, reference))
+        raise ScenarioError.at(at, f"has the argument {missing[0]}, which is {given}", remedy, reference)
     return replace(
         code,
         names=names,
@@ -117,8 +126,10 @@ def _try_force(model: Model, force: Force, now: Instant) -> None:
         again = _called(place, force.code, lambda: user_laws.energy(model, force, now, kinematics.still(now, ends)))
         _check_same(place, [found], [again])
         if not _is_number(found):
-            raise ScenarioError(f"{place}: must return one number, a potential energy in J, but returns {_kind(found)}")
-        _refuse_velocities(place, [found], "a potential energy depends on positions only; return loads instead")
+            raise ScenarioError.at(
+                place, f"must return one number, a potential energy in J, but returns {_kind(found)}"
+            )
+        _refuse_velocities(place, [found], "a potential energy depends on positions only", "return loads instead")
         return
     _check_levels(place, model, force.code, quantities.VELOCITY)
     loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
@@ -126,10 +137,12 @@ def _try_force(model: Model, force: Force, now: Instant) -> None:
     for load in loads:
         for x in (*load.value, *load.at):
             if not _is_number(x):
-                raise ScenarioError(f"{place}: the {load.kind} must be made of numbers, but has {_kind(x)}; correct it")
+                raise ScenarioError.at(
+                    place, f"the {load.kind} must be made of numbers, but has {_kind(x)}", "correct it"
+                )
     for name, x in zip(force.code.states, rates, strict=True):
         if not _is_number(x):
-            raise ScenarioError(f"{place}: the state {name} needs a number, but it returns {_kind(x)}; correct it")
+            raise ScenarioError.at(place, f"the state {name} needs a number, but it returns {_kind(x)}", "correct it")
     _check_same(place, [*_numbers(loads), *rates], [*_numbers(loads_again), *rates_again])
 
 
@@ -141,9 +154,10 @@ def _check_same(place: str, once: Sequence[Any], twice: Sequence[Any]) -> None:
     """A law is run once and compiled: it must say the same whenever it is asked."""
     same = [a is b or (_is_float(a) and repr(a) == repr(b)) for a, b in zip(once, twice, strict=False)]
     if len(once) != len(twice) or not all(same):
-        raise ScenarioError(
-            f"{place}: the function returns something else each time that it is called; it must depend on nothing but "
-            "its arguments (no random numbers, no counters)"
+        raise ScenarioError.at(
+            place,
+            "the function returns something else each time that it is called",
+            "it must depend on nothing but its arguments (no random numbers, no counters)",
         )
 
 
@@ -157,9 +171,9 @@ def _tried_joint(model: Model, index: int, now: Instant) -> Code:
     again = _called(place, joint.code, lambda: user_laws.residual(model, index, kinematics.still(now, ends)))
     for row in rows:
         if not _is_number(row):
-            raise ScenarioError(f"{place}: must return numbers that vanish where it holds, but returns {_kind(row)}")
+            raise ScenarioError.at(place, f"must return numbers that vanish where it holds, but returns {_kind(row)}")
     if not rows:
-        raise ScenarioError(f"{place}: returns no equation; return one number or several that vanish where it holds")
+        raise ScenarioError.at(place, "returns no equation", "return one number or several that vanish where it holds")
     _check_same(place, rows, again)
     level = joint.code.level
     for row in rows:
@@ -167,12 +181,14 @@ def _tried_joint(model: Model, index: int, now: Instant) -> Code:
             what = (
                 "the bodies; correct" if level == "position" else 'velocities; leave level = "velocity" out, or correct'
             )
-            raise ScenarioError(f"{place}: an equation does not depend on {what} the function")
+            raise ScenarioError.at(place, f"an equation does not depend on {what} the function")
     kinds = joint.code.returns or "m" * len(rows)
     if len(kinds) != len(rows):
-        raise ScenarioError(f"{place}.rows: has {len(kinds)} entries for {len(rows)} equations; give one for each")
+        raise ScenarioError.at(
+            f"{place}.rows", f"has {len(kinds)} entries for {len(rows)} equations", "give one for each"
+        )
     if joint.code.level == "position":
-        _refuse_velocities(place, rows, 'a constraint of positions may not; give level = "velocity"')
+        _refuse_velocities(place, rows, "a constraint of positions may not", 'give level = "velocity"')
     return replace(joint.code, returns=kinds)
 
 
@@ -182,15 +198,14 @@ def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
     try:
         return call()
     except user_laws.LawError as error:
-        raise ScenarioError(f"{place}: {code.function.__name__}: {error}") from None
+        raise ScenarioError.at(place, f"{code.function.__name__}: {error}") from None
     except Exception as error:
-        remedy = next((text for sign, text in REMEDIES if sign in str(error)), None)
-        said = where(error, file)
-        if remedy is not None:
-            said = f"{said.rpartition(f': {type(error).__name__}')[0] or 'it'} {remedy}"
-        else:
-            said = f"{said}; correct it"
-        raise ScenarioError(f"{place}: {code.function.__name__} in {file}, {said}") from None
+        name, line = f"{code.function.__name__} in {file}", line_of(error, file)
+        known = next((known for sign, *known in REMEDIES if sign in str(error)), None)
+        if known is not None:
+            rule, remedy = known
+            raise ScenarioError.at(place, f"{name}, {line or 'it'} {rule}", remedy) from None
+        raise ScenarioError.at(place, f"{name}, {said_of(error, file)}", "correct it") from None
 
 
 def _state(model: Model, graph: Graph) -> Instant:
@@ -210,17 +225,15 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
             names = [quantities.joined(quantity.name, c) for c in quantities.components(model, quantity)]
             level = max(quantities.level(model, name) for name in names)
             if level > allowed:
-                why = (
-                    "which follows from the forces themselves; read positions and velocities"
-                    if level == quantities.OBSERVED
-                    else quantities.QUANTITIES[quantity.type].instead(model, quantity)
-                )
-                raise ScenarioError(f"{place}: reads the quantity {quantity.name}, {why}")
+                why, remedy = "which follows from the forces themselves", "read positions and velocities"
+                if level != quantities.OBSERVED:
+                    why, remedy = quantities.QUANTITIES[quantity.type].instead(model, quantity)
+                raise ScenarioError.at(place, f"reads the quantity {quantity.name}, {why}", remedy)
 
 
-def _refuse_velocities(place: str, rows: Sequence[Any], why: str) -> None:
+def _refuse_velocities(place: str, rows: Sequence[Any], why: str, remedy: str) -> None:
     if any(_reads(row, VELOCITIES) for row in rows):
-        raise ScenarioError(f"{place}: depends on velocities, but {why}")
+        raise ScenarioError.at(place, f"depends on velocities, but {why}", remedy)
 
 
 def _reads(row: Any, first: int) -> bool:
@@ -247,9 +260,13 @@ def _check_affine(model: Model, index: int) -> None:
     for row in user_laws.residual(model, index, replace(view, motions=jets)):
         x = lift(row)
         if not abs(x.c) <= BEND * (abs(x.a) + abs(x.b)):
-            raise ScenarioError(
-                f"{place}: must be affine in the velocities (a sum of velocities times functions of positions and t), "
-                "but is not; rewrite it, or use a force"
+            raise ScenarioError.at(
+                place,
+                (
+                    "must be affine in the velocities (a sum of velocities times functions of positions and t), but "
+                    "is not"
+                ),
+                "rewrite it, or use a force",
             )
 
 

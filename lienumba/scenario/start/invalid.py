@@ -24,7 +24,11 @@ def refuse_invalid(scenario: "Scenario", samples: "Mapping[str, np.ndarray]") ->
             guilty.append(path)
     shown = listed(f'"{path}"' for path in guilty or vary)
     example = ", ".join(f"{name} = {values[0]:.6g}" for name, values in samples.items())
-    raise ScenarioError(
-        f"sweep.vary: no run is possible with {shown} varied: every sample has a mass, inertia, length or rotation "
-        f"that nothing has, or is no finite number; give values nearer to the nominal ones. The first run: {example}"
+    raise ScenarioError.at(
+        "sweep.vary",
+        (
+            f"no run is possible with {shown} varied: every sample has a mass, inertia, length or rotation "
+            "that nothing has, or is no finite number"
+        ),
+        f"give values nearer to the nominal ones. The first run: {example}",
     )

@@ -78,20 +78,25 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     done = assembly.assemble(model, start, 1)
     problems = violations(done, start, 0)
     if problems and not _only_prescribed(done, start):
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
     nominal, now = rank.nominal(done.model), done.instant(0)
     unmet = rank.contradiction(nominal, now)
     if problems and not unmet:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
     typical, found = now, rank.rank_of(nominal, now)
     if later := rank.on_the_way(nominal, now, found):
         typical, found = later, rank.rank_of(nominal, later)
     if unmet:
-        raise ScenarioError(
-            f"model: {listed(unmet)} contradict each other: there are {found.rows} equations of rank "
-            f"{found.rank} for {found.rank + found.freedom} velocities, and no motion fulfils them all; remove a "
-            "driver or a joint of these, correct what it prescribes, or, if this is a dead point, give velocities that "
-            "fit or start beside it"
+        raise ScenarioError.at(
+            "model",
+            (
+                f"{listed(unmet)} contradict each other: there are {found.rows} equations of rank {found.rank} "
+                f"for {found.rank + found.freedom} velocities, and no motion fulfils them all"
+            ),
+            (
+                "remove a driver or a joint of these, correct what it prescribes, or, if this is a dead point, "
+                "give velocities that fit or start beside it"
+            ),
         )
     _check_drivers(nominal, now)
     _check_forces(nominal, now)
@@ -114,9 +119,10 @@ def _check_drivers(model: Model, now: Instant) -> None:
     moved = {row for (row, _), x in C.items() if abs(x) > CLOSE}
     for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=True):
         if any(map(reads_state, driver.value)) and not moved.issuperset(range(rows.start, rows.stop)):
-            raise ScenarioError(
-                f"model.drivers.{driver.name}: follows itself: what it prescribes moves as what it drives; read "
-                "another quantity"
+            raise ScenarioError.at(
+                f"model.drivers.{driver.name}",
+                "follows itself: what it prescribes moves as what it drives",
+                "read another quantity",
             )
 
 
@@ -126,36 +132,44 @@ def _check_forces(model: Model, now: Instant) -> None:
         try:
             finite = all(map(isfinite, generalized(model, now, [force])))
         except ZeroDivisionError:
-            raise ScenarioError(
-                f"model.forces.{force.name}: divides by zero at the start; write it so that it is finite there"
+            raise ScenarioError.at(
+                f"model.forces.{force.name}", "divides by zero at the start", "write it so that it is finite there"
             ) from None
         if not finite:
-            raise ScenarioError(Problem(f"model.forces.{force.name}", *FORCES[force.type].infinite))
+            raise ScenarioError.at(f"model.forces.{force.name}", *FORCES[force.type].infinite)
 
 
 def _check_start(model: Model, start: Start) -> None:
     """What must be known before the joints can be placed."""
-    problems = []
+    problems: list[Problem] = []
     for joint, body in joint_frames.unplaced(model, start):
         says, name = start.joints[joint], model.bodies[body].name
         key = "at" if says.at is not None else "axis"
         problems.append(
-            f"model.joints.{model.joints[joint].name}.{key}: is in the global frame, but where {name} is at the start "
-            f"is not given; give position and rotation of {name}, or give "
-            f"{'points' if key == 'at' else 'axes'} in the bodies' own frames instead"
+            Problem(
+                f"model.joints.{model.joints[joint].name}.{key}",
+                f"is in the global frame, but where {name} is at the start is not given",
+                (
+                    f"give position and rotation of {name}, or give {'points' if key == 'at' else 'axes'} in the "
+                    "bodies' own frames instead"
+                ),
+            )
         )
     for joint in joint_frames.without_zero(model, start):
         problems.append(
-            f"model.joints.{model.joints[joint].name}: its angle is prescribed at the start, but nothing says from "
-            "where it counts; give references = [[x, y, z], [x, y, z]], or the rotations of its bodies"
+            Problem(
+                f"model.joints.{model.joints[joint].name}",
+                "its angle is prescribed at the start, but nothing says from where it counts",
+                "give references = [[x, y, z], [x, y, z]], or the rotations of its bodies",
+            )
         )
     for driver in model.drivers:
         problems += _contradicted(driver, model, start)
     if problems:
-        raise ScenarioError("\n".join(problems))
+        raise ScenarioError(*problems)
 
 
-def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
+def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
     """What a joint says of its coordinate at the start, but its driver says otherwise."""
     if driver.coordinate is None or reads_state(driver.value[0]):
         return []
@@ -163,8 +177,11 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[str]:
     says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
     prescribed = zip(keys if driver.motion == "value" else keys[1:], at_start(driver.value[0]), strict=False)
     return [
-        f"model.drivers.{driver.name}: prescribes the {key} {number:.6g} at t = 0, but model.joints.{name}.{key} = "
-        f"{given!r}; leave the latter out"
+        Problem(
+            f"model.drivers.{driver.name}",
+            f"prescribes the {key} {number:.6g} at t = 0, but model.joints.{name}.{key} = {given!r}",
+            "leave the latter out",
+        )
         for key, number in prescribed
         if (given := getattr(says, key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
     ]
@@ -208,11 +225,10 @@ def prepare(
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
-        reasons = "\n".join(violations(done, start, 0))
-        raise ScenarioError(
-            f"sweep.vary: no sampled run can be assembled with {varied} varied; give fewer initial values, so that the "
-            f"joints can decide them. The first run: {reasons or 'its state is not finite, or its joints lock it'}"
-        )
+        why, *others = violations(done, start, 0) or ["its state is not finite, or its joints lock it"]
+        rule = f"no sampled run can be assembled with {varied} varied"
+        remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
+        raise ScenarioError(Problem("sweep.vary", rule, remedy), *others)
     states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
     return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
 

@@ -44,7 +44,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[In
     """Draw the samples of these runs into a file; how each input statistics."""
     samples = draw(scenario, labels)
     if not samples:
-        raise ScenarioError("sweep.vary: is empty, so there is nothing to draw; vary at least one number")
+        raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
     model = scenario.data.model.model_dump()
     of = {path: units(path, model) for path in samples}
     if target.suffix.lower() == CSV:

@@ -39,7 +39,7 @@ def told(point: Point, act: Callable[[Scenario], T]) -> T:
     try:
         return act(point.scenario)
     except ScenarioError as error:
-        raise ScenarioError("\n".join(f"{point.place}: {line}" for line in str(error).splitlines())) from None
+        raise error.inside(point.place) from None
 
 
 def stated(scenario: Scenario, point: Point, labels: Sequence[int], samples: "dict[str, np.ndarray]") -> Truth | None:

@@ -70,9 +70,11 @@ class Scalar(Distribution):
         if not self.relative:
             return 1.0
         if nominal == 0.0:
-            raise ScenarioError(
-                "relative = true: must be false for a nominal value of 0, of which every multiple is 0;"
-                " leave it out and give absolute numbers"
+            raise ScenarioError.at(
+                "relative",
+                "must be false for a nominal value of 0, of which every multiple is 0",
+                "leave it out and give absolute numbers",
+                True,
             )
         return nominal
 

@@ -58,10 +58,13 @@ def second_moments(inertia: Any) -> so3.Matrix3:
     minors = (a * b - xy * xy, a * c - xz * xz, b * c - yz * yz)
     determinant = a * minors[2] - xy * (xy * c + xz * yz) - xz * (xy * yz + xz * b)
     if min(a, b, c) < -room or min(minors) < -room * half or determinant < -room * half * half:
-        raise ScenarioError(
-            f"distribution: no body has the nominal inertia {[float(x) for x in inertia]}, of whose principal moments "
-            "one is larger than the sum of the others (the triangle inequality); correct it, or vary its elements one "
-            "by one"
+        raise ScenarioError.at(
+            "distribution",
+            (
+                f"no body has the nominal inertia {[float(x) for x in inertia]}, of whose principal moments one "
+                "is larger than the sum of the others (the triangle inequality)"
+            ),
+            "correct it, or vary its elements one by one",
         )
     return (a, -xy, -xz, -xy, b, -yz, -xz, -yz, c)
 

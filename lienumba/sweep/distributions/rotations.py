@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.groups import so3
 from lienumba.numerics.operations import cos, sin, sqrt
 from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import ROTATION, VECTOR, Distribution, Finite, Spread
-from lienumba.words import number
+from lienumba.words import Written, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -63,12 +63,13 @@ class RotationNormal(Distribution):
     def _one_of_both(self) -> RotationNormal:
         if (self.std is None) == (self.covariance is None):
             both = "has both std and covariance" if self.std is not None else "has neither std nor covariance"
-            raise ValueError(f"{both}; give one of them")
+            raise BadValueError(both, "give one of them")
         if self.covariance is not None:
             try:
                 cholesky(self.covariance)
             except MatrixError as error:
-                raise ValueError(f"covariance = {self.covariance}: {error}") from None
+                wrong = error.problem
+                raise BadValueError(wrong.rule, wrong.remedy, "covariance", Written(self.covariance)) from None
         return self
 
     def factor(self) -> list[list[float]]:
@@ -123,8 +124,8 @@ class Direction(Distribution):
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         length = sqrt(so3.dot(nominal, nominal))
         if not length > 0.0:
-            raise ScenarioError(
-                f"distribution: the nominal vector {list(nominal)} has no direction; give one other than 0"
+            raise ScenarioError.at(
+                "distribution", f"the nominal vector {list(nominal)} has no direction", "give one other than 0"
             )
         half = sin(0.5 * self.angle)
         depth = 2.0 * (half * half) * u[0]  # 1 - cos of the angle to the nominal direction

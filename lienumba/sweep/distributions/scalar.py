@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.numerics.operations import exp
 from lienumba.sweep.distributions.base import Finite, Scalar, Spread
-from lienumba.words import listed, number
+from lienumba.words import Written, listed, number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +75,7 @@ class TruncatedNormal(Scalar):
     @model_validator(mode="after")
     def _bounded(self) -> TruncatedNormal:
         if self.low is None and self.high is None:
-            raise ValueError('has neither low nor high; give one of them, or the distribution "normal"')
+            raise BadValueError("has neither low nor high", 'give one of them, or the distribution "normal"')
         if self.low is not None and self.high is not None:
             _check_apart(self.low, self.high)
         return self
@@ -91,9 +91,13 @@ class TruncatedNormal(Scalar):
         low, high = sorted(scale * x for x in bounds)
         a, b = (low - mean) / std, (high - mean) / std
         if a > FARTHEST or b < -FARTHEST:
-            raise ScenarioError(
-                f"mean: {mean:g} lies more than {FARTHEST:g} standard deviations outside of the bounds, {low:g} and "
-                f"{high:g}, between which no sample would ever fall; correct mean, std or the bounds"
+            raise ScenarioError.at(
+                "mean",
+                (
+                    f"{mean:g} lies more than {FARTHEST:g} standard deviations outside of the bounds, {low:g} and "
+                    f"{high:g}, between which no sample would ever fall"
+                ),
+                "correct mean, std or the bounds",
             )
         upper = a > 0.0  # there the probabilities of the other side are exact
         if upper:
@@ -120,7 +124,7 @@ class Lognormal(Scalar):
         median = self.located(self.median, nominal)
         if median == 0.0:
             what = "the nominal value, which is 0" if self.median is None else "0"
-            raise ScenarioError(f"median: is {what}, so that every sample is 0; give a median other than 0")
+            raise ScenarioError.at("median", f"is {what}, so that every sample is 0", "give a median other than 0")
         samples: np.ndarray = median * exp(self.sigma * inverse(u))
         return samples
 
@@ -149,9 +153,10 @@ class Triangular(Scalar):
         mode = self.located(self.mode, nominal)
         if not low <= mode <= high:
             what = "the nominal value" if self.mode is None else "the mode"
-            raise ScenarioError(
-                f"mode: {what} {mode:g} does not lie between low and high, {low:g} and {high:g}; "
-                "give one that does, or other bounds"
+            raise ScenarioError.at(
+                "mode",
+                f"{what} {mode:g} does not lie between low and high, {low:g} and {high:g}",
+                "give one that does, or other bounds",
             )
         left, right, width = mode - low, high - mode, high - low
         rising, falling = np.sqrt(u * width * left), np.sqrt((1.0 - u) * width * right)
@@ -175,14 +180,16 @@ class Choice(Scalar):
     @model_validator(mode="after")
     def _complete(self) -> Choice:
         if not self.values:
-            raise ValueError("values = []: is empty; give at least one value")
+            raise BadValueError("is empty", "give at least one value", "values", [])
         if self.weights is not None and len(self.weights) != len(self.values):
-            raise ValueError(
-                f"weights = {self.weights}: must be as many as there are values, which is {len(self.values)}; "
-                "give one for each value"
+            raise BadValueError(
+                f"must be as many as there are values, which is {len(self.values)}",
+                "give one for each value",
+                "weights",
+                Written(self.weights),
             )
         if self.weights is not None and not sum(self.weights) > 0.0:
-            raise ValueError(f"weights = {self.weights}: are all 0; give at least one above 0")
+            raise BadValueError("are all 0", "give at least one above 0", "weights", Written(self.weights))
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
@@ -213,10 +220,10 @@ class Constant(Scalar):
 
 def _check_apart(low: float, high: float) -> None:
     if low == high:
-        raise ValueError(f"low = {low:g}: must be below high; give a constant instead")
+        raise BadValueError("must be below high", "give a constant instead", "low", Written(f"{low:g}"))
     _check_order(low, high)
 
 
 def _check_order(low: float, high: float) -> None:
     if low > high:
-        raise ValueError(f"low = {low:g}: must not be above high = {high:g}; exchange the two")
+        raise BadValueError(f"must not be above high = {high:g}", "exchange the two", "low", Written(f"{low:g}"))

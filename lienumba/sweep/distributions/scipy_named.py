@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ConfigDict, Field, StrictStr, model_validator
 
+from lienumba.errors import BadValueError
 from lienumba.sweep.distributions.base import Finite, Scalar
-from lienumba.words import number
+from lienumba.words import Written, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,24 +33,24 @@ class SciPy(Scalar):
         if not isinstance(found, stats.rv_continuous | stats.rv_discrete):
             kinds = (stats.rv_continuous, stats.rv_discrete)
             names = [name for name in dir(stats) if isinstance(getattr(stats, name), kinds)]
-            raise ValueError(
-                f'scipy = "{self.scipy}": is no distribution of a number in scipy.stats; {_nearest(self.scipy, names)}'
+            raise BadValueError(
+                "is no distribution of a number in scipy.stats", _nearest(self.scipy, names), "scipy", self.scipy
             )
         shapes = [name.strip() for name in found.shapes.split(",")] if found.shapes else []
         known = [*shapes, "loc", *(["scale"] if isinstance(found, stats.rv_continuous) else [])]
         given = self.__pydantic_extra__ or {}
         for name in given:
             if name not in known:
-                raise ValueError(
-                    f"{name} = {given[name]:g}: {self.scipy} has no such parameter; {_nearest(name, known)}"
+                raise BadValueError(
+                    f"{self.scipy} has no such parameter", _nearest(name, known), name, Written(f"{given[name]:g}")
                 )
         missing = [name for name in shapes if name not in given]
         if missing:
-            raise ValueError(f'scipy = "{self.scipy}": needs {" and ".join(missing)}; give {missing[0]} = ...')
+            raise BadValueError(f"needs {' and '.join(missing)}", f"give {missing[0]} = ...", "scipy", self.scipy)
         if not all(x == x for x in found.support(**given)):
             shown = ", ".join(f"{name} = {x:g}" for name, x in given.items())
-            raise ValueError(
-                f'scipy = "{self.scipy}": does not exist with {shown}; its documentation tells what may be given'
+            raise BadValueError(
+                f"does not exist with {shown}", "its documentation tells what may be given", "scipy", self.scipy
             )
         return self
 

@@ -148,7 +148,7 @@ def test_constants_need_no_parameters():
 
 
 def test_what_nobody_uses_is_a_warning():
-    assert resolve(servo(kq=3)).warnings == [
+    assert list(map(str, resolve(servo(kq=3)).warnings)) == [
         "parameters.kq: nothing uses it; write its name in a number of the model, or remove it"
     ]
     assert resolve(servo()).warnings == []

@@ -102,9 +102,9 @@ class QuantityType(Section):
         raise NotImplementedError
 
     @classmethod
-    def instead(cls, model: Model, quantity: Quantity) -> str:
+    def instead(cls, model: Model, quantity: Quantity) -> tuple[str, str]:
         """Why a law of positions may not read it, behind its name, and what to read instead."""
-        return "a velocity, which this law may not depend on; read positions"
+        return "a velocity, which this law may not depend on", "read positions"
 
     @classmethod
     def references(cls) -> Mapping[str, Refers]:

@@ -145,11 +145,9 @@ class JointQuantity(QuantityType):
         return tuple(found)
 
     @classmethod
-    def instead(cls, model: Model, quantity: Quantity) -> str:
-        return (
-            "of which rates are a part, and this law may depend on positions only; give it joints = "
-            f"[{show(model.joints[quantity.joint].name)}] instead"
-        )
+    def instead(cls, model: Model, quantity: Quantity) -> tuple[str, str]:
+        why = "of which rates are a part, and this law may depend on positions only"
+        return why, f"give it joints = [{show(model.joints[quantity.joint].name)}] instead"
 
     @classmethod
     def sketch(cls, table: Mapping[str, Any], joints: Sequence[str], drivers: Sequence[str]) -> Quantity | None:
