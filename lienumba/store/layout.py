@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lienumba.compiler.memo import Memo, content
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ class Variable:
     reaction: bool = False
 
 
+FEW = 64  # runs, up to which what datasets have in common is kept
+FRAMES: Memo[xr.Dataset] = Memo(16)
 # Of every run, whatever is stored over time.
 OF_RUNS: dict[str, Variable] = {
     "status": Variable(RUN, "1", "how the run ended", dtype="int8"),
@@ -107,7 +110,6 @@ def dataset(
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
     import numpy as np
-    import xarray as xr
 
     labels: dict[str, np.ndarray] = {
         "run": np.asarray(runs, dtype=np.int64),
@@ -122,11 +124,34 @@ def dataset(
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
     specs, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
-    data = {
-        name: variable(name, specs[name], array, total)
+    arrays = {
+        name: _as_kept(specs[name], array)
         for name, array in variables.items()
         if all(len(labels[dim]) for dim in specs[name].dims[1:])
     }
+    columns = input_coordinates(inputs, input_units, total)
+    if len(runs) > FEW:
+        found = _frame(arrays, specs, labels, shared, total)
+    else:
+        shapes = tuple((name, x.shape, content(specs[name])) for name, x in arrays.items())
+        key = shapes, tuple((name, x.dtype.str, x.tobytes()) for name, x in labels.items()), tuple(shared), total
+        nothing = {name: np.broadcast_to(np.zeros((), x.dtype), x.shape) for name, x in arrays.items()}
+        found = FRAMES.get(key, lambda: _frame(nothing, specs, labels, shared, total)).copy(data=arrays)
+    found.attrs = dict(attributes)
+    return found.assign_coords(columns) if columns else found
+
+
+def _frame(
+    arrays: Mapping[str, np.ndarray],
+    specs: Mapping[str, Variable],
+    labels: Mapping[str, np.ndarray],
+    shared: Sequence[str],
+    total: int,
+) -> xr.Dataset:
+    """The dataset with its labels and texts."""
+    import xarray as xr
+
+    data = {name: variable(name, specs[name], array, total) for name, array in arrays.items()}
     if shared:
         for name in (name for name in data if specs[name].reaction):
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
@@ -136,8 +161,7 @@ def dataset(
         for name, values in labels.items()
         if name in used
     }
-    columns = input_coordinates(inputs, input_units, total)
-    return xr.Dataset(data, coordinates | columns, dict(attributes))
+    return xr.Dataset(data, coordinates)
 
 
 def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str], total: int) -> dict[str, xr.Variable]:
@@ -167,7 +191,6 @@ def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, Any]:
 
 def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Variable:
     """A variable of the dataset with its texts and encoding; a count below 0 is none; total: number of runs."""
-    import numpy as np
     import xarray as xr
 
     attributes: dict[str, Any] = texts(spec.units, spec.long_name)
@@ -175,10 +198,17 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
         attributes["frame"] = spec.frame
     if name == "status":
         attributes |= _flags()
+    array = _as_kept(spec, array)
+    return xr.Variable(spec.dims, array, attributes, _encoding(spec, array.shape, total))
+
+
+def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
+    """An array in the type that it has in memory; a count below 0 is none."""
+    import numpy as np
+
     if spec.count:
         array = np.where(array < 0, np.nan, array)
-    array = np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
-    return xr.Variable(spec.dims, array, attributes, _encoding(spec, array.shape, total))
+    return np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
 
 
 def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -24,7 +24,10 @@ from lienumba.groups import so3
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
-from lienumba.keys.types import Positive
+from lienumba.keys.types import Positive, Timed
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, Given
+from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, number
 from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
 from lienumba.mechanics.elements.joints.parts import along, separation
@@ -271,3 +274,75 @@ def test_a_joint_that_does_not_fit_its_start() -> None:
     sentence = "model.joints.ring: its points are not where it allows them at t = 0: they miss by 0.19 m"
     with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
         lienumba.run(data)
+
+
+class Magnet(BetweenPoints):
+    """Two magnets that repel each other with strength/d^3."""
+
+    type: Literal["magnet"]
+    strength: Timed = number("the strength in {}", "N m3", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["strength"] / (c[0] * c[0])
+
+
+def repelled(**push: Any) -> dict[str, Any]:
+    """A bob that flies towards a magnet at the origin."""
+    bob = {"name": "bob", "mass": 2, "inertia": [1, 1, 1], "position": [0.5, 0, 0], "velocity": [-0.3, 0, 0]}
+    magnets = {"name": "push", "type": "magnet", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0]]}
+    return {
+        "model": {"gravity": [0, 0, 0], "bodies": [bob | {"rotation": [1, 0, 0, 0]}], "forces": [magnets | push]},
+        "quantities": [{"name": "gap", "type": "point", "body": "bob"}],
+        "integrator": {"step": 1e-3, "end_time": 1.0},
+    }
+
+
+def test_a_force() -> None:
+    """The record of a force is its keys and its potential; of a body that it drives away, d^2 is a parabola in time."""
+    vary = {"forces.push.strength": {"distribution": "uniform", "low": 0.5, "high": 2}}
+    with FORCES.temporarily(Magnet):
+        ds = lienumba.run(repelled(strength=1) | {"sweep": {"runs": 5, "vary": vary}})
+        forces = json_schema()["$defs"]["ModelSection"]["properties"]["forces"]["items"]
+        told = resolve(repelled(strength=-1)).warnings
+        with pytest.raises(ScenarioError, match='"magnt": is not known; the nearest known name is "magnet"'):
+            resolve(repelled(type="magnt"))
+        with pytest.raises(ScenarioError, match=r"must be a number; give the strength in N m\^3"):
+            resolve(repelled(strength=[1, 2]))
+    strength, t = ds["forces.push.strength"], ds["time"]
+    wanted = 0.25 - 0.3 * t + (0.09 + strength / (2 * 0.25)) * t**2
+    np.testing.assert_allclose(ds["gap"].sel(axis="x") ** 2, wanted.transpose("run", "time"), rtol=1e-9)
+    assert abs(ds["energy_residual"]).max() < 1e-9
+    assert strength.attrs["units"] == "N m3"
+    assert "magnet" in forces["discriminator"]["mapping"]
+    assert "model.forces.push.strength = -1.0: is negative, so it pushes away" in str(told[0])
+
+
+class Mainspring(AlongJoint):
+    """The spring of a clock: its torque grows with the angle, over all turns."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("angle",)
+
+    type: Literal["mainspring"]
+    winding: Timed = number("the winding in {}", "N m rad-1", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["winding"] * c[0] * c[0]
+
+
+def test_a_force_about_an_axis() -> None:
+    """It counts turns without being told to: from one side to the other it swings as far as it was wound."""
+    wheel = {"name": "wheel", "mass": 1, "inertia": [1, 1, 0.5], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "wheel"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    spring = {"name": "spring", "type": "mainspring", "joint": "hinge", "winding": 2}
+    scenario = {
+        "model": {"bodies": [wheel], "joints": [hinge | {"angle": 50.0, "rate": 0.0}], "forces": [spring]},
+        "quantities": [{"name": "spin", "type": "angular_velocity", "body": "wheel"}],
+        "integrator": {"step": 1e-3, "end_time": 2.0},
+    }
+    with FORCES.temporarily(Mainspring):
+        ds = lienumba.run(scenario)
+    t = ds["time"].values
+    np.testing.assert_allclose(ds["spin"][0, :, 2], -100.0 * np.sin(2.0 * t), atol=1e-6)
+    np.testing.assert_allclose(ds["potential_energy"][0], 2500.0 * np.cos(2.0 * t) ** 2, atol=1e-4)

@@ -12,6 +12,7 @@ from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
@@ -130,7 +131,7 @@ def _varying(samples: dict[str, np.ndarray], sampled: np.ndarray) -> tuple[dict[
 
 
 def _plan(
-    labels: np.ndarray, sweep: dict[str, Any], samples: dict[str, np.ndarray]
+    labels: np.ndarray, sweep: Tables, samples: dict[str, np.ndarray]
 ) -> tuple[np.ndarray, sobol.Rows | None, list[str]]:
     """The runs (indices) that count for ranks, the rows of Sobol' indices if there are any, and what to say of it."""
     import numpy as np

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from lienumba.scenario.base.toml import Tables
 from lienumba.sweep.distributions.registry import class_of
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import listed, number, show
@@ -10,7 +11,7 @@ from lienumba.words import listed, number, show
 Table = Mapping[str, Any]
 
 
-def inputs(vary: Mapping[str, Table], units: Mapping[str, str], nominal: Mapping[str, Any]) -> str:
+def inputs(vary: Mapping[str, Table], units: Mapping[str, str], nominal: Tables) -> str:
     """Every varied path with its nominal value and distribution; those of the same distribution together."""
     groups: dict[tuple[str, bool], list[str]] = {}
     for path, d in vary.items():
@@ -28,7 +29,7 @@ def _nominal(values: list[str]) -> str:
     return f"each nominal {values[0]}; " if same else f"nominal {listed(values)}; "
 
 
-def _plain(value: Any, units: str) -> str:
+def _plain(value: object, units: str) -> str:
     """A nominal value: numbers with their unit, formulas and the like as the scenario has them."""
     flat = value if isinstance(value, list) else [value]
     if all(isinstance(x, int | float) for x in flat):

@@ -5,13 +5,15 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+Tables = Mapping[str, Any]  # of a scenario: keys and what they hold
 
-def dumps(data: Mapping[str, Any]) -> str:
+
+def dumps(data: Tables) -> str:
     """TOML text of nested dicts, lists, texts, numbers and booleans; `tomllib` reads the same values back."""
     return "\n".join(_section(data, [])).strip("\n") + "\n"
 
 
-def _section(table: Mapping[str, Any], names: list[str]) -> list[str]:
+def _section(table: Tables, names: list[str]) -> list[str]:
     """The lines of one table: its own values first, then the tables in it."""
     lines, inner = [], []
     for key, value in table.items():
