@@ -4,11 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.keys.facts import is_open_ended
+from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
-from lienumba.sweep.distributions.registry import BY_KEY, NAMED
+from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, suggestion
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ def _unknown(loc: Loc, raw: Any) -> Problem:
 
 
 def _form(kind: str, form: str) -> str:
-    return "the driver of a joint" if (kind, form) == ("drivers", "joint") else form
+    return DRIVERS[form].noun if kind == "drivers" and "motion" not in DRIVERS[form].model_fields else form
 
 
 def _kind(kind: str, form: str) -> str:
@@ -144,7 +145,7 @@ def _kind(kind: str, form: str) -> str:
         return f"{'an' if form[0] in 'aeio' else 'a'} {form} joint"
     if kind == "forces":
         return f"a force of type {form}"
-    return _form(kind, form) if form == "joint" else f"the motion {form}"
+    return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
 
 
 def _header(names: tuple[str, ...]) -> str:
@@ -164,7 +165,7 @@ def _no_type(kind: str, path: str, value: object) -> Problem:
         if "type" not in value:
             return missing(f"{path}.type", f"give one of {', '.join(known)}")
         return Problem(f"{path}.type", "is not known", suggestion(str(value["type"]), known), value["type"])
-    motions = [motion for motion in known if motion != "joint"]
+    motions = [form for form, kind_of_driver in DRIVERS.items() if "motion" in kind_of_driver.model_fields]
     if "motion" in value:
         return Problem(f"{path}.motion", "is not known", suggestion(str(value["motion"]), motions), value["motion"])
     if "body" in value:
@@ -177,7 +178,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
     """A distribution, rotation or inertia that has none of the known forms."""
     if loc[:2] != ("sweep", "vary"):
         return Problem(path, "has none of the known forms", remedy, value)
-    known = list(NAMED)
+    known = named()
     if not isinstance(value, dict):
         return Problem(path, "must be a table", 'give { distribution = "normal", std = ... }', value)
     name = value.get("distribution")
@@ -185,7 +186,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
         return Problem(f"{path}.distribution", "is not known", suggestion(name, known), name)
     if any(isinstance(item, dict) for item in value.values()):
         return Problem(path, "a varied path needs quotes", f'write "{_dotted(str(loc[2]), value)}" = {{ ... }}')
-    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead")
+    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(by_key())} instead")
 
 
 def _dotted(key: str, value: dict[str, Any]) -> str:
