@@ -34,7 +34,7 @@ def method_of(resolved: Scenario) -> "Method":
     """What beside the mechanism shapes the kernels of a scenario."""
     from lienumba.integrators.tracing.program import Method
 
-    data: Any = resolved.data
+    data = resolved.data
     integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
@@ -64,7 +64,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine
     from lienumba.batch.integrate import Batch
     from lienumba.integrators.tracing.tracer import split
 
-    data: Any = resolved.data
+    data = resolved.data
     law_states = program.law_states.start(prepared.model.forces, len(prepared.states))
     return Batch(
         machine=machine,

@@ -99,7 +99,7 @@ def run(
     if told:
         for warning in resolved.warnings:
             warnings.warn(str(warning), stacklevel=2)
-    data: Any = resolved.data
+    data = resolved.data
     labels = list(resolved.labels if runs is None else runs)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")

@@ -109,7 +109,7 @@ class Threads:
 
 
 def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
-    data: Any = resolved.data
+    data = resolved.data
     for portion in runs.portions(len(data.model.bodies)):
         yield prepare(resolved, portion.labels.tolist(), portion.samples, runs.nominal, len(runs.labels))
 
