@@ -34,7 +34,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def run(
-    scenario: Any,
+    scenario: object,
     *,
     output: str | os.PathLike[str] | None = None,
     workers: int | None = None,
@@ -44,7 +44,7 @@ def run(
     part: str | tuple[int, int] | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    dask: Any = None,
+    dask: object = None,
     progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate a scenario and return its dataset.
@@ -131,7 +131,7 @@ def run(
     return read(Path(output))
 
 
-def _check_study(resume: bool, dask: Any) -> None:
+def _check_study(resume: bool, dask: object) -> None:
     if resume:
         raise ScenarioError("a study is not resumed, because its times belong together; start it again")
     if dask is not None:
@@ -139,7 +139,7 @@ def _check_study(resume: bool, dask: Any) -> None:
 
 
 @contextmanager
-def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute]":
+def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Compute]":
     """What computes runs: threads, or a cluster."""
     from lienumba.engine.simulate import Threads
 

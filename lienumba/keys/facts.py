@@ -29,6 +29,6 @@ def is_positive(section: type[BaseModel], key: str) -> bool:
     return any(isinstance(x, Gt) and x.gt == 0 for x in (*field.metadata, *_annotations(field.annotation)))
 
 
-def _annotations(annotation: Any) -> Iterator[Any]:
+def _annotations(annotation: object) -> Iterator[Any]:
     for x in get_args(annotation):
         yield from x.metadata if isinstance(x, FieldInfo) else (x, *_annotations(x))

@@ -26,7 +26,7 @@ VARIED = ("distribution", "scipy", "expression", "column")
 NAMED = ("integrator", "projection", "output", "study")  # sections that are shown as they are
 
 
-def rows(data: Mapping[str, Any], source: Any) -> Iterator[tuple[str, str]]:
+def rows(data: Mapping[str, Any], source: object) -> Iterator[tuple[str, str]]:
     """What a scenario has, by kind, and what it comes to, or what is wrong with it; source: what `resolve` takes."""
     model = data.get("model")
     model = model if isinstance(model, Mapping) else {}
@@ -79,17 +79,17 @@ def _thing(item: Mapping[str, Any], facts: tuple[str, ...]) -> str:
     return f"{name} ({inside})" if name and inside else name or inside
 
 
-def _plain(value: Any) -> str:
+def _plain(value: object) -> str:
     """Names, without quotes."""
     return " - ".join(map(str, value)) if isinstance(value, list | tuple) else printable(str(value))
 
 
-def _value(value: Any) -> str:
+def _value(value: object) -> str:
     text = show(value.tolist() if hasattr(value, "tolist") else value)
     return text if len(text) <= LONGEST else text[: LONGEST - 4] + " ..."
 
 
-def _distribution(varied: Any) -> str:
+def _distribution(varied: object) -> str:
     """How a number varies, in a word or two."""
     given = varied if isinstance(varied, Mapping) else {}
     return next((printable(str(given[key])) for key in VARIED if key in given), "?")
@@ -100,7 +100,7 @@ def _cut(texts: list[str]) -> str:
     return ", ".join([*texts[:MOST], *([f"and {more:,} more"] if more > 0 else [])])
 
 
-def _verdict(source: Any) -> Iterator[tuple[str, str]]:
+def _verdict(source: object) -> Iterator[tuple[str, str]]:
     """The size of a scenario that can be run; else what is to be mended first."""
     from lienumba.scenario.resolve import resolve
 

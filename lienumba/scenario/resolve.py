@@ -154,7 +154,7 @@ def _count(duration: float, step: float) -> int:
 
 
 def resolve(
-    source: Any,
+    source: object,
     *,
     overrides: Mapping[str, Any] | None = None,
     runs_count: int | None = None,

@@ -174,7 +174,7 @@ def _references(
     return found
 
 
-def _looser(tolerance: Any) -> Any:
+def _looser(tolerance: "float | dict[str, Any]") -> "float | dict[str, Any]":
     """A tolerance, or a table of them."""
     if isinstance(tolerance, dict):
         return {key: _looser(value) for key, value in tolerance.items()}

@@ -83,7 +83,7 @@ def _shown(values: Mapping[str, Any], key: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
-def _flat(value: Any, path: str = "") -> dict[str, Any]:
+def _flat(value: object, path: str = "") -> dict[str, Any]:
     """Every value by its path; tables of a list by their names, so that a sentence says them."""
     found: dict[str, Any] = {}
     if isinstance(value, Mapping):

@@ -46,14 +46,14 @@ def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool)
         )
 
 
-def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
+def without_clash(raw: dict[str, Any], taken: object) -> dict[str, Any]:
     """The scenario with other names for those of its files that are taken by other texts."""
     files = raw.get("files")
     if not isinstance(files, dict) or not isinstance(taken, dict):
         return raw
     names = {file: _free(file, text, taken) for file, text in files.items()}
 
-    def renamed(place: str, function: Any) -> Any:
+    def renamed(place: str, function: object) -> Any:
         file, _, name = str(function).rpartition(":")
         return f"{names[file]}:{name}" if file in names else function
 
@@ -83,7 +83,7 @@ def _free(file: str, text: str, taken: dict[str, str]) -> str:
     return key
 
 
-def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> Any:
+def _embed(place: str, function: object, files: dict[str, str], folder: Path) -> Any:
     """The reference to a function, whose text is among the files."""
     if callable(function):
         name = getattr(function, "__name__", "law")

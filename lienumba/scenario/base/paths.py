@@ -111,7 +111,7 @@ def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
     return tokens
 
 
-def child(node: Any, token: Token) -> Any:
+def child(node: object, token: Token) -> Any:
     """One step down; PathError where there is nothing."""
     if isinstance(node, BaseModel):
         node = dict(node)
@@ -144,14 +144,14 @@ def position_in(items: list[Any], token: Token) -> int:
     raise PathError(f'has no "{token}" here', suggestion(token, [str(name) for name in names]))
 
 
-def get(data: Any, tokens: list[Token]) -> Any:
+def get(data: object, tokens: list[Token]) -> Any:
     """The value at a path."""
     for token in tokens:
         data = child(data, token)
     return data
 
 
-def put(data: Any, tokens: list[Token], value: Any) -> None:
+def put(data: object, tokens: list[Token], value: object) -> None:
     """Replace the value at a path; a table's key may be new, and so may a whole section."""
     for depth, token in enumerate(tokens[:-1]):
         if isinstance(data, dict) and token not in data and (depth == 0 or token == "vary"):
@@ -197,7 +197,7 @@ def numeric_paths(model: dict[str, Any]) -> list[str]:
     """The canonical paths of all numbers of a model that may vary, defaults included."""
     found: list[str] = []
 
-    def walk(node: Any, tokens: list[Token]) -> None:
+    def walk(node: object, tokens: list[Token]) -> None:
         if isinstance(node, dict):
             for key, item in node.items():
                 walk(item, [*tokens, key])
@@ -212,7 +212,7 @@ def numeric_paths(model: dict[str, Any]) -> list[str]:
     return found
 
 
-def _is_constant(node: Any, tokens: list[Token]) -> bool:
+def _is_constant(node: object, tokens: list[Token]) -> bool:
     """Whether a formula stands there that does not vary in time."""
     if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or TEXT_KEYS.intersection(map(str, tokens[2:])):
         return False

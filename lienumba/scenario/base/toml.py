@@ -36,7 +36,7 @@ def _long_text(text: str) -> str:
     return '"""\n' + "\n".join([*readable, last]) + '"""'
 
 
-def _is_section(value: Any, depth: int) -> bool:
+def _is_section(value: object, depth: int) -> bool:
     return isinstance(value, dict) and (depth == 1 or any(isinstance(item, dict) for item in value.values()))
 
 
@@ -44,7 +44,7 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """One value on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"

@@ -90,7 +90,7 @@ def _check_inertia(place: str, body: Body, report: Report) -> None:
         )
 
 
-def check_rotation(at: str, rotation: Any, report: Report) -> None:
+def check_rotation(at: str, rotation: object, report: Report) -> None:
     """Check a rotation in any of its five forms."""
     if isinstance(rotation, AxisAngle):
         if not 1e-100 < norm(rotation.axis) < 1e100:

@@ -102,7 +102,7 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         check_start(f"{place}.parameters.{name}", value, 1, report)
 
 
-def _check_sign(at: str, x: Any, sign: Sign, report: Report) -> None:
+def _check_sign(at: str, x: float | str | None, sign: Sign, report: Report) -> None:
     number, fixed = at_start(timed(x))[0], constant(x) is not None
     if not sign.broken(number):
         return

@@ -46,7 +46,7 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
         report.problems.append(replace(fault, place=f"{place}.{fault.place}" if fault.place else place))
 
 
-def _check_references(at: str, value: Any, named: list[str], refers: Refers, report: Report) -> None:
+def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:
     """A name, or a list of different ones."""
     what = f"a {SINGULAR[refers.to]}"
     if not isinstance(value, list):

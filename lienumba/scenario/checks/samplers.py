@@ -37,7 +37,7 @@ def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[s
     _check_correlations(sweep, sampler, vary, model, report)
 
 
-def _check_rows(sampler: Sampler, row: int, inputs: int, runs: Any, report: "Report") -> None:
+def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: "Report") -> None:
     """Runs in whole rows, of so many each."""
     if not inputs:
         report.add("sweep.sampler", "no distribution varies", "give at least two", sampler.name)

@@ -35,7 +35,7 @@ FORMS = 'settings such as { method = "dop853", step = 1e-4 }, formulas, or { fil
 
 def check_study(
     study: Mapping[str, Any],
-    output: Any,
+    output: object,
     model: dict[str, Any],
     bodies: Sequence[str],
     parameters: "Parameters",
@@ -168,7 +168,7 @@ def _known(path: str) -> list[paths.Token]:
     return tokens
 
 
-def _dotted(key: str, value: Any) -> str:
+def _dotted(key: str, value: object) -> str:
     """The path that was written without quotes, which TOML reads as tables in tables."""
     while isinstance(value, dict) and value:
         inner, value = next(iter(value.items()))

@@ -84,7 +84,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _kind(entry: Any) -> Kind | None:
+def _kind(entry: object) -> Kind | None:
     """How an input varies; None where that is wrong in itself."""
     try:
         kind: Kind = _adapter(Distribution).validate_python(entry)
@@ -116,7 +116,7 @@ def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Re
             report.add(f'sweep.vary."{path}"', f"{text} depends on it and {rule}", remedy)
 
 
-def _is_nested(entry: Any) -> bool:
+def _is_nested(entry: object) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
@@ -172,7 +172,7 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
             raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}", f"vary {' or '.join(names)} instead")
 
 
-def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
+def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
     """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
     what, keys, kind = WHOLES[shape]
     of_quantities = [key for q in QUANTITIES.values() for key in q.rotations] if shape == ROTATION else []

@@ -45,7 +45,7 @@ class Known:
         return Known(replace(self.sketch, quantities=named))
 
 
-def known_of(model: Any) -> Known:
+def known_of(model: object) -> Known:
     """What the tables of a model, not yet checked, let formulas read; what is wrong in them is passed over."""
     model = model if isinstance(model, dict) else {}
     joints = {str(t.get("name")): t for t in tables(model.get("joints"))}

@@ -55,13 +55,13 @@ def take(raw: dict[str, Any]) -> tuple[Parameters, list[Problem]]:
     return parameters, problems
 
 
-def _taken_names(parameters: Parameters, model: Any) -> list[Problem]:
+def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     """Names by which formulas know something must be different."""
     problems = []
     taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
     for what, names in (
         ("tables", list(parameters.tables)),
-        ("quantities", [q["name"] for q in _quantities(model) if isinstance(q.get("name"), str)]),
+        ("quantities", [q["name"] for q in _rows(model, "quantities") if isinstance(q.get("name"), str)]),
     ):
         for name in names:
             if name in RESERVED or name in taken:
@@ -71,14 +71,14 @@ def _taken_names(parameters: Parameters, model: Any) -> list[Problem]:
     return problems
 
 
-def _quantities(model: Any) -> list[dict[str, Any]]:
-    return rows_of(model.get("quantities")) if isinstance(model, dict) else []
+def _rows(model: object, kind: str) -> list[dict[str, Any]]:
+    return rows_of(model.get(kind)) if isinstance(model, dict) else []
 
 
 class _Taking:
     """Takes formulas out of a model, in place."""
 
-    def __init__(self, parameters: Parameters, known: Known, model: Any, problems: list[Problem]) -> None:
+    def __init__(self, parameters: Parameters, known: Known, model: object, problems: list[Problem]) -> None:
         self.parameters, self.known, self.model, self.problems = parameters, known, model, problems
         self.values = parameters.values()
         self.names = frozenset({TIME, *self.values, *known.names})
@@ -162,7 +162,7 @@ class _Taking:
         """The highest level that may be read at a place of a driver or a force, and why not more."""
         if tokens[0] == "drivers":
             return quantities.POSITION, "what a driver prescribes is differentiated"
-        forces = {str(f.get("name")): f for f in rows_of(self.model.get("forces"))}
+        forces = {str(f.get("name")): f for f in _rows(self.model, "forces")}
         force, key = forces.get(str(tokens[1]), {}), str(tokens[2])
         kind = FORCES.get(str(force.get("type")))
         number = kind.numbers().get(key) if kind is not None else None
@@ -178,11 +178,11 @@ def _may_vary(tokens: Tokens) -> bool:
     return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
 
 
-def _formulas(model: Any) -> list[tuple[Tokens, str]]:
+def _formulas(model: object) -> list[tuple[Tokens, str]]:
     """The texts of a model that stand where numbers should, with their paths."""
     found: list[tuple[Tokens, str]] = []
 
-    def walk(node: Any, tokens: Tokens) -> None:
+    def walk(node: object, tokens: Tokens) -> None:
         if isinstance(node, dict):
             for key, item in node.items():
                 if not tokens or key not in paths.TEXT_KEYS:

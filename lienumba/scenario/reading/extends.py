@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import without_clash
 from lienumba.words import show
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
 # A key that is given takes the place of these below.
 REPLACES = {
@@ -14,6 +17,7 @@ REPLACES = {
     "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",),
     "step": ("tolerance", "first_step", "max_step", "min_step"),
 }  # fmt: skip
+Table = dict[str, Any]
 Read = Callable[[Path], dict[str, Any]]
 
 
@@ -61,7 +65,7 @@ def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _by_name(below: Any, items: Any) -> list[Any]:
+def _by_name(below: list[Table], items: list[Table]) -> list[Table]:
     merged = list(below)
     places = {item.get("name"): i for i, item in enumerate(merged)}
     for item in items:
@@ -79,10 +83,10 @@ def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in below.items() if key not in gone} | keys
 
 
-def replaced_by(key: Any) -> tuple[str, ...]:
+def replaced_by(key: str | int) -> tuple[str, ...]:
     """The keys whose place a key takes."""
-    return REPLACES.get(key, ())
+    return REPLACES.get(str(key), ())
 
 
-def _are_tables(value: Any) -> bool:
+def _are_tables(value: object) -> "TypeIs[list[Table]]":
     return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)

@@ -23,7 +23,7 @@ from lienumba.words import nearest, show, suggestion
 MODEL_KEYS = ("gravity", *LISTS)
 
 
-def load(source: Any) -> dict[str, Any]:
+def load(source: object) -> dict[str, Any]:
     """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System.
 
     Quantities and events stand beside the model in a file; here they are a part of it, as everything that has a name.
@@ -45,7 +45,7 @@ def with_files(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     return sampled(marked(embedded(inlined(raw, folder), folder), folder), folder)
 
 
-def _load(source: Any) -> dict[str, Any]:
+def _load(source: object) -> dict[str, Any]:
     if isinstance(source, str | Path):
         return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
     if hasattr(source, "to_dict"):
@@ -59,7 +59,7 @@ def _load(source: Any) -> dict[str, Any]:
     )
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """A copy in the types that TOML has: NumPy's arrays become lists, its numbers plain, tuples lists."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items() if item is not None}
@@ -173,7 +173,7 @@ def tokens_of(path: str) -> list[paths.Token]:
 
 
 def put_setting(
-    data: dict[str, Any], tokens: list[paths.Token], value: Any, beside: Container[str] = frozenset()
+    data: dict[str, Any], tokens: list[paths.Token], value: object, beside: Container[str] = frozenset()
 ) -> None:
     """Set one value, in place, and remove the keys whose place it takes, unless they are set beside it (paths); a
     PathError where it would change nothing, or where there is nothing."""
@@ -203,7 +203,7 @@ def name_unnamed(data: dict[str, Any]) -> None:
                 taken.append(name)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value.replace("\n", "\\n") if isinstance(value, str) else show(value)
 
 

@@ -1,6 +1,6 @@
 """Drivers as data: one class per kind, with the keys that it has. Every number may be a formula of t."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -67,7 +67,7 @@ DRIVERS: dict[str, type[Section]] = {
 }  # fmt: skip
 
 
-def driver_form(value: Any) -> str | None:
+def driver_form(value: object) -> str | None:
     """Which of the four kinds of driver a table is; None if it is none of them."""
     if isinstance(value, Section):
         return next(form for form, section in DRIVERS.items() if isinstance(value, section))

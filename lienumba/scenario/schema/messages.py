@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
-def problems(error: "ValidationError", raw: Any) -> list[Problem]:
+def problems(error: "ValidationError", raw: object) -> list[Problem]:
     """One problem per error of pydantic."""
     return [_problem(item, raw) for item in error.errors(include_url=False)]
 
 
-def _problem(item: "ErrorDetails", raw: Any) -> Problem:
+def _problem(item: "ErrorDetails", raw: object) -> Problem:
     loc, kind, value, context = item["loc"], item["type"], item["input"], item.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(loc, raw)
@@ -116,7 +116,7 @@ def _least(loc: Loc) -> str:
     return "at least " if open_ended else ""
 
 
-def _unknown(loc: Loc, raw: Any) -> Problem:
+def _unknown(loc: Loc, raw: object) -> Problem:
     """An unknown key: the nearest one of its section, or what it belongs to."""
     key, path = str(loc[-1]), place(loc, raw)
     section = scenario.SECTIONS.get(section_key(loc[:-1]))

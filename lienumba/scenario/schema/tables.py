@@ -133,7 +133,7 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def reading(at: str, file: Any, path: Path) -> Iterator[None]:
+def reading(at: str, file: object, path: Path) -> Iterator[None]:
     """Say of a file that the scenario names at a place what is wrong with it."""
     at_file, value = f"{at}.file", file
     if not isinstance(file, str):
