@@ -7,6 +7,7 @@ from typing import Any, Self
 from lienumba.scenario import html_repr
 from lienumba.scenario.base import toml
 from lienumba.scenario.base.paths import BESIDE
+from lienumba.scenario.base.toml import table_in
 from lienumba.scenario.reading.loading import load
 
 Numbers = Sequence[Any] | Any  # lists, tuples or arrays
@@ -318,7 +319,7 @@ class System:
             Of plain numbers, texts, lists and dicts.
         """
         data = load(self._data)
-        model = dict(data["model"])
+        model = {**table_in(data, "model")}
         beside = {kind: listed for kind in BESIDE if (listed := model.pop(kind, []))}
         return {**data, **beside, "model": model}
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from lienumba.errors import BadValueError, Problem
 from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import nearest, suggestion
 
 Token = str | int
@@ -95,12 +96,12 @@ def last_part(tokens: list[Token]) -> str:
     return text_of(tokens[first:])
 
 
-def canonical(text: str, model: dict[str, Any]) -> str:
+def canonical(text: str, model: Keys) -> str:
     """The text by which a path of the model is known: without spaces, without `model.`, bodies and joints by name."""
     return text_of(named(parse(text), model))
 
 
-def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
+def named(tokens: list[Token], model: Keys) -> list[Token]:
     """The path without `model`, and with the name of a body or joint that is given by its index."""
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     items = model.get(tokens[0]) if tokens and isinstance(tokens[0], str) else None
@@ -193,7 +194,7 @@ def _grouped(values: Mapping[Tokens, object]) -> dict[Token, dict[Tokens, object
     return found
 
 
-def numeric_paths(model: dict[str, Any]) -> list[str]:
+def numeric_paths(model: Keys) -> list[str]:
     """The canonical paths of all numbers of a model that may vary, defaults included."""
     found: list[str] = []
 
@@ -222,7 +223,7 @@ def _is_constant(node: object, tokens: list[Token]) -> bool:
         return False
 
 
-def nearest_path(text: str, model: dict[str, Any]) -> str:
+def nearest_path(text: str, model: Keys) -> str:
     """The remedy for a path that does not exist: the most similar one that does."""
     known = numeric_paths(model)
     close = nearest(text, known)

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, missing
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
 
 if TYPE_CHECKING:
@@ -39,16 +40,21 @@ class Report:
         self.warnings.append(Problem(place, rule, remedy, value))
 
 
-def tables(items: object) -> list[dict[str, Any]]:
+def tables(items: object) -> list[Keys]:
     """The tables of a list; an empty one for what is none."""
     return [item if isinstance(item, dict) else {} for item in items] if isinstance(items, list) else []
 
 
-def placed(kind: str, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+def placed(kind: str, items: list[Keys]) -> Iterator[tuple[str, Keys]]:
     """Each table with the path by which it is known."""
     for index, item in enumerate(items):
         name = unique_name(items, index)
         yield paths.written((kind, name or index)), item
+
+
+def names_of(items: Iterable[Keys]) -> list[str]:
+    """The names of tables that have one."""
+    return [str(item["name"]) for item in items]
 
 
 def unique_name(items: Sequence[object], index: int) -> str | None:

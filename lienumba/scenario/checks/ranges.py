@@ -1,12 +1,13 @@
 """Whether a distribution suits the number that it varies: one that fits its nominal value, and stays above 0."""
 
 from math import erfc, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.toml import Keys
 from lienumba.sweep.distributions.base import Kind, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
@@ -54,7 +55,7 @@ def check_range(path: str, nominal: float | Vector, given: Kind, runs: int, refu
         )
 
 
-def refused_below(path: str, model: dict[str, Any]) -> str:
+def refused_below(path: str, model: Keys) -> str:
     """Which value of 0 or below the number at a path cannot be, in words; empty if it may be."""
     tokens = paths.parse(path)
     if tokens[0] == "forces" and len(tokens) == 3:

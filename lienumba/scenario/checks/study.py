@@ -7,6 +7,7 @@ from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
@@ -36,7 +37,7 @@ FORMS = 'settings such as { method = "dop853", step = 1e-4 }, formulas, or { fil
 def check_study(
     study: Mapping[str, Any],
     output: object,
-    model: dict[str, Any],
+    model: Keys,
     bodies: Sequence[str],
     parameters: "Parameters",
     report: Report,
@@ -66,9 +67,7 @@ def check_study(
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 
-def _check_reference(
-    reference: dict[str, Any], bodies: Sequence[str], parameters: "Parameters", report: Report
-) -> None:
+def _check_reference(reference: Keys, bodies: Sequence[str], parameters: "Parameters", report: Report) -> None:
     at = "study.reference"
     if not reference:
         report.add(at, "is empty", f"give {FORMS}", {})
@@ -114,7 +113,7 @@ def numerical(tokens: list[paths.Token]) -> bool:
     return tokens[0] in SETTINGS and tokens != ["integrator", "end_time"]
 
 
-def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict[str, Any], report: Report) -> None:
+def _check_grid(place: str, grid: Keys, one_problem: bool, model: Keys, report: Report) -> None:
     if not grid:
         report.add(place, "is empty", 'give paths with lists of values, such as "integrator.step" = [1e-2]')
     seen: dict[tuple[paths.Token, ...], str] = {}

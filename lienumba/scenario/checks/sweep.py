@@ -13,6 +13,7 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
@@ -36,7 +37,7 @@ WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
 }
 
 
-def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Report") -> None:
     """Check the varied paths against the model as written, gravity's default included."""
     vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
     if not isinstance(vary, dict):
@@ -105,7 +106,7 @@ def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
             )
 
 
-def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+def _check_intervals(vary: Keys, parameters: "Parameters", report: "Report") -> None:
     """The interval of a sampled law may depend on no varied parameter."""
     varied = {path.removeprefix("parameters.") for path in vary if path.startswith("parameters.")}
     for tokens, formula in parameters.places.items():
@@ -120,7 +121,7 @@ def _is_nested(entry: object) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: str) -> Any:
+def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> Any:
     """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
     there."""
     tokens = paths.parse(path)
@@ -212,7 +213,7 @@ def _constant(text: str) -> float | None:
     return formula.constant
 
 
-def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
+def _omitted_field(tokens: list[paths.Token], model: Keys) -> FieldInfo | None:
     """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
     if len(tokens) < 3 or tokens[0] not in LISTS:
         return None

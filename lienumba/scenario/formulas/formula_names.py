@@ -1,7 +1,6 @@
 """What formulas may read of the mechanism: the components of its quantities, and what each needs to be known."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.joints import coordinate_kinds
@@ -10,6 +9,7 @@ from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.problems import tables
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.schema.forces import driver_form
 
 
@@ -57,12 +57,12 @@ def known_of(model: object) -> Known:
         for t in tables(model.get("quantities"))
         if str(t.get("type")) in QUANTITIES
     ]
-    laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON and isinstance(t.get("states"), dict)]
-    forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=t["states"]) for t in laws)
+    laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
+    forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)
     return Known(replace(sketch, quantities=tuple(q for q in found if q is not None), forces=forces))
 
 
-def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:
+def _driver(name: str, table: Keys, joints: dict[str, Keys]) -> m.Driver:
     """As much of a driver as tells what its effort is."""
     if driver_form(table) != "joint":
         return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))

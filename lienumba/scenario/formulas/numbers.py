@@ -5,7 +5,6 @@ that reads a table or a quantity has no value before the run: its place holds `S
 """
 
 from dataclasses import replace
-from typing import Any
 
 from lienumba.errors import Problem
 from lienumba.keys.formulas import LARGEST, explained
@@ -15,6 +14,7 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
 from lienumba.scenario.base.problems import tables as rows_of
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
@@ -32,7 +32,7 @@ from lienumba.words import is_number
 NEVER = "t < 0"  # what stands for a condition of tables or quantities
 
 
-def take(raw: dict[str, Any]) -> tuple[Parameters, list[Problem]]:
+def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
     """The parameters of a scenario, and what is wrong with them and with formulas; in place, see above."""
     section = raw.get("parameters", {})
     if not isinstance(section, dict):
@@ -61,7 +61,7 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
     for what, names in (
         ("tables", list(parameters.tables)),
-        ("quantities", [q["name"] for q in _rows(model, "quantities") if isinstance(q.get("name"), str)]),
+        ("quantities", [name for q in _rows(model, "quantities") if isinstance(name := q.get("name"), str)]),
     ):
         for name in names:
             if name in RESERVED or name in taken:
@@ -71,7 +71,7 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     return problems
 
 
-def _rows(model: object, kind: str) -> list[dict[str, Any]]:
+def _rows(model: object, kind: str) -> list[Keys]:
     return rows_of(model.get(kind)) if isinstance(model, dict) else []
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.words import listed, show
 
@@ -17,7 +18,7 @@ AT = "study.reference.file"
 SAME = 1e-12  # relative: times and samples nearer to each other are the same
 
 
-def marked(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def marked(raw: Keys, folder: Path) -> Keys:
     """The scenario with the path of the file of its reference, which is relative to this folder, and its checksum."""
     study = raw.get("study")
     reference = study.get("reference") if isinstance(study, dict) else None

@@ -1,10 +1,12 @@
 """From pydantic's errors to problems: the key with its full path, its value, the rule, the remedy."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
 from lienumba.sweep.distributions.registry import BY_KEY, NAMED
@@ -39,7 +41,7 @@ def _problem(item: "ErrorDetails", raw: object) -> Problem:
     return Problem(path, rule, remedy, value)
 
 
-def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: str) -> tuple[str, str] | None:
+def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, Any], remedy: str) -> tuple[str, str] | None:
     """What a value must be, and the remedy, which may be another than that of its key."""
     if kind in ("float_type", "float_parsing"):
         other = _unquoted(value, remedy) if isinstance(value, str) else None
@@ -191,7 +193,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
     return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead")
 
 
-def _dotted(key: str, value: dict[str, Any]) -> str:
+def _dotted(key: str, value: Keys) -> str:
     """The path that was written without quotes, which TOML reads as tables in tables."""
     for name, item in value.items():
         if isinstance(item, dict):
