@@ -156,7 +156,7 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
     return regular if np.array_equal(times, fine) else _storing(original, {"times": times.tolist()})
 
 
-def _storing(original: Scenario, times: Mapping[str, Any]) -> Scenario:
+def _storing(original: Scenario, times: Mapping[str, object]) -> Scenario:
     """The scenario with the course of everything at these times."""
     return resolve({**original.to_dict(), "output": {**times, "summary": original.data.output.summary}})
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.engine.cluster import connection
 from lienumba.engine.part import share_of
@@ -39,7 +39,7 @@ def run(
     output: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     seed: int | None = None,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     runs: Sequence[int] | None = None,
     part: str | tuple[int, int] | None = None,
     resume: bool = False,

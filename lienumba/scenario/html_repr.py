@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
 
 from lienumba.errors import MISSING, ScenarioError
 from lienumba.scenario.base.paths import BESIDE
@@ -26,7 +25,7 @@ VARIED = ("distribution", "scipy", "expression", "column")
 NAMED = ("integrator", "projection", "output", "study")  # sections that are shown as they are
 
 
-def rows(data: Mapping[str, Any], source: object) -> Iterator[tuple[str, str]]:
+def rows(data: Mapping[str, object], source: object) -> Iterator[tuple[str, str]]:
     """What a scenario has, by kind, and what it comes to, or what is wrong with it; source: what `resolve` takes."""
     model = data.get("model")
     model = model if isinstance(model, Mapping) else {}
@@ -67,7 +66,7 @@ def _headed(title: str) -> str:
     return f"System {show(title)}" if title else "System"
 
 
-def _thing(item: Mapping[str, Any], facts: tuple[str, ...]) -> str:
+def _thing(item: Mapping[str, object], facts: tuple[str, ...]) -> str:
     """One body, joint, ... by its name and what says most of it."""
     told = [
         _plain(item[key]) if key in PLAIN else f"{key} {_value(item[key])}"

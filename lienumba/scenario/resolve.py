@@ -158,7 +158,7 @@ def _count(duration: float, step: float) -> int:
 def resolve(
     source: object,
     *,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     runs_count: int | None = None,
     seed: int | None = None,
 ) -> Scenario:

@@ -142,7 +142,7 @@ class _Attempts:
         return [problem.inside(f"{at}[{i}] = {show(given[i])}") for i in values]
 
 
-def changed(plain: Keys, settings: Mapping[str, Any]) -> Keys:
+def changed(plain: Keys, settings: Mapping[str, object]) -> Keys:
     """A scenario with other settings."""
     raw = copy.deepcopy(plain)
     for path, value in settings.items():

@@ -1,7 +1,7 @@
 """What is wrong with a study in itself: its reference and the paths of its grids. Its points are tried one by one."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
@@ -35,7 +35,7 @@ FORMS = 'settings such as { method = "dop853", step = 1e-4 }, formulas, or { fil
 
 
 def check_study(
-    study: Mapping[str, Any],
+    study: Mapping[str, object],
     output: object,
     model: Keys,
     bodies: Sequence[str],
@@ -43,12 +43,15 @@ def check_study(
     report: Report,
 ) -> None:
     """Check the section [study]; output: the section of it; model: as written."""
-    if isinstance(study.get("reference"), dict):
-        _check_reference(study["reference"], bodies, parameters, report)
+    reference = study.get("reference")
+    if isinstance(reference, dict):
+        _check_reference(reference, bodies, parameters, report)
     grids = study.get("grid")
     for number, grid in enumerate(grids if isinstance(grids, list) else []):
         if isinstance(grid, dict):
-            _check_grid(f"study.grid[{number}]", grid, "file" in (study.get("reference") or ()), model, report)
+            _check_grid(
+                f"study.grid[{number}]", grid, isinstance(reference, dict) and "file" in reference, model, report
+            )
     events = model.get("events")
     for event in events if isinstance(events, list) else []:
         if isinstance(event, dict) and ends_run(event.get("action")):

@@ -147,7 +147,7 @@ def parse_value(text: str) -> Any:
     )
 
 
-def apply_overrides(data: Keys, overrides: Mapping[str, Any]) -> list[Problem]:
+def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem]:
     """Set values by path, in place; texts are read as TOML. Returns a problem for each that cannot be.
 
     A key of a section takes the place of others as in `extends`: a tolerance that of the step.

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Keys
@@ -40,7 +40,7 @@ def marked(raw: Keys, folder: Path) -> Keys:
 
 
 def read(
-    reference: Mapping[str, Any],
+    reference: Mapping[str, object],
     bodies: Sequence[str],
     runs: Sequence[int],
     times: Sequence[float],
@@ -51,7 +51,7 @@ def read(
 
     from lienumba.store.files import read as opened
 
-    file: str = reference["file"]
+    file = str(reference["file"])
     try:
         dataset = opened(Path(file))
     except ScenarioError as error:

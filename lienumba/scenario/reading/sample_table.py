@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
@@ -40,7 +39,7 @@ def _end(table: Keys) -> int:
     return max(runs) + 1 if whole and isinstance(runs, list) else max(map(len, columns), default=0)
 
 
-def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> Keys:
+def _entries(columns: Mapping[str, object], vary: Mapping[str, object]) -> Keys:
     """What varies with the columns that no entry of `vary` names yet."""
     given = [entry["column"] for entry in vary.values() if isinstance(entry, dict) and "column" in entry]
     named = {

@@ -1,7 +1,7 @@
 """From pydantic's errors to problems: the key with its full path, its value, the rule, the remedy."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.numerics.expressions import ExpressionError, Formula
@@ -41,7 +41,7 @@ def _problem(item: "ErrorDetails", raw: object) -> Problem:
     return Problem(path, rule, remedy, value)
 
 
-def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, Any], remedy: str) -> tuple[str, str] | None:
+def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], remedy: str) -> tuple[str, str] | None:
     """What a value must be, and the remedy, which may be another than that of its key."""
     if kind in ("float_type", "float_parsing"):
         other = _unquoted(value, remedy) if isinstance(value, str) else None
@@ -52,7 +52,7 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, Any], remedy
         rule, key = _BOUNDS[kind]
         return f"must be {rule} {context[key]:g}", remedy
     if kind == "literal_error":
-        return _choice(value, context["expected"], remedy)
+        return _choice(value, str(context["expected"]), remedy)
     if kind == "bool_type":
         return "must be true or false", "write it so, without quotes"
     if kind in ("int_type", "int_from_float", "int_parsing"):
@@ -63,9 +63,10 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, Any], remedy
         return "is no valid name", remedy
     if kind == "string_type":
         return "must be a text in quotes", remedy
-    if kind in ("too_short", "too_long"):
+    actual = context.get("actual_length")
+    if kind in ("too_short", "too_long") and isinstance(actual, int):
         wanted = context.get("min_length" if kind == "too_short" else "max_length")
-        entries = plural(context["actual_length"], "entry", "entries")
+        entries = plural(actual, "entry", "entries")
         return f"has {entries} and must have {_least(loc)}{wanted}", remedy
     if kind == "list_type":
         doubled = " (a list of tables is written with double brackets)"
