@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, islice
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -21,17 +22,20 @@ LONG_CHUNKS_PER_WORKER = 3  # where lanes are filled again: only the end of a ch
 SECONDS = 2.0  # that a chunk should take: what is in flight is lost if the process is killed
 FIRST_BLOCKS = 4  # of a chunk whose cost is not known
 POLL = 0.1  # s between two looks at the progress
+BRIEF = 20_000  # steps of a block and body, some 10 ms
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Task(Generic[T]):
-    """work(progress, stop) integrates so many runs; progress[0] grows to `whole`, stop[0] is set from outside."""
+    """work(progress, stop) integrates so many runs; progress[0] grows to `whole`, stop[0] is set from outside; brief:
+    whether an interrupt may wait for its end."""
 
     runs: int
     whole: int
     work: Callable[[np.ndarray, np.ndarray], T]
+    brief: bool = False
 
 
 @dataclass
@@ -49,6 +53,14 @@ def execute(tasks: Iterable[Task[T]], workers: int, report: Callable[[float], No
     """
     stop = np.zeros(1, np.int64)
     waiting, finished = iter(tasks), 0
+    ahead = list(islice(waiting, 1))
+    if ahead and ahead[0].brief:
+        ahead += islice(waiting, 1)
+        if len(ahead) == 1:  # a thread would take longer
+            yield ahead[0].work(np.zeros(1, np.int64), stop)
+            report(ahead[0].runs)
+            return
+    waiting = chain(ahead, waiting)
     with ThreadPoolExecutor(workers) as pool:
         active: dict[Future[T], tuple[Task[T], np.ndarray]] = {}
 
@@ -78,7 +90,9 @@ def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T], cost: Cost | N
     cost = cost or Cost()
     for runs in _slices(batch, workers, cost):
         whole = len(batch.outputs) * -(-(runs.stop - runs.start) // W)
-        yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then, cost))
+        steps = np.inf if batch.h is None else batch.end / batch.h * -(-(runs.stop - runs.start) // W)
+        brief = steps * batch.machine.sizes.elements <= BRIEF
+        yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then, cost), brief)
 
 
 def _chunk(

@@ -35,9 +35,8 @@ class Part:
     def parse(cls, given: object) -> "Part":
         """Of a text such as "3/20", or of the two numbers."""
         match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", given) if isinstance(given, str) else None
-        two = [int(x) for x in match.groups()] if match else given
-        numbers = [x for x in two if type(x) is int] if isinstance(two, list | tuple) and len(two) == 2 else []
-        if len(numbers) < 2:
+        numbers = [int(x) for x in match.groups()] if match else given
+        if not isinstance(numbers, list | tuple) or len(numbers) != 2 or any(type(x) is not int for x in numbers):
             text = given if isinstance(given, str) else show(given)
             raise ScenarioError(f"part {text}: does not say which part of how many; give it such as 3/20")
         number, of = numbers

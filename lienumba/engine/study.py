@@ -7,7 +7,7 @@ times only, interleaved: a busy minute of the machine meets all points alike.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, SupportsInt
 
 import numpy as np
 
@@ -180,7 +180,7 @@ def doubts(ds: "xr.Dataset") -> list[str]:
     return found
 
 
-def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
+def _where(ds: "xr.Dataset", at: Sequence[SupportsInt]) -> str:
     """At which settings a point lies."""
     dims = ds["status"].dims[1:]
     point = ds.isel(dict(zip(dims, map(int, at), strict=True)))

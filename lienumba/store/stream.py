@@ -149,7 +149,7 @@ def _parts(piece: SourceSlice) -> Iterator[Records]:
         yield piece.source.read(slice(start, min(start + step, last)))
 
 
-def _as_stored(values: np.ndarray, dtype: Any) -> np.ndarray:
+def _as_stored(values: np.ndarray, dtype: np.dtype[np.generic]) -> np.ndarray:
     """As the file holds them: counts as integers, and no count as -1."""
     import numpy as np
 

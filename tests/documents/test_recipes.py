@@ -4,9 +4,11 @@ What an element needs stands in its record alone; everything else (keys, message
 """
 
 import re
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -22,24 +24,30 @@ from lienumba.groups import so3
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
-from lienumba.keys.types import Positive
+from lienumba.keys.types import Positive, Timed
+from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, Given
+from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, number
 from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
 from lienumba.mechanics.elements.joints.parts import along, separation
-from lienumba.mechanics.mechanism.kinematics import Motion
+from lienumba.mechanics.mechanism.kinematics import Motion, inertia_times
 from lienumba.mechanics.mechanism.model import Joint
-from lienumba.numerics.number import Vector
-from lienumba.present.citation.cite import cite_dataset
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation, OutputVariable
+from lienumba.numerics.number import Number, Vector
+from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.scenario import Integrator, json_schema
+from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData, json_schema
+from lienumba.scenario.study_errors import STATE
 from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
 from tests.integrators.methods.test_tableaus import holds, trees
+from tests.rigs.places import SCENARIOS
 
-TOP = "scenarios/heavy_top.toml"
+TOP = str(SCENARIOS / "heavy_top.toml")
 SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
 
 RALSTON = Tableau.of(
@@ -120,11 +128,77 @@ def test_a_sampler(tmp_path: Path) -> None:
     assert "drawn from a Weyl sequence [@weyl1916], shifted at random with the seed 0." in text
 
 
+def angular_momentum(seen: Observation) -> Sequence[Number]:
+    """sum m r x v + R J w about the origin."""
+    total: Vector = (0.0, 0.0, 0.0)
+    for body, x in zip(seen.model.bodies, seen.now.bodies, strict=True):
+        orbital = so3.scale(body.mass, so3.cross(x[0:3], x[12:15]))
+        total = so3.add(total, so3.add(orbital, so3.rotate(x[3:12], inertia_times(body.inertia, x[15:18]))))
+    return total
+
+
+MOMENTUM = OutputVariable(
+    "angular_momentum", "kg m2 s-1", "angular momentum about the origin", "global", ("axis",), rows=angular_momentum
+)
+
+
+def test_an_output_variable() -> None:
+    """The record of an output variable is how it is computed, and how the dataset describes it."""
+    with OUTPUT_VARIABLES.temporarily(MOMENTUM):
+        ds = lienumba.run(TOP, overrides=SHORT)
+        kept = lienumba.run(
+            TOP, overrides=SHORT | {"output.mode": "summary", "output.summary": {"angular_momentum": ["max"]}}
+        )
+        output = json_schema()["$defs"]["Output"]["properties"]["variables"]
+        with pytest.raises(ScenarioError, match='the nearest known name is "angular_momentum"'):
+            resolve(TOP, overrides={"output.variables": ["angular_momenta"]})
+    L = ds["angular_momentum"]
+    assert L.dims == ("run", "time", "axis")
+    assert L.attrs == {"units": "kg m2 s-1", "long_name": "angular momentum about the origin", "frame": "global"}
+    J, (r, R, v, w) = np.diag([0.234375, 0.46875, 0.234375]), (ds[name].values[0, :, 0] for name in STATE)
+    expected = 15 * np.cross(r, v) + np.einsum("tij,jk,tk->ti", R, J, w)
+    np.testing.assert_allclose(L.values[0], expected, rtol=1e-13)
+    np.testing.assert_allclose(L.sel(axis="z"), float(L[0, 0, 2]), rtol=1e-6)  # weight has no moment about the vertical
+    np.testing.assert_array_equal(kept["angular_momentum_max"], L.max("time"))
+    assert "angular_momentum" in output["default"]
+    assert "angular_momentum" not in lienumba.run(TOP, overrides=SHORT)
+
+
 def test_a_pair_that_is_added_is_nobodys_default() -> None:
     pair = Tableau.of("bs32b", 3, "another pair", ["", "1/2", "0 3/4"], "2/9 1/3 4/9", errors=["-5/72 1/12 1/9 -1/8"])
     with METHODS.temporarily(pair):
         assert "bs32b" in pairs()
         assert method_of(Integrator(tolerance=1e-6, end_time=1.0)) == "dop853"
+
+
+@pytest.fixture
+def more_iterations() -> Iterator[None]:
+    """Another default of a key: it stands in its field, and nowhere else."""
+    field = Projection.model_fields["max_iterations"]
+    before, field.default = field.default, 20
+    rebuild()
+    yield
+    field.default = before
+    rebuild()
+
+
+def rebuild() -> None:
+    for section in (Projection, ScenarioData):
+        section.model_rebuild(force=True)
+
+
+WRITTEN = resolve(TOP).to_toml()  # with every default that there is now
+
+
+@pytest.mark.usefixtures("more_iterations")
+def test_a_default() -> None:
+    """Scenarios that omit the key are others from now on, with another hash; what is written out stays what it was."""
+    scenario, before = resolve(TOP), resolve(tomllib.loads(WRITTEN))
+    assert "max_iterations = 20" in scenario.to_toml()
+    assert "max_iterations = 10" in before.to_toml() == WRITTEN
+    assert scenario.sha256() != before.sha256()
+    assert "in at most 20 iterations" in cite_scenario(scenario)
+    assert json_schema()["$defs"]["Projection"]["properties"]["max_iterations"]["default"] == 20
 
 
 class OnRing(AtPoints, FirstAxis):
@@ -200,3 +274,75 @@ def test_a_joint_that_does_not_fit_its_start() -> None:
     sentence = "model.joints.ring: its points are not where it allows them at t = 0: they miss by 0.19 m"
     with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
         lienumba.run(data)
+
+
+class Magnet(BetweenPoints):
+    """Two magnets that repel each other with strength/d^3."""
+
+    type: Literal["magnet"]
+    strength: Timed = number("the strength in {}", "N m3", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["strength"] / (c[0] * c[0])
+
+
+def repelled(**push: Any) -> dict[str, Any]:
+    """A bob that flies towards a magnet at the origin."""
+    bob = {"name": "bob", "mass": 2, "inertia": [1, 1, 1], "position": [0.5, 0, 0], "velocity": [-0.3, 0, 0]}
+    magnets = {"name": "push", "type": "magnet", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0]]}
+    return {
+        "model": {"gravity": [0, 0, 0], "bodies": [bob | {"rotation": [1, 0, 0, 0]}], "forces": [magnets | push]},
+        "quantities": [{"name": "gap", "type": "point", "body": "bob"}],
+        "integrator": {"step": 1e-3, "end_time": 1.0},
+    }
+
+
+def test_a_force() -> None:
+    """The record of a force is its keys and its potential; of a body that it drives away, d^2 is a parabola in time."""
+    vary = {"forces.push.strength": {"distribution": "uniform", "low": 0.5, "high": 2}}
+    with FORCES.temporarily(Magnet):
+        ds = lienumba.run(repelled(strength=1) | {"sweep": {"runs": 5, "vary": vary}})
+        forces = json_schema()["$defs"]["ModelSection"]["properties"]["forces"]["items"]
+        told = resolve(repelled(strength=-1)).warnings
+        with pytest.raises(ScenarioError, match='"magnt": is not known; the nearest known name is "magnet"'):
+            resolve(repelled(type="magnt"))
+        with pytest.raises(ScenarioError, match=r"must be a number; give the strength in N m\^3"):
+            resolve(repelled(strength=[1, 2]))
+    strength, t = ds["forces.push.strength"], ds["time"]
+    wanted = 0.25 - 0.3 * t + (0.09 + strength / (2 * 0.25)) * t**2
+    np.testing.assert_allclose(ds["gap"].sel(axis="x") ** 2, wanted.transpose("run", "time"), rtol=1e-9)
+    assert abs(ds["energy_residual"]).max() < 1e-9
+    assert strength.attrs["units"] == "N m3"
+    assert "magnet" in forces["discriminator"]["mapping"]
+    assert "model.forces.push.strength = -1.0: is negative, so it pushes away" in str(told[0])
+
+
+class Mainspring(AlongJoint):
+    """The spring of a clock: its torque grows with the angle, over all turns."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("angle",)
+
+    type: Literal["mainspring"]
+    winding: Timed = number("the winding in {}", "N m rad-1", DISSIPATIVE)
+
+    @staticmethod
+    def potential(given: Given, c: Vector) -> Number:
+        return 0.5 * given["winding"] * c[0] * c[0]
+
+
+def test_a_force_about_an_axis() -> None:
+    """It counts turns without being told to: from one side to the other it swings as far as it was wound."""
+    wheel = {"name": "wheel", "mass": 1, "inertia": [1, 1, 0.5], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "wheel"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    spring = {"name": "spring", "type": "mainspring", "joint": "hinge", "winding": 2}
+    scenario = {
+        "model": {"bodies": [wheel], "joints": [hinge | {"angle": 50.0, "rate": 0.0}], "forces": [spring]},
+        "quantities": [{"name": "spin", "type": "angular_velocity", "body": "wheel"}],
+        "integrator": {"step": 1e-3, "end_time": 2.0},
+    }
+    with FORCES.temporarily(Mainspring):
+        ds = lienumba.run(scenario)
+    t = ds["time"].values
+    np.testing.assert_allclose(ds["spin"][0, :, 2], -100.0 * np.sin(2.0 * t), atol=1e-6)
+    np.testing.assert_allclose(ds["potential_energy"][0], 2500.0 * np.cos(2.0 * t) ** 2, atol=1e-4)

@@ -17,13 +17,14 @@ def hashes(dataset: Any) -> dict[str, str]:
 
 def rotations() -> str:
     """The hash of many rotations as a scenario may give them, in numbers that do not vary."""
-    from lienumba.scenario.start.build import rotation_of
+    from lienumba.keys.conversions import rotation_of
+    from lienumba.keys.types import AxisAngle, Euler
 
     numbers = []
     for i in range(2000):
         angle = 0.003 * i - 2.0
-        numbers += rotation_of({"euler": "ZYX", "angles": [angle, 1.7 * angle, -0.3 * angle]})
-        numbers += rotation_of({"axis": [1, 2, -1], "angle": 5.0 * angle})
+        numbers += rotation_of(Euler(euler="ZYX", angles=[angle, 1.7 * angle, -0.3 * angle]))
+        numbers += rotation_of(AxisAngle(axis=[1, 2, -1], angle=5.0 * angle))
     return hashlib.sha256(struct.pack(f"{len(numbers)}d", *numbers)).hexdigest()
 
 

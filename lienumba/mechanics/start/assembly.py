@@ -220,6 +220,6 @@ def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instan
 
 def _stack(rows: list[Any], runs: int) -> np.ndarray:
     """(runs, len(rows)) of numbers."""
-    if not rows:
-        return np.zeros((runs, 0))
+    if all(isinstance(x, float) for x in rows):
+        return np.tile(np.array(rows, float), (runs, 1))
     return np.stack([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows], axis=1)

@@ -3,8 +3,11 @@
 import json
 import re
 from collections.abc import Mapping
+from typing import Any
 
-Keys = dict[str, object]  # a table, as tomllib reads it
+Keys = dict[str, object]  # the same, of which nothing is known yet
+
+Tables = Mapping[str, Any]  # of a scenario: keys and what they hold, which is known
 
 
 def table_in(raw: Keys, key: str) -> Keys:

@@ -7,7 +7,7 @@ from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.base.toml import Keys
-from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.samplers.independent import TABLE
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_table(sweep: Keys, vary: Mapping[str, Kind], report: "Report") -> None:
+def check_table(sweep: Keys, vary: Mapping[str, Distribution], report: "Report") -> None:
     """Check the table with what varies by its columns."""
     sampler = sweep.get("sampler", DEFAULT)
     given = isinstance(sampler, str) and sampler in SAMPLERS and SAMPLERS[sampler].from_table

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.scenario.study_errors import STATE
 from lienumba.words import printable, show, suggestion
@@ -46,12 +46,11 @@ def check_study(
     reference = study.get("reference")
     if isinstance(reference, dict):
         _check_reference(reference, bodies, parameters, report)
+    one_problem = isinstance(reference, dict) and "file" in reference
     grids = study.get("grid")
     for number, grid in enumerate(grids if isinstance(grids, list) else []):
         if isinstance(grid, dict):
-            _check_grid(
-                f"study.grid[{number}]", grid, isinstance(reference, dict) and "file" in reference, model, report
-            )
+            _check_grid(f"study.grid[{number}]", grid, one_problem, model, report)
     events = model.get("events")
     for event in events if isinstance(events, list) else []:
         if isinstance(event, dict) and ends_run(event.get("action")):
@@ -66,7 +65,7 @@ def check_study(
         if output.get(key) not in (None, {}, "full"):
             report.add(f"output.{key}", "has no meaning in a study, which stores errors", "leave it out")
     stored = output.get("variables")
-    if isinstance(stored, list) and not set(VARIABLES) <= set(map(str, stored)):
+    if isinstance(stored, list) and not set(OUTPUT_VARIABLES) <= set(map(str, stored)):
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 

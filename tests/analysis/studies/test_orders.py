@@ -8,7 +8,7 @@ from scipy.optimize import curve_fit
 import lienumba
 from lienumba.analysis import orders, work_precision
 from lienumba.analysis.studies.orders import fit
-from lienumba.integrators.methods import tableau
+from lienumba.integrators.methods import METHODS as REGISTERED
 from lienumba.store.study_layout import Coordinate
 from tests.rigs.made_studies import METHODS, STEPS, study
 from tests.rigs.studies import top
@@ -25,7 +25,7 @@ def test_methods_show_their_orders():
     assert found["error"].values.tolist() == ["position", "rotation", "velocity", "angular_velocity"]
     for method in names:
         one = found.sel({"method": method})
-        np.testing.assert_allclose(one["order"], tableau.METHODS[method].order, atol=0.2)
+        np.testing.assert_allclose(one["order"], REGISTERED[method].order, atol=0.2)
         assert (one["low"] < one["order"]).all()
         assert (one["high"] - one["low"] < 0.5).all()
         assert (one["points"] >= 3).all()

@@ -28,6 +28,7 @@ from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero, sqrt
 
+Keys = Mapping[str, Any]
 SQUARE_FLOOR = 1e-200  # m^2, below the square of every length that matters: zero divided by it is zero
 
 
@@ -63,10 +64,11 @@ class Given:
 class ForceLaw(Section):
     """A force, as a scenario describes it.
 
-    velocity_level: whether its coordinates are quasi-velocities; infinite: what is wrong, and the remedy, where it is
-    not finite at the start.
+    example: values of its own keys, with which it acts, for tests; velocity_level: whether its coordinates are
+    quasi-velocities; infinite: what is wrong, and the remedy, where it is not finite at the start.
     """
 
+    example: ClassVar[Keys] = {}
     velocity_level: ClassVar[bool] = False
     infinite: ClassVar[tuple[str, str]] = (
         "must be finite at the start",

@@ -14,6 +14,7 @@ from lienumba.mechanics.elements.forces.base import (
     AlongJoint,
     BetweenPoints,
     Given,
+    Keys,
     OnBody,
     OnPoint,
     apart,
@@ -37,6 +38,8 @@ DAMPING = ("N s m-1", "N m s rad-1")
 @FORCES.add
 class SpringDamper(BetweenPoints):
     """A linear spring and damper."""
+
+    example: ClassVar[Keys] = {"stiffness": 40.0, "damping": 3.0}
 
     type: Literal["spring_damper"]
     stiffness: Timed = number("the stiffness in {}", "N m-1", DISSIPATIVE, effective=True)
@@ -66,6 +69,8 @@ class SpringDamper(BetweenPoints):
 class PointForce(OnPoint):
     """A force at a point."""
 
+    example: ClassVar[Keys] = {"value": [1.5, -2.5, 3.5]}
+
     type: Literal["force"]
     frame: Axes = AXES
     value: Timed3 = number("the force in {}", "N", size=3, required=True)
@@ -81,6 +86,7 @@ class Torque(OnBody):
     """A torque."""
 
     velocity_level: ClassVar[bool] = True
+    example: ClassVar[Keys] = {"value": [1.5, -2.5, 3.5]}
 
     type: Literal["torque"]
     frame: Axes = AXES
@@ -104,6 +110,7 @@ class TorsionSpring(AlongJoint):
 
     kinds: ClassVar[tuple[str, ...]] = ("angle",)
     otherwise: ClassVar[str] = "use an actuator (stiffness, damping, target), or a spring_damper"
+    example: ClassVar[Keys] = {"stiffness": 4.0, "damping": 0.5, "free_angle": 0.3}
 
     type: Literal["torsion_spring"]
     stiffness: Timed = number("the stiffness in {}", "N m rad-1", DISSIPATIVE, effective=True)
@@ -124,6 +131,8 @@ class TorsionSpring(AlongJoint):
 @FORCES.add
 class Actuator(AlongJoint):
     """What is prescribed, and what draws the coordinate to its target."""
+
+    example: ClassVar[Keys] = {"stiffness": 4.0, "damping": 0.5, "target": "sin(2*t)"}
 
     type: Literal["actuator"]
     value: Timed = number("the force in {0} or torque in {1}", EFFORT, counts_turns=False)
@@ -159,6 +168,8 @@ class Actuator(AlongJoint):
 class Friction(AlongJoint):
     """Viscous and Coulomb friction, the latter smoothed about rest."""
 
+    example: ClassVar[Keys] = {"viscous": 0.4, "coulomb": 2.0, "velocity": 0.5}
+
     type: Literal["friction"]
     viscous: Timed = number("the viscous coefficient in {}", DAMPING, DISSIPATIVE, effective=True, counts_turns=False)
     coulomb: Timed = number(
@@ -179,6 +190,8 @@ class Friction(AlongJoint):
 @FORCES.add
 class EndStop(AlongJoint):
     """Springs and dampers beyond two limits."""
+
+    example: ClassVar[Keys] = {"stiffness": 50.0, "damping": 2.0, "lower": 5.0}
 
     type: Literal["end_stop"]
     lower: Timed | None = number("the lower stop in {}", PLACE, default=None, counts_turns=False)
@@ -222,6 +235,11 @@ class Bushing(BetweenPoints):
     """Springs and dampers along and about the axes of the first body. The rotation stays below half a turn: it jumps
     there."""
 
+    example: ClassVar[Keys] = {
+        "stiffness": [30.0, 20.0, 10.0], "damping": [3.0, 2.0, 1.0],
+        "rotational_stiffness": [3.0, 2.0, 1.0], "rotational_damping": [0.3, 0.2, 0.1],
+    }  # fmt: skip
+
     type: Literal["bushing"]
     stiffness: Timed3 = number("the stiffness in {}", "N m-1", DISSIPATIVE, size=3, effective=True)
     damping: Timed3 = number("the damping in {}", "N s m-1", DISSIPATIVE, size=3, effective=True, in_potential=False)
@@ -261,6 +279,8 @@ class Bushing(BetweenPoints):
 class Drag(OnPoint):
     """Against the velocity of a point."""
 
+    example: ClassVar[Keys] = {"linear": 2.0, "quadratic": 0.7}
+
     type: Literal["drag"]
     linear: Timed = number("the linear coefficient in {}", "N s m-1", DISSIPATIVE, effective=True)
     quadratic: Timed = number("the quadratic coefficient in {}", "N s2 m-2", DISSIPATIVE, effective=True)
@@ -279,6 +299,7 @@ class PointMassGravity(BetweenPoints):
         "is infinite at the start, because its two points coincide",
         "move one of them",
     )
+    example: ClassVar[Keys] = {"mu": 5.0}
 
     type: Literal["point_mass_gravity"]
     points: Two = Field(

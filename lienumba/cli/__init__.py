@@ -1,0 +1,57 @@
+"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor.
+
+Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
+130 interrupted, resumable.
+Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
+"""
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from lienumba.cli.checking import doctor, info, sample, schema, validate
+from lienumba.cli.options import FLAG
+from lienumba.cli.running import merge, replay, run
+from lienumba.cli.showing import analyse, animate, plot, report
+
+app = typer.Typer(
+    name="lienumba",
+    help="Monte-Carlo simulation of rigid multibody systems: a TOML scenario in, one netCDF file out.",
+    epilog="Start with: lienumba run scenarios/heavy_top.toml",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from lienumba import __version__
+
+        typer.echo(f"lienumba {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool,
+        typer.Option("--version", metavar=FLAG, callback=_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    pass
+
+
+for command in (run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor):
+    app.command()(command)
+
+
+def main() -> None:
+    """The entry point of the command `lienumba`."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its matrices are small: threads would only wait for each other
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a title may hold what this terminal's encoding cannot show
+    app()

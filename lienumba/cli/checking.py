@@ -1,0 +1,101 @@
+"""Commands about what is asked for: sample, validate, info, schema, doctor."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lienumba.cli.options import (
+    FLAG,
+    RunsOption,
+    ScenarioArgument,
+    SeedOption,
+    SetOption,
+)
+from lienumba.present.terminal import console
+
+
+def sample(
+    scenario: ScenarioArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The table to write, .csv or .nc (default: SCENARIO's stem with .samples.csv).",
+        ),
+    ] = None,
+    seed: SeedOption = None,
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing table.")] = False,
+) -> None:
+    """Draw the samples of a sweep and write them as a table, without running anything."""
+    with console.exit_codes():
+        from lienumba.scenario.base.arguments import parse_assignments, parse_labels
+        from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.start.samples_file import check_samples_target, sample
+
+        target = output if output is not None else Path(scenario.stem + ".samples.csv")
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
+        check_samples_target(target, overwrite)
+        console.print_warnings(resolved.warnings)
+        statistics = sample(resolved, labels, target)
+
+        from lienumba.present.terminal.samples import print_samples
+
+        with console.unheard():
+            print_samples(statistics, len(labels), target)
+
+
+def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedOption = None) -> None:
+    """Check a scenario and its initial state without running it."""
+    with console.exit_codes():
+        from lienumba.scenario.base.arguments import parse_assignments
+        from lienumba.scenario.resolve import resolve
+
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        console.print_warnings(resolved.warnings)
+
+        from lienumba.scenario.start.study_start import check
+
+        check(resolved)
+        typer.echo(f"{scenario} is valid: {resolved.headline()}")
+
+
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
+    cite: Annotated[
+        bool,
+        typer.Option("--cite", metavar=FLAG, help="Print a paragraph for a section on methods, and BibTeX, instead."),
+    ] = False,
+) -> None:
+    """Say what a dataset or a scenario holds."""
+    with console.exit_codes():
+        from lienumba.present import info
+
+        typer.echo(info.cite(file) if cite else info.describe(file))
+
+
+def schema() -> None:
+    """Print the JSON schema of scenarios, for editors and other tools."""
+    with console.exit_codes():
+        import json
+
+        from lienumba.scenario.schema.scenario import json_schema
+
+        typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+
+
+def doctor() -> None:
+    """Show versions, CPU and cache, and run a short self-test."""
+    with console.exit_codes():
+        from lienumba.present.doctor import environment, self_test
+
+        typer.echo(environment())
+        passed, sentence = self_test()
+        typer.echo(sentence)
+        if not passed:
+            raise typer.Exit(console.SOME_FAILED)

@@ -1,0 +1,33 @@
+"""Arguments and options that commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+FLAG = ""  # what stands in the help where an option has no value
+
+ScenarioArgument = Annotated[
+    Path, typer.Argument(metavar="SCENARIO", help="The scenario, a TOML file.", show_default=False)
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="PATH=VALUE",
+        help="Change one value, such as integrator.step=1e-4 or bodies.top.mass=12; may be repeated.",
+        show_default=False,
+    ),
+]
+RunsOption = Annotated[
+    str | None,
+    typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
+]
+AllowCodeOption = Annotated[
+    bool, typer.Option("--allow-code", metavar=FLAG, help="Run the Python code that the dataset brings.")
+]
+SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", metavar=FLAG, help="Show errors only.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing dataset.")]
+DatasetArgument = Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)]
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)]

@@ -1,0 +1,184 @@
+"""Commands that simulate: run, merge, replay."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lienumba.cli.options import (
+    FLAG,
+    AllowCodeOption,
+    DatasetArgument,
+    OverwriteOption,
+    QuietOption,
+    RunsOption,
+    ScenarioArgument,
+    SeedOption,
+    SetOption,
+)
+from lienumba.present.terminal import console
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def run(
+    scenario: ScenarioArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="The dataset to write (default: SCENARIO's stem with .nc)."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "-j", "--workers", metavar="N", min=1, help="Threads, or processes of --dask local (default: one per core)."
+        ),
+    ] = None,
+    seed: SeedOption = None,
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    part: Annotated[
+        str | None,
+        typer.Option("--part", metavar="K/N", help="Only the K-th of N parts of these runs, such as 3/20."),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="WHERE", help='On a cluster: the address of its scheduler, or "local".'),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", metavar=FLAG, help="Go on with an interrupted sweep, or add runs to a finished one."),
+    ] = False,
+    overwrite: OverwriteOption = False,
+    max_failures: Annotated[
+        str,
+        typer.Option(
+            "--max-failures", metavar="N|P%", help="How many runs may fail before the exit code is 1, such as 10 or 5%."
+        ),
+    ] = "0",
+    quiet: QuietOption = False,
+) -> None:
+    """Simulate every run of a scenario and write one dataset."""
+    with console.exit_codes():
+        from lienumba.engine.part import Part
+        from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
+        from lienumba.scenario.resolve import resolve
+        from lienumba.store.targets import check_dataset_target
+
+        suffix = "" if part is None else Part.parse(part).suffix
+        target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
+        allowed = parse_share(max_failures, "--max-failures ")
+        check_dataset_target(target, overwrite, resume)
+        if not quiet:
+            console.print_warnings(resolved.warnings)
+
+        from lienumba.batch.statuses import GOOD
+        from lienumba.engine import runner
+
+        with console.progress(quiet) as report:
+            dataset = runner.run(
+                resolved,
+                output=target,
+                workers=workers,
+                runs=labels,
+                part=part,
+                resume=resume,
+                overwrite=overwrite,
+                dask=dask,
+                progress=report,
+            )
+        failed = int((~dataset["status"].isin(GOOD)).sum())
+        if not quiet:
+            with console.unheard():
+                _tell(dataset, target)
+        if failed > allowed(dataset["status"].size):
+            raise typer.Exit(console.SOME_FAILED)
+
+
+def merge(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Datasets of parts of a sweep.", show_default=False)
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The dataset to write.", show_default=False)
+    ],
+    allow_code: AllowCodeOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Make one dataset of those of the parts of a sweep."""
+    with console.exit_codes():
+        from lienumba.engine.disk.merge import gaps, merged
+
+        with console.progress(quiet) as report:
+            dataset = merged(files, output, allow_code, overwrite, report)
+        if not quiet:
+            console.print_warnings(gaps(dataset))
+            with console.unheard():
+                _tell(dataset, output)
+
+
+def replay(
+    file: DatasetArgument,
+    run: Annotated[
+        int | None, typer.Option("--run", metavar="N", help="The label of the run.", show_default=False)
+    ] = None,
+    worst: Annotated[
+        str | None,
+        typer.Option("--worst", metavar="NAME", help="The run with the largest |NAME|, such as pointing.angle."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="The dataset to write (default: DATASET's stem.runN.nc)."),
+    ] = None,
+    every: Annotated[
+        float | None,
+        typer.Option("--every", metavar="DT", help="Interval between stored times in s (default: every step)."),
+    ] = None,
+    allow_code: AllowCodeOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Simulate one run of a dataset again, alone, with its whole course."""
+    with console.exit_codes():
+        from lienumba.engine.replay import again, warnings_of
+        from lienumba.engine.select_run import select_run
+        from lienumba.store.files import read, write
+        from lienumba.store.targets import check_dataset_target
+
+        with read(file) as dataset:
+            choice = select_run(dataset, str(file), run, worst)
+            target = output if output is not None else Path(f"{file.stem}.run{choice.run}.nc")
+            check_dataset_target(target, overwrite, resumable=False)
+            if not quiet:
+                console.print_warnings(warnings_of(dataset, str(file)))
+            with console.progress(quiet) as report:
+                done = again(dataset, str(file), choice.run, every, allow_code, report)
+        write(done.dataset, target)
+        if not done.same:
+            console.print_warnings([done.sentence])
+        if not quiet:
+            with console.unheard():
+                console.print_replay(done, choice.sentence, target)
+        if not done.same:
+            raise typer.Exit(console.SOME_FAILED)
+
+
+def _tell(dataset: "xr.Dataset", target: Path) -> None:
+    """Print what came out."""
+    from lienumba.store.study_layout import is_study
+
+    if not is_study(dataset):
+        from lienumba.analysis.summary import summarise
+
+        console.print_summary(summarise(dataset), target)
+        return
+    from lienumba.engine.study import doubts
+    from lienumba.present.terminal.study import print_study
+
+    console.print_warnings(doubts(dataset))
+    print_study(dataset, target)

@@ -1,0 +1,160 @@
+"""Commands that show a dataset: plot, animate, report, analyse."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lienumba.cli.options import (
+    AllowCodeOption,
+    DatasetArgument,
+    FileArgument,
+    QuietOption,
+)
+from lienumba.present.terminal import console
+
+
+def plot(
+    file: FileArgument,
+    variables: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[VARIABLE]...", help="What to draw (default: what says most).", show_default=False),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FIGURE",
+            help="A PNG, SVG or PDF file, replaced (default: FILE's stem with .png).",
+        ),
+    ] = None,
+) -> None:
+    """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
+    with console.exit_codes():
+        from lienumba.figures.plots import save
+        from lienumba.store.files import read
+
+        target = output if output is not None else Path(file.stem + ".png")
+        with read(file) as dataset:
+            save(dataset, target, variables or ())
+        typer.echo(f"written to {target}")
+
+
+def animate(
+    file: FileArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILM",
+            help="A GIF or MP4 file, or a PNG, SVG or PDF of how it ends; replaced (default: FILE's stem with .gif).",
+        ),
+    ] = None,
+    runs: Annotated[
+        str | None,
+        typer.Option("--run", metavar="LABELS", help="These runs, such as 3,17 or -1 (default: nominal, or typical)."),
+    ] = None,
+    worst: Annotated[
+        str | None,
+        typer.Option("--worst", metavar="NAME", help="Beside it the run with the largest |NAME|, such as tip."),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option("--duration", metavar="S", help="How long it takes to watch in s (default: real time, 4 to 8 s)."),
+    ] = None,
+    fps: Annotated[int, typer.Option("--fps", metavar="N", help="Frames per second.")] = 20,
+    allow_code: AllowCodeOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres."""
+    with console.exit_codes():
+        from lienumba.figures.animate import animate, check_film, runs_of
+        from lienumba.scene import scene
+        from lienumba.store.files import read
+
+        target = output if output is not None else Path(file.stem + ".gif")
+        check_film(target)
+        with read(file) as dataset:
+            labels = runs_of(runs, worst)
+            with console.progress(quiet) as report:
+                seen = scene(
+                    dataset,
+                    str(file),
+                    count=1 if worst is None else 2,
+                    runs=labels,
+                    worst=worst,
+                    allow_code=allow_code,
+                    tell=report,
+                )
+            title = str(dataset.attrs.get("title", ""))
+        if not quiet:
+            console.print_warnings(list(seen.remarks))
+        with console.drawing(quiet) as frame:
+            animate(seen, target, title=title, fps=fps, duration=duration, progress=frame)
+        if not quiet:
+            typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
+
+
+def report(
+    file: DatasetArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="PAGE", help="An HTML file, replaced (default: DATASET's stem with .html)."
+        ),
+    ] = None,
+    allow_code: AllowCodeOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a page about a dataset that opens anywhere, offline, with the mechanism moving."""
+    with console.exit_codes():
+        from lienumba.present.html import report
+
+        target = output if output is not None else Path(f"{file.stem}.html")
+        with console.progress(quiet) as tell:
+            report(file, target, allow_code=allow_code, progress=tell)
+        if not quiet:
+            typer.echo(f"written to {target}, {target.stat().st_size / 1e6:.1f} MB; open it in a browser")
+
+
+def analyse(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset of a sweep (.nc).", show_default=False)],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[OUTPUT]...",
+            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
+            show_default=False,
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
+    ] = None,
+) -> None:
+    """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
+    with console.exit_codes():
+        from lienumba.analysis.sensitivities import sensitivity_file
+        from lienumba.analysis.sensitivities.sensitivity import sensitivity
+        from lienumba.present.terminal.sensitivity import print_sensitivity
+        from lienumba.store.files import read
+        from lienumba.store.targets import CHOOSE, check_target
+
+        if output is not None:
+            check_target(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
+        with read(file) as dataset:
+            found = sensitivity(dataset, outputs or (), time)
+        if output is not None:
+            sensitivity_file.save(found, output)
+        with console.unheard():
+            print_sensitivity(found)
+            if output is not None:
+                typer.echo(f"written to {output}")
