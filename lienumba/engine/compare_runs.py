@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from lienumba.store.layout import COUNTS, FULL
+from lienumba.store.layout import FULL, VARIABLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,8 @@ def common(there: "xr.Dataset", here: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dat
     interval between stored times."""
     import xarray as xr
 
-    names = [name for name in there.data_vars if name in here.data_vars and name not in COUNTS]
+    counts = [name for name, spec in VARIABLES.items() if spec.count]
+    names = [name for name in there.data_vars if name in here.data_vars and name not in counts]
     one, other = xr.align(there[names], here[names], join="inner")
     return one, other
 

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.batch.integrate import Chunk
-from lienumba.batch.records import STATE, SUMMARIES, Layout, per_run
+from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Program
 from lienumba.mechanics.elements.quantities import XYZ, Part
+from lienumba.mechanics.system.output_variables import kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
@@ -108,7 +109,7 @@ class Results:
             ("event_count", events, lambda chunk, _: chunk.event_counts, "i8"),
         ]
         fates = [Field(name, VARIABLES[name], shape, value, dtype) for name, shape, value, dtype in plain]
-        return [*fates, *map(self._largest, SUMMARIES), *map(self._last, STATE)]
+        return [*fates, *map(self._largest, kept_largest()), *(self._last(x.name) for x in kept_at_end())]
 
     def _largest(self, name: str) -> Field:
         return Field(

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from lienumba.errors import Problem, ScenarioError
 from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
@@ -25,7 +26,6 @@ from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.schema import messages
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN
@@ -219,7 +219,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
-        output = output.model_copy(update={"variables": [*VARIABLES, *own]})
+        output = output.model_copy(update={"variables": [*OUTPUT_VARIABLES, *own]})
     model = dict(data.model)
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     correlate = [

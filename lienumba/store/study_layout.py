@@ -29,14 +29,20 @@ TIMES = {
     "time_per_run": Variable((), "s", "time of one core per run, median of the repetitions"),
     "time_per_run_spread": Variable((), "s", "largest minus smallest time of one core per run of the repetitions"),
 }
+
+
+def _count(text: str) -> Variable:
+    return Variable(RUN, "1", text, dtype="int32", count=True)
+
+
 # The dimensions of the grid follow those given here.
 VARIABLES: dict[str, Variable] = {
     **{f"{n}_error": Variable(RUN, u, f"largest {text} at the stored times") for n, (u, text) in ERRORS.items()},
     **{f"final_{n}_error": Variable(RUN, u, f"{text} at the last stored time") for n, (u, text) in ERRORS.items()},
     **{f"reference_{n}_error": Variable(RUN, u, f"{text} of the reference itself") for n, (u, text) in ERRORS.items()},
     **{name: layout.VARIABLES[name] for name in SAME},
-    "max_position_iterations": Variable(RUN, "1", "most iterations of the position projection", dtype="int32"),
-    "max_velocity_iterations": Variable(RUN, "1", "most iterations of the velocity projection", dtype="int32"),
+    "max_position_iterations": _count("most iterations of the position projection"),
+    "max_velocity_iterations": _count("most iterations of the velocity projection"),
     "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps", dtype="int64"),
     **TIMES,
 }  # fmt: skip
@@ -71,7 +77,7 @@ def dataset(
     data = {}
     for name, array in arrays.items():
         spec = VARIABLES[name]
-        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype)
+        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype, spec.count)
         data[name] = layout.variable(name, whole, array, len(runs))
     bare = {"_FillValue": None}
     labels = np.asarray(runs, dtype=np.int64)

@@ -14,6 +14,8 @@ from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import is_study
+from lienumba.sweep.distributions.external import Given
+from lienumba.sweep.distributions.registry import class_of
 from lienumba.sweep.samplers import INDICES, SAMPLERS
 from lienumba.words import plural
 
@@ -138,7 +140,7 @@ def _plan(
     in_rows = sampler is not None and sampler.sobol_indices
     rows = sobol.rows_of(labels, sweep, samples) if in_rows else None
     runs, notes = (every, []) if rows is None else (rows.independent, [INDEPENDENT])
-    if sweep.get("correlate") or any({"expression", "column"} & set(entry) for entry in sweep.get("vary", {}).values()):
+    if sweep.get("correlate") or any(issubclass(class_of(entry), Given) for entry in sweep.get("vary", {}).values()):
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]

@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from lienumba.scenario.base.toml import Tables
+from lienumba.sweep.distributions.registry import class_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,11 +60,7 @@ class Indices:
 
 def sampled_inputs(sweep: Tables) -> list[str]:
     """What is drawn, in the order of [sweep.vary]: no constants, expressions of other inputs or columns of a table."""
-    return [
-        path
-        for path, entry in sweep.get("vary", {}).items()
-        if not {"expression", "column"} & set(entry) and entry.get("distribution") != "constant"
-    ]
+    return [path for path, entry in sweep.get("vary", {}).items() if class_of(entry).dimensions > 0]
 
 
 def columns_of(path: str, columns: Sequence[str]) -> list[str]:

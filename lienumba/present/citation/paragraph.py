@@ -8,10 +8,10 @@ from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
-from lienumba.present.citation.sampling import capital, number
+from lienumba.present.citation.sampling import capital
 from lienumba.present.citation.source import CitedScenario
 from lienumba.scenario.base.toml import Tables
-from lienumba.words import listed, plural
+from lienumba.words import listed, number, plural
 
 PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",

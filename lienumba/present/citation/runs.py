@@ -1,10 +1,9 @@
 """Which runs there were, in what they differed, and how they ended."""
 
 from lienumba.present.citation import sampling
-from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import CitedScenario
 from lienumba.scenario.base.toml import Tables
-from lienumba.words import plural
+from lienumba.words import number, plural
 
 
 def sweep(source: CitedScenario) -> str:

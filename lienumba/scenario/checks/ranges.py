@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
-from lienumba.sweep.distributions.base import Kind, Scalar
+from lienumba.sweep.distributions.base import Distribution, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
 
@@ -18,7 +18,7 @@ POSITIVE = {"mass": "no body has", "length": "no rod has"}
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
-def check_range(path: str, nominal: Any, given: Kind, runs: int, refused: str, report: "Report") -> None:
+def check_range(path: str, nominal: Any, given: Distribution, runs: int, refused: str, report: "Report") -> None:
     """Distributions that do not fit the nominal value, and those that draw values of 0 or below where these cannot be;
     refused: what such a value would be, "no body has", if so."""
     if isinstance(given, Given):
@@ -63,7 +63,7 @@ def refused_below(path: str, model: dict[str, Any]) -> str:
     return POSITIVE.get(str(tokens[-1]), "") if tokens[0] in ("bodies", "joints") and "parameters" not in tokens else ""
 
 
-def _sample(given: Kind, u: float, nominal: Any) -> float:
+def _sample(given: Distribution, u: float, nominal: Any) -> float:
     """The first number that it gives at these probabilities."""
     import numpy as np
 

@@ -8,7 +8,7 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.schema.scenario import Correlation
 from lienumba.sweep.copula import MatrixError, cholesky
-from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.inertia import Inertia
 from lienumba.sweep.distributions.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.samplers import DEFAULT, GROWING, SAMPLERS, Sampler
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[str, Any], report: "Report") -> None:
+def check_sampler(
+    sweep: dict[str, Any], vary: Mapping[str, Distribution], model: dict[str, Any], report: "Report"
+) -> None:
     """Check the sampler with the inputs that vary, by their canonical paths."""
     sampler, runs = SAMPLERS.get(str(sweep.get("sampler", DEFAULT))), sweep.get("runs", 1)
     inputs = sum(kind.dimensions > 0 for kind in vary.values())
@@ -52,7 +54,11 @@ def _check_rows(sampler: Sampler, row: int, inputs: int, runs: Any, report: "Rep
 
 
 def _check_correlations(
-    sweep: dict[str, Any], sampler: Sampler | None, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
+    sweep: dict[str, Any],
+    sampler: Sampler | None,
+    vary: Mapping[str, Distribution],
+    model: dict[str, Any],
+    report: "Report",
 ) -> None:
     groups = sweep.get("correlate", [])
     seen: dict[str, str] = {}
@@ -83,7 +89,7 @@ def _check_correlations(
         report.problems += [problem] if problem else []
 
 
-def _not_correlated(name: str, vary: Mapping[str, Kind]) -> tuple[str, str] | None:
+def _not_correlated(name: str, vary: Mapping[str, Distribution]) -> tuple[str, str] | None:
     """Why what stands at a path cannot be correlated, and the remedy."""
     kinds = {inner: kind for path, kind in vary.items() for inner in (path, *kind.streams(path), *kind.columns(path))}
     kind = kinds.get(name)

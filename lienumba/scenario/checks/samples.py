@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
-from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.samplers.independent import TABLE
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report") -> None:
+def check_table(sweep: dict[str, Any], vary: Mapping[str, Distribution], report: "Report") -> None:
     """Check the table with what varies by its columns."""
     sampler = sweep.get("sampler", DEFAULT)
     given = sampler in SAMPLERS and SAMPLERS[sampler].from_table

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.scenario.study_errors import STATE
 from lienumba.words import printable, show, suggestion
@@ -62,7 +62,7 @@ def check_study(
         if output.get(key) not in (None, {}, "full"):
             report.add(f"output.{key}", "has no meaning in a study, which stores errors", "leave it out")
     stored = output.get("variables")
-    if isinstance(stored, list) and not set(VARIABLES) <= set(map(str, stored)):
+    if isinstance(stored, list) and not set(OUTPUT_VARIABLES) <= set(map(str, stored)):
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 

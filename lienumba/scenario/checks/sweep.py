@@ -13,13 +13,14 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
+from lienumba.scenario.base.problems import read
 from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
 from lienumba.scenario.schema.scenario import MOST_RUNS, SECTIONS, section_of
-from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Kind
-from lienumba.sweep.distributions.registry import FORMS, Distribution, form_of
+from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
+from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of
 from lienumba.words import printable, show, suggestion
 
 if TYPE_CHECKING:
@@ -49,13 +50,13 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
-    kinds: dict[str, Kind] = {}
+    kinds: dict[str, Distribution] = {}
     before = len(report.problems)
     for path, entry in vary.items():
         if _is_nested(entry):
             continue  # a path without its quotes, which `messages` explains
         kind = _kind(entry)
-        shape = kind.shape if kind is not None else FORMS[form].leads_to if (form := form_of(entry)) else NUMBER
+        shape = kind.shape if kind is not None else DISTRIBUTIONS[form].leads_to if (form := form_of(entry)) else NUMBER
         try:
             nominal = _nominal(path, model, parameters, shape)
             name = paths.canonical(path, model)
@@ -84,13 +85,10 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _kind(entry: Any) -> Kind | None:
+def _kind(entry: Any) -> Distribution | None:
     """How an input varies; None where that is wrong in itself."""
-    try:
-        kind: Kind = _adapter(Distribution).validate_python(entry)
-    except ValidationError:
-        return None
-    return kind
+    form = form_of(entry)
+    return None if form is None else read(DISTRIBUTIONS[form], entry)
 
 
 def _refuse_overlap(name: str, seen: dict[str, str]) -> None:

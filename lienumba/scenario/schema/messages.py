@@ -7,7 +7,7 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
-from lienumba.sweep.distributions.registry import BY_KEY, NAMED
+from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, suggestion
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
     """A distribution, rotation or inertia that has none of the known forms."""
     if loc[:2] != ("sweep", "vary"):
         return Problem(path, "has none of the known forms", remedy, value)
-    known = list(NAMED)
+    known = named()
     if not isinstance(value, dict):
         return Problem(path, "must be a table", 'give { distribution = "normal", std = ... }', value)
     name = value.get("distribution")
@@ -188,7 +188,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
         return Problem(f"{path}.distribution", "is not known", suggestion(name, known), name)
     if any(isinstance(item, dict) for item in value.values()):
         return Problem(path, "a varied path needs quotes", f'write "{_dotted(str(loc[2]), value)}" = {{ ... }}')
-    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead")
+    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(by_key())} instead")
 
 
 def _dotted(key: str, value: dict[str, Any]) -> str:
