@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
 from lienumba.scenario.base import paths
@@ -11,14 +12,12 @@ UNITS = {
     "angular_velocity": "rad s-1", "points": "m", "point": "m", "angle": "rad", "angles": "rad",
     "rotation_vector": "rad",
 }  # fmt: skip
-DRIVEN = {"point": "m", "orientation": "rad", "angular_velocity": "rad s-1", "angle": "rad", "displacement": "m"}
 SETTINGS = {
     "integrator.step": "s",
     "integrator.end_time": "s",
     "integrator.tolerance": "1",
     "projection.tolerance": "m",
 }
-RATES = {"angle": "rad s-1", "displacement": "m s-1"}
 
 
 def units(path: str, model: dict[str, Any]) -> str:
@@ -36,8 +35,8 @@ def units(path: str, model: dict[str, Any]) -> str:
     if keys[0] == "joints":
         return JOINTS[item["type"]].unit(key, _coupled(item, model))
     if keys[0] == "drivers":
-        kind = item["motion"] if "motion" in item else _coordinate(item["joint"], item["coordinate"], model)
-        return RATES[kind] if key == "rate" else UNITS["point"] if key == "point" else DRIVEN[kind]
+        driven = _coordinate(item["joint"], item["coordinate"], model) if "joint" in item else None
+        return DRIVERS[driver_form(item) or ""].unit(key, driven)
     if keys[0] == "forces":
         number = FORCES[item["type"]].numbers().get(key)
         if number is not None:

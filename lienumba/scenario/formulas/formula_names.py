@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.drivers import DRIVERS, JointDriver, driver_form
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.problems import tables
-from lienumba.scenario.schema.forces import driver_form
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,6 @@ def known_of(model: Any) -> Known:
 
 def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:
     """As much of a driver as tells what its effort is."""
-    if driver_form(table) != "joint":
-        return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))
-    kinds = coordinate_kinds(joints.get(str(table["joint"]), {}).get("type"))
-    kind = table.get("coordinate") or (kinds[0] if kinds else "angle")
-    return m.Driver(name, "value", (), (0.0,), m.Coordinate(0, str(kind)))
+    kinds = coordinate_kinds(joints.get(str(table.get("joint")), {}).get("type"))
+    kind = DRIVERS.get(driver_form(table) or "", JointDriver)  # what is no driver is told elsewhere
+    return kind.sketch(name, table, kinds)

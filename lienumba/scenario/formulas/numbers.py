@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from lienumba.errors import Problem
+from lienumba.keys.facts import is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.forces import FORCES
@@ -26,6 +27,7 @@ from lienumba.scenario.formulas.parameters import (
     section_of,
     value_of,
 )
+from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.tables import tables_of
 from lienumba.words import is_number
 
@@ -184,8 +186,12 @@ def _formulas(model: Any) -> list[tuple[Tokens, str]]:
 
     def walk(node: Any, tokens: Tokens) -> None:
         if isinstance(node, dict):
+            typed = len(tokens) == 2 and tokens[0] in scenario.FORMS
+            section = scenario.section_of(str(tokens[0]), node) if typed else None
+            known = section.model_fields if section is not None else {}
+            texts = paths.TEXT_KEYS.union(key for key in known if section is not None and is_text(section, key))
             for key, item in node.items():
-                if not tokens or key not in paths.TEXT_KEYS:
+                if not tokens or key not in texts:
                     walk(item, (*tokens, key))
         elif isinstance(node, list):
             names = [item.get("name") if isinstance(item, dict) else None for item in node]

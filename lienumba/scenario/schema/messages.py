@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
+from lienumba.keys.facts import is_open_ended
+from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.schema import scenario
@@ -107,13 +109,9 @@ _BOUNDS = {
 
 
 def _least(loc: Loc) -> str:
-    open_ended = (
-        tuple(loc) == ("model", "bodies")
-        or loc[-1] in ("times", "grid", "paths")
-        or "momentum" in loc
-        or "python" in loc
-    )
-    return "at least " if open_ended else ""
+    """Before the number of entries that a list must have, where it may have more."""
+    section, key = scenario.SECTIONS.get(section_key(loc[:-1])), str(loc[-1])
+    return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
 def _unknown(loc: Loc, raw: Any) -> Problem:
@@ -138,7 +136,7 @@ def _unknown(loc: Loc, raw: Any) -> Problem:
 
 
 def _form(kind: str, form: str) -> str:
-    return "the driver of a joint" if (kind, form) == ("drivers", "joint") else form
+    return DRIVERS[form].noun if kind == "drivers" and "motion" not in DRIVERS[form].model_fields else form
 
 
 def _kind(kind: str, form: str) -> str:
@@ -147,7 +145,7 @@ def _kind(kind: str, form: str) -> str:
         return f"{'an' if form[0] in 'aeio' else 'a'} {form} joint"
     if kind == "forces":
         return f"a force of type {form}"
-    return _form(kind, form) if form == "joint" else f"the motion {form}"
+    return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
 
 
 def _header(names: tuple[str, ...]) -> str:
@@ -167,7 +165,7 @@ def _no_type(kind: str, path: str, value: object) -> Problem:
         if "type" not in value:
             return missing(f"{path}.type", f"give one of {', '.join(known)}")
         return Problem(f"{path}.type", "is not known", suggestion(str(value["type"]), known), value["type"])
-    motions = [motion for motion in known if motion != "joint"]
+    motions = [form for form, kind_of_driver in DRIVERS.items() if "motion" in kind_of_driver.model_fields]
     if "motion" in value:
         return Problem(f"{path}.motion", "is not known", suggestion(str(value["motion"]), motions), value["motion"])
     if "body" in value:

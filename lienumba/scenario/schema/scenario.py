@@ -28,6 +28,7 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.drivers import DRIVERS, DriverType, driver_form
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
@@ -36,7 +37,6 @@ from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
-from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
 from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
@@ -99,6 +99,7 @@ class Gravity(Section):
 
 
 AnyJoint = Annotated[JointType, OneOf(JOINTS)]
+AnyDriver = Annotated[DriverType, OneOf(DRIVERS, driver_form)]
 
 
 class ModelSection(Gravity):
@@ -106,7 +107,7 @@ class ModelSection(Gravity):
         description="at least one body, each as [[model.bodies]]"
     )
     joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
-    drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
+    drivers: list[AnyDriver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"
     )
@@ -341,7 +342,8 @@ def _derive() -> None:
 
 SECTIONS.update(_sections())
 for registry in (
-    JOINTS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS, DISTRIBUTIONS,
+    JOINTS, DRIVERS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
+    DISTRIBUTIONS,
 ):  # fmt: skip
     registry.listeners.append(_derive)
 

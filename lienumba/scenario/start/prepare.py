@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
 from lienumba.keys.formulas import at_start
+from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Driver, Model, Start, reads_state
@@ -175,7 +176,9 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
         return []
     keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
     says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
-    prescribed = zip(keys if driver.motion == "value" else keys[1:], at_start(driver.value[0]), strict=False)
+    prescribed = zip(
+        keys if type_of(driver).level(driver) == POSITION else keys[1:], at_start(driver.value[0]), strict=False
+    )
     return [
         Problem(
             f"model.drivers.{driver.name}",
