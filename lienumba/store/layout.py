@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.compiler.memo import Memo, content
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
@@ -156,7 +156,7 @@ def _frame(
         for name in (name for name in data if specs[name].reaction):
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, xr.Variable] = {
         name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, values, total))
         for name, values in labels.items()
         if name in used
@@ -178,13 +178,13 @@ def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]
     }
 
 
-def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, Any]:
+def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, object]:
     """The encoding of a coordinate: as it is; those of runs in few parts."""
     chunks = _chunks((max(min(total, CHUNK_BYTES // 8), 1),), values.shape) if dim in ("run", FULL) else {}
     return {"_FillValue": None} | chunks
 
 
-def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, object]:
     """How an array of this shape is cut; xarray forgets it in selections, which may have fewer dimensions."""
     return {"chunksizes": chunk, "original_shape": shape}
 
@@ -193,7 +193,7 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
     """A variable of the dataset with its texts and encoding; a count below 0 is none; total: number of runs."""
     import xarray as xr
 
-    attributes: dict[str, Any] = texts(spec.units, spec.long_name)
+    attributes: dict[str, object] = {**texts(spec.units, spec.long_name)}
     if spec.frame is not None:
         attributes["frame"] = spec.frame
     if name == "status":
@@ -211,7 +211,7 @@ def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
     return np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
 
 
-def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, Any]:
+def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, object]:
     import numpy as np
 
     fill_value = NO_COUNT if spec.count else np.nan if spec.dtype == "float64" else None
@@ -232,7 +232,7 @@ def texts(units: str, long_name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def _flags() -> dict[str, Any]:
+def _flags() -> dict[str, object]:
     import numpy as np
 
     from lienumba.batch.statuses import STATUSES

@@ -14,7 +14,7 @@ import shutil
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import WriteError, folder_of, settle, to_disk
@@ -75,7 +75,7 @@ class Shards:
         self.bytes, self.since = 0, time.monotonic()
         self.damaged: list[str] = []
         self.manifest: Json = {}
-        self._lock: Any = None
+        self._lock: TextIO | None = None
 
     @property
     def exists(self) -> bool:

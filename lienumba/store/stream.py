@@ -136,7 +136,7 @@ def _open(path: Path) -> Any:
     return file
 
 
-def _names(records: Records) -> Any:
+def _names(records: Records) -> Iterable[str]:
     """Of the columns."""
     return records.dtype.names if hasattr(records, "dtype") else records
 

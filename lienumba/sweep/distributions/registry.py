@@ -1,7 +1,7 @@
 """Every way in which an input of `[sweep.vary]` may vary."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from lienumba.keys.choices import OneOf
 from lienumba.keys.registry import Registry, literal
@@ -38,7 +38,7 @@ def by_key() -> list[str]:
     return [name for name, distribution in DISTRIBUTIONS.items() if distribution.key]
 
 
-def form_of(value: Any) -> str | None:
+def form_of(value: object) -> str | None:
     """Which of the distributions an entry of `vary` is written as; None if it is none of them."""
     if isinstance(value, Distribution):
         return next(name for name, distribution in DISTRIBUTIONS.items() if isinstance(value, distribution))
@@ -50,7 +50,7 @@ def form_of(value: Any) -> str | None:
     return next((key for key in by_key() if key in value), None)
 
 
-def class_of(entry: Mapping[str, Any]) -> type[Distribution]:
+def class_of(entry: Mapping[str, object]) -> type[Distribution]:
     """That of a valid entry of `vary`."""
     return DISTRIBUTIONS[form_of(entry) or ""]
 
