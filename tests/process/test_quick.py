@@ -18,7 +18,8 @@ def test_the_first_cases_of_cheap_functions_and_the_cheapest_test_of_every_room(
         "c/t.py::new[1]",
     ]
     assert cheap(tests, COSTS) == {
-        "a/t.py::f[0]", "a/t.py::f[1]", "a/t.py::f[2]", "a/t.py::new", "b/t.py::i[0]", "c/t.py::new[0]", "c/t.py::new[1]"
+        "a/t.py::f[0]", "a/t.py::f[1]", "a/t.py::f[2]", "a/t.py::new", "b/t.py::i[0]",
+        "c/t.py::new[0]", "c/t.py::new[1]"
     }  # fmt: skip
 
 
