@@ -229,7 +229,7 @@ class Symbol:
         return self.graph.node("power_of_two", self)
 
 
-def live(outputs: Sequence[Number]) -> list[Symbol]:
+def live(outputs: Sequence[object]) -> list[Symbol]:
     """The nodes that the outputs need, each behind all that it uses.
 
     What depends on a division stays in the order in which it was recorded: an elimination frees values as
