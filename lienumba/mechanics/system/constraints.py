@@ -25,7 +25,7 @@ from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 @dataclass(frozen=True)
 class Constraint:
     """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
-    whether its law is of the user's own."""
+    whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies."""
 
     name: str
     bodies: tuple[int, ...]
@@ -33,6 +33,7 @@ class Constraint:
     level: str
     law: Law
     own: bool = False
+    ties: bool = True
 
     @property
     def rows(self) -> int:
@@ -66,7 +67,7 @@ def _driver(model: Model, driver: Driver) -> Constraint:
     def law(view: View) -> Vector:
         return kind.residual(model, driver, tuple(evaluate(model, x, view) for x in driver.value), view)
 
-    return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law)
+    return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law, ties=kind.ties)
 
 
 def rows_of(model: Model) -> list[slice]:

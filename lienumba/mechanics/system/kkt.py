@@ -85,13 +85,13 @@ class _Block:
 
 def _blocks(model: Model, dropped: set[int]) -> list[_Block]:
     blocks: dict[frozenset[int], _Block] = {}
-    for i, (constraint, every) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+    for constraint, every in zip(constraints_of(model), rows_of(model), strict=True):
         rows = [row for row in range(every.start, every.stop) if row not in dropped]
         if not rows:
             continue
         block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies))
         block.rows += rows
-        block.ties += i < len(model.joints) or model.drivers[i - len(model.joints)].motion == "point"
+        block.ties += constraint.ties
     return list(blocks.values())
 
 
