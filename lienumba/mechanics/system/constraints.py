@@ -18,7 +18,7 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
 from lienumba.numerics.jets import lift
-from lienumba.numerics.number import Vector
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
@@ -123,7 +123,7 @@ def time_rate(model: Model, now: Instant) -> list[Any]:
     return rates
 
 
-def derivative(model: Model, now: Instant, drifts: Sequence[Any]) -> list[Any]:
+def derivative(model: Model, now: Instant, drifts: Sequence[Matrix]) -> list[Any]:
     """Of Phi, along a matrix for the R of every body; 0 where there is no position."""
     rows: list[Any] = []
     for c in constraints_of(model):
@@ -149,7 +149,7 @@ def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
     return entries
 
 
-def loads(model: Model, now: Instant, multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
+def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[list[Any], list[Any]]:
     """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
 
     A joint without points acts at the mass centre.
@@ -201,7 +201,7 @@ def _size(body: Body) -> Any:
     return sqrt(6.0 * (xx + yy + zz) / body.mass)
 
 
-def largest(rows: list[Any]) -> Any:
+def largest(rows: Sequence[Number]) -> Any:
     """The largest absolute value of finite rows; 0 of none."""
     worst: Any = absolute(rows[0]) if rows else 0.0
     for row in rows[1:]:
