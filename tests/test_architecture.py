@@ -71,6 +71,7 @@ LIGHT = [
 ]
 LONGEST = 500  # lines of a file
 MOST = 17  # modules of a folder
+MOST_ANY = 0.07  # of parameters may be anything
 BY_NAME = ("import_module", "__import__")
 
 
@@ -240,3 +241,21 @@ def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
     top = ast.Module([n for n in ast.parse(path.read_text()).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
     heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in HEAVY]
     assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
+
+
+def test_any_is_rare():
+    """Numbers that are floats, arrays, jets or symbols are a `Number`; what is raw is an `object` until it is known."""
+    parameters = [x for path in FILES for x in annotated(ast.parse(path.read_text()))]
+    anything = [x for x in parameters if isinstance(x, ast.Name) and x.id == "Any"]
+    assert len(anything) <= MOST_ANY * len(parameters)
+
+
+def annotated(tree: ast.AST) -> list[ast.expr | None]:
+    """The annotation of every parameter but self and cls."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            a = node.args
+            given = [*a.posonlyargs, *a.args, *a.kwonlyargs, *(x for x in (a.vararg, a.kwarg) if x is not None)]
+            found += [x.annotation for x in given if x.arg not in ("self", "cls")]
+    return found

@@ -70,7 +70,7 @@ class Results:
     """tables: the fields of each table; labels are kept beside them."""
 
     def __init__(self, resolved: Scenario, nominal: Nominal) -> None:
-        data: Any = resolved.data
+        data = resolved.data
         self.resolved, self.model, self.nominal = resolved, nominal.model, nominal
         self.layout = Layout.of(nominal.model)
         self.times = np.array(resolved.times)
@@ -129,7 +129,7 @@ class Results:
 
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
         """Each once, if it is asked for in two ways; taken: names of variables."""
-        data: Any = self.resolved.data
+        data = self.resolved.data
         every = [
             self._summary(shown, name, part, statistic)
             for asked, statistics in data.output.summary.items()
@@ -226,7 +226,7 @@ class Results:
         **more: str,
     ) -> "xr.Dataset":
         """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
-        data: Any = self.resolved.data
+        data = self.resolved.data
         model, named = self.model, data.model.model_dump()
         return layout.dataset(
             variables=arrays,
@@ -254,7 +254,7 @@ class Results:
 
 def in_full(resolved: Scenario, labels: np.ndarray) -> np.ndarray:
     """Which runs keep their course in the mode "summary" (runs,)."""
-    data: Any = resolved.data
+    data = resolved.data
     kept = np.zeros(len(labels), bool)
     for part in parse_ranges(data.output.full_runs, "") if data.output.full_runs is not None else []:
         kept |= (labels >= part.start) & (labels < part.stop)

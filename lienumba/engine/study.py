@@ -7,7 +7,7 @@ times only, interleaved: a busy minute of the machine meets all points alike.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, SupportsInt
+from typing import TYPE_CHECKING, SupportsInt
 
 import numpy as np
 
@@ -135,7 +135,7 @@ class _Bench:
 def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
     """Errors and costs (runs,) of one point."""
     found: Arrays = {}
-    data: Any = scenario.data
+    data = scenario.data
     for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
         found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
     per_run = {name: arrays[name] for name in OF_POINTS}

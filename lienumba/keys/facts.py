@@ -44,11 +44,11 @@ def is_open_ended(section: type[BaseModel], key: str) -> bool:
     return bool(listed) and not any(isinstance(x, MaxLen) for x in said)
 
 
-def _is_list(annotation: Any) -> bool:
+def _is_list(annotation: object) -> bool:
     return get_origin(get_args(annotation)[0] if hasattr(annotation, "__metadata__") else annotation) is list
 
 
-def _leaves(annotation: Any) -> Iterator[type]:
+def _leaves(annotation: object) -> Iterator[type]:
     if get_origin(annotation) is Literal:
         yield from map(type, get_args(annotation))
     elif isinstance(annotation, type) and not get_args(annotation):
@@ -57,6 +57,6 @@ def _leaves(annotation: Any) -> Iterator[type]:
         yield from _leaves(x)
 
 
-def _annotations(annotation: Any) -> Iterator[Any]:
+def _annotations(annotation: object) -> Iterator[Any]:
     for x in get_args(annotation):
         yield from x.metadata if isinstance(x, FieldInfo) else (x, *_annotations(x))

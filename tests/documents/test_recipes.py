@@ -3,6 +3,7 @@
 What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
 """
 
+import ast
 import re
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -45,7 +46,7 @@ from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
 from tests.integrators.methods.test_tableaus import holds, trees
-from tests.rigs.places import SCENARIOS
+from tests.rigs.places import ROOT, SCENARIOS
 
 TOP = str(SCENARIOS / "heavy_top.toml")
 SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
@@ -346,3 +347,21 @@ def test_a_force_about_an_axis() -> None:
     t = ds["time"].values
     np.testing.assert_allclose(ds["spin"][0, :, 2], -100.0 * np.sin(2.0 * t), atol=1e-6)
     np.testing.assert_allclose(ds["potential_energy"][0], 2500.0 * np.cos(2.0 * t) ** 2, atol=1e-4)
+
+
+SHOWN = ("OnRing", "Magnet", "RALSTON", "weyl", "WEYL", "angular_momentum", "MOMENTUM")
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_document_shows_what_is_tested(name: str) -> None:
+    """docs/architecture.md has the same lines, which are run there, too."""
+    source = Path(__file__).read_text(encoding="utf-8")
+    found = [
+        ast.get_source_segment(source, node)
+        for node in ast.parse(source).body
+        if getattr(node, "name", None) == name
+        or (isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name)
+    ]
+    assert len(found) == 1
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert str(found[0]) in page

@@ -69,7 +69,7 @@ def first_difference(old: Tables, new: Tables) -> str | None:
 
 def check_samplers(old: Tables, new: Tables, where: str, remedy: str) -> None:
     """The samples of some samplers depend on how many there are."""
-    sampler, before, runs = SAMPLERS[new["sweep.sampler"]], old["sweep.runs"], new["sweep.runs"]
+    sampler, before, runs = SAMPLERS[str(new["sweep.sampler"])], old["sweep.runs"], new["sweep.runs"]
     if sampler.whole and before != runs:
         raise ScenarioError(
             f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler.name)} "

@@ -18,7 +18,8 @@ from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
-from lienumba.words import listed, show
+from lienumba.scenario.base.toml import Keys
+from lienumba.words import listed
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
@@ -87,21 +88,13 @@ class Parameters:
         """Whether a formula depends on tables or quantities."""
         return bool(formula.used & (self.quantities | self.tables.keys()))
 
-    def restore(self, model: dict[str, Any]) -> None:
+    def restore(self, model: Keys) -> None:
         """Put the texts of the formulas back into a model, in place."""
         for tokens, formula in self.places.items():
             paths.put(model, list(tokens), formula.text)
 
-    def explain(self, problem: Any) -> Problem:
+    def explain(self, problem: Problem) -> Problem:
         """A problem of a number that the file writes as a formula has both."""
-        if isinstance(problem, str):  # TODO
-            for tokens, formula in self.places.items():
-                start = f"{paths.written(tokens)} = "
-                if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
-                    rest = problem.removeprefix(start)
-                    shown = "" if rest.startswith(show(SMOOTH)) else " = "
-                    return Problem("", f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}")
-            return Problem("", problem)
         made = next((f for tokens, f in self.places.items() if paths.written(tokens) == problem.place), None)
         if made is None or problem.value is NOTHING:
             return problem
@@ -139,7 +132,7 @@ def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
     return formula(0.0, **{name: values[name] for name in formula.used})
 
 
-def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
+def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
     """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
     numbers: dict[str, float] = {}
     formulas: dict[str, Formula] = {}

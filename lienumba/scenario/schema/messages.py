@@ -1,12 +1,14 @@
 """From pydantic's errors to problems: the key with its full path, its value, the rule, the remedy."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.keys.facts import is_open_ended
 from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
 from lienumba.sweep.distributions.registry import by_key, named
@@ -17,12 +19,12 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
-def problems(error: "ValidationError", raw: Any) -> list[Problem]:
+def problems(error: "ValidationError", raw: object) -> list[Problem]:
     """One problem per error of pydantic."""
     return [_problem(item, raw) for item in error.errors(include_url=False)]
 
 
-def _problem(item: "ErrorDetails", raw: Any) -> Problem:
+def _problem(item: "ErrorDetails", raw: object) -> Problem:
     loc, kind, value, context = item["loc"], item["type"], item["input"], item.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(loc, raw)
@@ -41,7 +43,7 @@ def _problem(item: "ErrorDetails", raw: Any) -> Problem:
     return Problem(path, rule, remedy, value)
 
 
-def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: str) -> tuple[str, str] | None:
+def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], remedy: str) -> tuple[str, str] | None:
     """What a value must be, and the remedy, which may be another than that of its key."""
     if kind in ("float_type", "float_parsing"):
         other = _unquoted(value, remedy) if isinstance(value, str) else None
@@ -52,7 +54,7 @@ def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: s
         rule, key = _BOUNDS[kind]
         return f"must be {rule} {context[key]:g}", remedy
     if kind == "literal_error":
-        return _choice(value, context["expected"], remedy)
+        return _choice(value, str(context["expected"]), remedy)
     if kind == "bool_type":
         return "must be true or false", "write it so, without quotes"
     if kind in ("int_type", "int_from_float", "int_parsing"):
@@ -63,9 +65,10 @@ def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: s
         return "is no valid name", remedy
     if kind == "string_type":
         return "must be a text in quotes", remedy
-    if kind in ("too_short", "too_long"):
+    actual = context.get("actual_length")
+    if kind in ("too_short", "too_long") and isinstance(actual, int):
         wanted = context.get("min_length" if kind == "too_short" else "max_length")
-        entries = plural(context["actual_length"], "entry", "entries")
+        entries = plural(actual, "entry", "entries")
         return f"has {entries} and must have {_least(loc)}{wanted}", remedy
     if kind == "list_type":
         doubled = " (a list of tables is written with double brackets)"
@@ -114,7 +117,7 @@ def _least(loc: Loc) -> str:
     return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
-def _unknown(loc: Loc, raw: Any) -> Problem:
+def _unknown(loc: Loc, raw: object) -> Problem:
     """An unknown key: the nearest one of its section, or what it belongs to."""
     key, path = str(loc[-1]), place(loc, raw)
     section = scenario.SECTIONS.get(section_key(loc[:-1]))
@@ -189,7 +192,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
     return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(by_key())} instead")
 
 
-def _dotted(key: str, value: dict[str, Any]) -> str:
+def _dotted(key: str, value: Keys) -> str:
     """The path that was written without quotes, which TOML reads as tables in tables."""
     for name, item in value.items():
         if isinstance(item, dict):

@@ -10,7 +10,7 @@ from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 Statistic = Literal["max", "min", "mean", "rms", "final", "time_of_max"]
 
 
-def _flat(given: Any) -> Any:
+def _flat(given: object) -> Any:
     """`pointing.angle = [...]` without quotes is a table in a table for TOML."""
     if not isinstance(given, dict):
         return given

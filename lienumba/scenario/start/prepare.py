@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
@@ -192,7 +192,7 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
 
 def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
     """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
-    data: Any = scenario.data
+    data = scenario.data
     samples = draw(scenario, labels)
     check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
     return samples
@@ -209,7 +209,7 @@ def prepare(
     the scenario. samples, nominal: if they are known; asked: how many runs there are in all."""
     import numpy as np
 
-    data: Any = scenario.data
+    data = scenario.data
     nominal = nominal or check_initial(scenario)
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked
@@ -228,10 +228,11 @@ def prepare(
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
-        why, *others = violations(done, start, 0) or ["its state is not finite, or its joints lock it"]
+        unmet = violations(done, start, 0)
+        why = unmet[0] if unmet else "its state is not finite, or its joints lock it"
         rule = f"no sampled run can be assembled with {varied} varied"
         remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
-        raise ScenarioError(Problem("sweep.vary", rule, remedy), *others)
+        raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
     states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
     return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
 
