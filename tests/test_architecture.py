@@ -45,7 +45,7 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
-        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
+        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
     "cli": [{"options"}, {"checking", "running", "showing"}],
     "analysis": [
