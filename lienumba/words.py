@@ -1,5 +1,6 @@
 """Words of messages: the nearest known name, values as TOML writes them."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -85,6 +86,14 @@ def show(value: Any) -> str:
     else:
         text = repr(value)
     return text if len(text) <= 80 else text[:76] + " ..."
+
+
+def number(x: Any) -> str:
+    """A number as short as it can be without losing a digit; lists of them."""
+    if isinstance(x, list | tuple):
+        return f"[{', '.join(map(number, x))}]"
+    text = str(int(x)) if float(x).is_integer() and abs(x) < 1e15 else repr(float(x))
+    return re.sub(r"e([+-])0+", lambda sign: f"e{sign[1].strip('+')}", text)
 
 
 def plural(number: int, one: str, many: str) -> str:

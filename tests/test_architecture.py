@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from lienumba.compiler import cache
+
 PACKAGE = Path(__file__).parents[1] / "lienumba"
 FILES = sorted(PACKAGE.rglob("*.py"))
 TESTS = Path(__file__).parent
@@ -47,6 +49,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
+    "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "running", "showing"}],
     "analysis": [
         {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
@@ -68,6 +71,7 @@ LIGHT = [
 ]
 LONGEST = 500  # lines of a file
 MOST = 17  # modules of a folder
+MOST_ANY = 0.07  # of parameters may be anything
 BY_NAME = ("import_module", "__import__")
 
 
@@ -84,6 +88,13 @@ def part(path: Path) -> str:
     return path.relative_to(PACKAGE).with_suffix("").parts[0]
 
 
+def file_of(module: str) -> Path | None:
+    """The file of a module or package of ours."""
+    path = PACKAGE.joinpath(*module.split(".")[1:])
+    found = [file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()]
+    return found[0] if found and module.startswith("lienumba.") else None
+
+
 def imports(tree: ast.AST, path: Path) -> list[tuple[int, str]]:
     """(line, absolute module) of every import, those inside functions and `if` blocks included."""
     found: list[tuple[int, str]] = []
@@ -94,8 +105,9 @@ def imports(tree: ast.AST, path: Path) -> list[tuple[int, str]]:
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else []
             module = ".".join([*base, *([node.module] if node.module else [])])
-            deeper = module == "lienumba"  # from lienumba import groups
-            found += [(node.lineno, f"{module}.{alias.name}" if deeper else module) for alias in node.names]
+            for alias in node.names:
+                deeper = f"{module}.{alias.name}"  # from lienumba.integrators import codes
+                found.append((node.lineno, deeper if module == "lienumba" or file_of(deeper) else module))
         elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in BY_NAME:
             names = [a.value for a in node.args if isinstance(a, ast.Constant)]
             found += [(node.lineno, name) for name in names if isinstance(name, str)]
@@ -137,6 +149,21 @@ def test_imports_inside_a_room_point_downwards_only(room):
             if names[0] == "__init__" or not inside or inside[0] == names[0]:
                 continue
             assert heights[inside[0]] <= heights[names[0]], f"{path}:{line} imports {module}, which stands above it"
+
+
+def test_the_drivers_see_neither_mechanics_nor_the_tracer():
+    """And what they see is what their cached machine code is known by, with what makes object code of text."""
+    seen: set[Path] = set()
+    found = list((PACKAGE / "integrators" / "drivers").glob("*.py"))
+    while found:
+        path = found.pop()
+        if path not in seen:
+            seen.add(path)
+            modules = [module for _, module in imports(ast.parse(path.read_text()), path)]
+            found += [file for module in modules if (file := file_of(module)) is not None]
+    rooms = {path.relative_to(PACKAGE).parent.as_posix() for path in seen}
+    assert rooms == {"numerics", "groups", "compiler", "integrators", "integrators/drivers"}
+    assert seen | {PACKAGE / "compiler" / "native.py"} == set(cache.seen())
 
 
 def test_no_room_is_crowded():
@@ -214,3 +241,21 @@ def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
     top = ast.Module([n for n in ast.parse(path.read_text()).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
     heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in HEAVY]
     assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
+
+
+def test_any_is_rare():
+    """Numbers that are floats, arrays, jets or symbols are a `Number`; what is raw is an `object` until it is known."""
+    parameters = [x for path in FILES for x in annotated(ast.parse(path.read_text()))]
+    anything = [x for x in parameters if isinstance(x, ast.Name) and x.id == "Any"]
+    assert len(anything) <= MOST_ANY * len(parameters)
+
+
+def annotated(tree: ast.AST) -> list[ast.expr | None]:
+    """The annotation of every parameter but self and cls."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            a = node.args
+            given = [*a.posonlyargs, *a.args, *a.kwonlyargs, *(x for x in (a.vararg, a.kwarg) if x is not None)]
+            found += [x.annotation for x in given if x.arg not in ("self", "cls")]
+    return found

@@ -13,7 +13,7 @@ from lienumba.integrators.tracing.machine import Machine, aligned, prepare
 from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
-SAME = 1e-9  # times nearer to each other than this fraction of a step are one
+COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are one
 SKIPPED = -1.0  # the code of lanes behind the last run
 
 
@@ -185,12 +185,12 @@ def _discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     every = [times.part(runs).times(count) for times in batch.discontinuities]
     times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
     end = _on_grid(batch.end, batch.h)
-    times = np.where(np.abs(times - end) <= SAME * end, end, times)
+    times = np.where(np.abs(times - end) <= COINCIDENT * end, end, times)
     times = np.where((times > 0.0) & (times <= end), times, np.inf)
     if batch.h is not None:
         finite = np.where(np.isfinite(times), times, 0.0)
         ends = _on_grid(finite, batch.h)
-        times = np.where(np.isfinite(times) & (np.abs(finite - ends) <= SAME * batch.h), ends, times)
+        times = np.where(np.isfinite(times) & (np.abs(finite - ends) <= COINCIDENT * batch.h), ends, times)
     times.sort(axis=1)
     used = int(np.isfinite(times).sum(axis=1).max()) + 1
     return _lanes(times[:, :used], blocks)

@@ -5,30 +5,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import state_rows
+from lienumba.integrators.layout import PROJECTIONS, state_rows
 from lienumba.integrators.tracing.program import Program
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import Part, joined
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, kept_largest
 
-STATE = {
-    "position": (0, 3, (3,)),
-    "rotation": (3, 12, (3, 3)),
-    "velocity": (12, 15, (3,)),
-    "angular_velocity": (15, 18, (3,)),
-}
-ITERATIONS = ("position_iterations", "velocity_iterations")  # the last rows
-SUMMARIES = {
-    "max_position_violation": "position_violation",
-    "max_velocity_violation": "velocity_violation",
-    "max_energy_drift": "energy_residual",
-}
+AXES = {"axis": 3, "body_axis": 3}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Names and shapes (behind run and time) of every variable that a record of this model gives."""
+    """Names and shapes (behind run and time) of every variable that a record of this model gives; quantities: what its
+    quantities and the states of its laws give."""
 
     bodies: int
     joints: int
@@ -51,59 +42,62 @@ class Layout:
 
     @property
     def names(self) -> list[str]:
-        return [
-            *STATE, "joint_force", "joint_torque", "multiplier", "driver_effort",
-            "energy", "kinetic_energy", "potential_energy", "work", "energy_residual",
-            "position_violation", "velocity_violation", *ITERATIONS, *self.quantities,
-        ]  # fmt: skip
+        return [*OUTPUT_VARIABLES, *self.quantities]
 
     def shape(self, name: str) -> tuple[int, ...]:
-        if name in STATE:
-            return (self.bodies, *STATE[name][2])
-        if name in ("joint_force", "joint_torque"):
-            return (self.joints, 3)
         if name in self.quantities:
             return (3,) if self.quantities[name].vector else ()
-        labels = {"multiplier": self.constraints, "driver_effort": self.efforts}
-        return (len(labels[name]),) if name in labels else ()
+        sizes = {"body": self.bodies, "joint": self.joints, **AXES}
+        sizes |= {"constraint": len(self.constraints), "effort": len(self.efforts)}
+        return tuple(sizes[dim] for dim in OUTPUT_VARIABLES[name].dims)
 
     def lanes(self, name: str, records: np.ndarray, program: Program) -> np.ndarray:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
-        blocks, outputs, _, width = records.shape
-        if name in STATE:
-            first, end, shape = STATE[name]
-            rows = records[:, :, : ELEMENT * self.bodies].reshape(blocks, outputs, self.bodies, ELEMENT, width)
-            return rows[:, :, :, first:end].reshape(blocks, outputs, self.bodies, *shape, width)
-        if name in ITERATIONS:
-            return records[:, :, ITERATIONS.index(name) - len(ITERATIONS)]
-        if name == "energy":
-            kinetic: np.ndarray = self.lanes("kinetic_energy", records, program) + self.lanes(
-                "potential_energy", records, program
-            )
-            return kinetic
-        if name == "work":
-            row = ELEMENT * program.sizes.elements + len(program.augmented.angles)
-            work = records[:, :, row] if program.augmented.work else 0.0
-            return np.where(np.isnan(self.lanes("energy", records, program)), np.nan, work)
-        if name == "energy_residual":
-            energy = self.lanes("energy", records, program)
-            with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
-                residual: np.ndarray = energy - self.lanes("work", records, program) - energy[:, :1]
-                return residual
-        first, count = program.observed[name]
-        first += state_rows(program.sizes)
-        return records[:, :, first : first + count].reshape(blocks, outputs, *self.shape(name), width)
+        return Record(self, records, program)[name]
 
     def summary(self, name: str, records: np.ndarray, program: Program, runs: int) -> np.ndarray:
         """The largest absolute value over the stored times (runs,); NaN for a run without any."""
-        largest = np.fmax.reduce(np.abs(self.lanes(SUMMARIES[name], records, program)), axis=1)
-        return per_run(largest, runs)
+        values = self.lanes(kept_largest()[name].name, records, program)
+        return per_run(np.fmax.reduce(np.abs(values), axis=1), runs)
 
     def last(self, name: str, states: np.ndarray) -> np.ndarray:
         """A variable of the states (runs, rows) where runs ended (runs, bodies, ...)."""
-        first, end, shape = STATE[name]
+        state = OUTPUT_VARIABLES[name].state
+        assert state is not None, "only of what is part of the state"
         rows = states[:, : ELEMENT * self.bodies].reshape(-1, self.bodies, ELEMENT)
-        return rows[:, :, first:end].reshape(len(states), self.bodies, *shape)
+        return rows[:, :, slice(*state)].reshape(len(states), *self.shape(name))
+
+
+@dataclass(frozen=True)
+class Record:
+    """The records (blocks, outputs, rows, W) of a program; see `output_variables.Record`."""
+
+    layout: Layout
+    rows: np.ndarray
+    program: Program
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        values = self.observed(name) if name in self.layout.quantities else OUTPUT_VARIABLES[name].values(self)
+        blocks, outputs, _, width = self.rows.shape
+        return values.reshape(blocks, outputs, *self.layout.shape(name), width)
+
+    def observed(self, name: str) -> np.ndarray:
+        first, count = self.program.observed[name]
+        first += state_rows(self.program.sizes)
+        return self.rows[:, :, first : first + count]
+
+    def state(self, first: int, end: int) -> np.ndarray:
+        blocks, outputs, _, width = self.rows.shape
+        bodies = self.layout.bodies
+        return self.rows[:, :, : ELEMENT * bodies].reshape(blocks, outputs, bodies, ELEMENT, width)[:, :, :, first:end]
+
+    def work(self) -> np.ndarray | float:
+        row = ELEMENT * self.program.sizes.elements + len(self.program.augmented.angles)
+        work: np.ndarray | float = self.rows[:, :, row] if self.program.augmented.work else 0.0
+        return work
+
+    def iterations(self, projection: int) -> np.ndarray:
+        return self.rows[:, :, projection - PROJECTIONS]
 
 
 def per_run(lanes: np.ndarray, runs: int) -> np.ndarray:

@@ -1,8 +1,9 @@
 """The cache on disk: one folder per state of the kernels, the libraries and the interpreter.
 
 Numba's own cache does not notice an edit in another module, so the folder's name carries a hash of every source file
-that Numba may see and of the versions below it. Inside, object code is found by the hash of the complete LLVM text and
-CPU it was made from, and its own checksum stands before it: neither a stale nor a torn entry can be served.
+that the drivers may see and of the versions below it: what edits mechanics or the tracer compiles no driver again.
+Inside, object code is found by the hash of the complete LLVM text and CPU it was made from, and its own checksum stands
+before it: neither a stale nor a torn entry can be served.
 """
 
 import atexit
@@ -20,7 +21,11 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[1]
-KERNELS = ("numerics", "groups", "compiler", "mechanics", "integrators")  # all that Numba compiles, and below it
+KERNELS = (  # all that the drivers can see, and what makes object code of text; a test compares
+    "compiler/cache.py", "compiler/jit.py", "compiler/lanes.py", "compiler/native.py", "compiler/rows.py",
+    "groups/so3.py", "groups/state.py", "integrators/codes.py", "integrators/drivers", "integrators/layout.py",
+    "numerics/number.py", "numerics/operations.py", "numerics/vector_math.py",
+)  # fmt: skip
 
 
 def root() -> Path:
@@ -35,11 +40,17 @@ def root() -> Path:
     return (Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache") / "lienumba"
 
 
+def seen() -> list[Path]:
+    """The source files of KERNELS."""
+    every = (PACKAGE / name for name in KERNELS)
+    return sorted(path for place in every for path in ([place] if place.is_file() else place.glob("*.py")))
+
+
 @functools.cache
 def folder() -> Path:
     """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
     digest = hashlib.sha256()
-    for path in sorted(path for room in KERNELS for path in (PACKAGE / room).rglob("*.py")):
+    for path in seen():
         digest.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes() + b"\0")
     for name in ("numba", "llvmlite", "numpy"):
         digest.update(f"{name} {version(name)}\0".encode())

@@ -1,8 +1,8 @@
 """Whether two datasets say the same of a run, to the bit, as far as both say something."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lienumba.store.layout import COUNTS, FULL
+from lienumba.store.layout import FULL, VARIABLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,8 @@ def common(there: "xr.Dataset", here: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dat
     interval between stored times."""
     import xarray as xr
 
-    names = [name for name in there.data_vars if name in here.data_vars and name not in COUNTS]
+    counts = [name for name, spec in VARIABLES.items() if spec.count]
+    names = [name for name in there.data_vars if name in here.data_vars and name not in counts]
     one, other = xr.align(there[names], here[names], join="inner")
     return one, other
 
@@ -62,7 +63,7 @@ def _differ(a: "np.ndarray", b: "np.ndarray") -> "np.ndarray":
     return np.asarray(~both & (a.astype(float).view(np.int64) != b.astype(float).view(np.int64)))
 
 
-def _told(there: "xr.DataArray", here: "xr.DataArray", place: tuple[Any, ...]) -> str:
+def _told(there: "xr.DataArray", here: "xr.DataArray", place: tuple[int, ...]) -> str:
     labels = {str(dim): there[dim].values[n] for dim, n in zip(there.dims, place, strict=True)}
     time = labels.get("time")
     rest = [str(label) for dim, label in labels.items() if dim not in ("run", FULL, "time")]

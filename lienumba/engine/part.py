@@ -3,14 +3,13 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.words import show
 
 
-def share_of(labels: Sequence[int], given: Any, resolved: Scenario) -> list[int]:
+def share_of(labels: Sequence[int], given: object, resolved: Scenario) -> list[int]:
     """Those of the labels that belong to a part, if a scenario has any."""
     part, data = Part.parse(given), resolved.data
     if resolved.plan is not None:
@@ -33,12 +32,11 @@ class Part:
     of: int
 
     @classmethod
-    def parse(cls, given: Any) -> "Part":
+    def parse(cls, given: object) -> "Part":
         """Of a text such as "3/20", or of the two numbers."""
         match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", given) if isinstance(given, str) else None
         numbers = [int(x) for x in match.groups()] if match else given
-        whole = isinstance(numbers, list | tuple) and len(numbers) == 2 and all(type(x) is int for x in numbers)
-        if not whole:
+        if not isinstance(numbers, list | tuple) or len(numbers) != 2 or any(type(x) is not int for x in numbers):
             text = given if isinstance(given, str) else show(given)
             raise ScenarioError(f"part {text}: does not say which part of how many; give it such as 3/20")
         number, of = numbers

@@ -1,7 +1,7 @@
 """From prepared runs to the program that integrates them, and to its batch."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.groups.state import ELEMENT
 from lienumba.mechanics.system.discontinuities import discontinuities
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from lienumba.batch.integrate import Batch, Pace
     from lienumba.integrators.tracing.augmented_state import AugmentedState
     from lienumba.integrators.tracing.compiled import Compiled
+    from lienumba.integrators.tracing.machine import Machine
     from lienumba.integrators.tracing.program import Method, Program
     from lienumba.integrators.tracing.row_selection import RowSelection
 
@@ -34,7 +35,7 @@ def method_of(resolved: Scenario) -> "Method":
     """What beside the mechanism shapes the kernels of a scenario."""
     from lienumba.integrators.tracing.program import Method
 
-    data: Any = resolved.data
+    data = resolved.data
     integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
@@ -57,14 +58,14 @@ def compiled_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Compile
     return compiled(prepared.model, method_of(resolved), _selection(prepared), fixed)
 
 
-def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: Any) -> "Batch":
+def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
     import numpy as np
 
     from lienumba.batch.integrate import Batch
     from lienumba.integrators.tracing.tracer import split
 
-    data: Any = resolved.data
+    data = resolved.data
     law_states = program.law_states.start(prepared.model.forces, len(prepared.states))
     return Batch(
         machine=machine,

@@ -7,7 +7,7 @@ at, not believed. More stored times move no step.
 import os
 import tomllib
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from lienumba.engine.progress import shown
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import timegrid
 from lienumba.scenario.base.code import check_allowed
+from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.words import listed
 
@@ -156,7 +157,7 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
     return regular if np.array_equal(times, fine) else _storing(original, {"times": times.tolist()})
 
 
-def _storing(original: Scenario, times: Mapping[str, Any]) -> Scenario:
+def _storing(original: Scenario, times: Tables) -> Scenario:
     """The scenario with the course of everything at these times."""
     return resolve({**original.to_dict(), "output": {**times, "summary": original.data.output.summary}})
 

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.batch.integrate import Chunk
-from lienumba.batch.records import STATE, SUMMARIES, Layout, per_run
+from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Program
 from lienumba.mechanics.elements.quantities import XYZ, Part
+from lienumba.mechanics.system.output_variables import kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
@@ -69,7 +70,7 @@ class Results:
     """tables: the fields of each table; labels are kept beside them."""
 
     def __init__(self, resolved: Scenario, nominal: Nominal) -> None:
-        data: Any = resolved.data
+        data = resolved.data
         self.resolved, self.model, self.nominal = resolved, nominal.model, nominal
         self.layout = Layout.of(nominal.model)
         self.times = np.array(resolved.times)
@@ -108,7 +109,7 @@ class Results:
             ("event_count", events, lambda chunk, _: chunk.event_counts, "i8"),
         ]
         fates = [Field(name, VARIABLES[name], shape, value, dtype) for name, shape, value, dtype in plain]
-        return [*fates, *map(self._largest, SUMMARIES), *map(self._last, STATE)]
+        return [*fates, *map(self._largest, kept_largest()), *(self._last(x.name) for x in kept_at_end())]
 
     def _largest(self, name: str) -> Field:
         return Field(
@@ -128,7 +129,7 @@ class Results:
 
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
         """Each once, if it is asked for in two ways; taken: names of variables."""
-        data: Any = self.resolved.data
+        data = self.resolved.data
         every = [
             self._summary(shown, name, part, statistic)
             for asked, statistics in data.output.summary.items()
@@ -225,7 +226,7 @@ class Results:
         **more: str,
     ) -> "xr.Dataset":
         """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
-        data: Any = self.resolved.data
+        data = self.resolved.data
         model, named = self.model, data.model.model_dump()
         return layout.dataset(
             variables=arrays,
@@ -253,7 +254,7 @@ class Results:
 
 def in_full(resolved: Scenario, labels: np.ndarray) -> np.ndarray:
     """Which runs keep their course in the mode "summary" (runs,)."""
-    data: Any = resolved.data
+    data = resolved.data
     kept = np.zeros(len(labels), bool)
     for part in parse_ranges(data.output.full_runs, "") if data.output.full_runs is not None else []:
         kept |= (labels >= part.start) & (labels < part.stop)

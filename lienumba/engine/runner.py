@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.engine.cluster import connection
 from lienumba.engine.part import share_of
@@ -34,17 +34,17 @@ class Interrupted(KeyboardInterrupt):
 
 
 def run(
-    scenario: Any,
+    scenario: object,
     *,
     output: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     seed: int | None = None,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     runs: Sequence[int] | None = None,
     part: str | tuple[int, int] | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    dask: Any = None,
+    dask: object = None,
     progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate a scenario and return its dataset.
@@ -99,7 +99,7 @@ def run(
     if told:
         for warning in resolved.warnings:
             warnings.warn(str(warning), stacklevel=2)
-    data: Any = resolved.data
+    data = resolved.data
     labels = list(resolved.labels if runs is None else runs)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
@@ -131,7 +131,7 @@ def run(
     return read(Path(output))
 
 
-def _check_study(resume: bool, dask: Any) -> None:
+def _check_study(resume: bool, dask: object) -> None:
     if resume:
         raise ScenarioError("a study is not resumed, because its times belong together; start it again")
     if dask is not None:
@@ -139,7 +139,7 @@ def _check_study(resume: bool, dask: Any) -> None:
 
 
 @contextmanager
-def _computing(resolved: Scenario, workers: int, dask: Any) -> "Iterator[Compute]":
+def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Compute]":
     """What computes runs: threads, or a cluster."""
     from lienumba.engine.simulate import Threads
 

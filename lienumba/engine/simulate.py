@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class Runs:
     samples: dict[str, np.ndarray]
     nominal: Nominal
 
-    def part(self, which: Any) -> "Runs":
+    def part(self, which: "slice | np.ndarray") -> "Runs":
         return Runs(self.labels[which], {path: x[which] for path, x in self.samples.items()}, self.nominal)
 
     def portions(self, bodies: int) -> "Iterator[Runs]":
@@ -109,7 +109,7 @@ class Threads:
 
 
 def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
-    data: Any = resolved.data
+    data = resolved.data
     for portion in runs.portions(len(data.model.bodies)):
         yield prepare(resolved, portion.labels.tolist(), portion.samples, runs.nominal, len(runs.labels))
 

@@ -4,7 +4,6 @@ they finish in, so that the same sweep always ends at the same run."""
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -100,7 +99,7 @@ class Stopping:
 
 def stopping_of(resolved: Scenario, numbers: list[str]) -> Stopping:
     """The rule of a scenario; a ScenarioError if the dataset has no such number for each run."""
-    data: Any = resolved.data
+    data = resolved.data
     rule = data.sweep.stop
     if rule is not None and rule.variable not in numbers:
         raise ScenarioError(

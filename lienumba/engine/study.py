@@ -7,7 +7,7 @@ times only, interleaved: a busy minute of the machine meets all points alike.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, SupportsInt
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from lienumba.scenario.start.prepare import Prepared, prepare
 from lienumba.scenario.start.study_start import problems, stated, told
 from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
 from lienumba.store import provenance, study_layout
-from lienumba.store.study_layout import ERRORS, SAME, TRUSTED, grid_of, typical
+from lienumba.store.study_layout import ERRORS, OF_POINTS, TRUSTED, grid_of, typical
 from lienumba.words import listed, plural, show
 
 if TYPE_CHECKING:
@@ -135,10 +135,10 @@ class _Bench:
 def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
     """Errors and costs (runs,) of one point."""
     found: Arrays = {}
-    data: Any = scenario.data
+    data = scenario.data
     for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
         found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
-    per_run = {name: arrays[name] for name in SAME}
+    per_run = {name: arrays[name] for name in OF_POINTS}
     stages = len(METHODS[data.integrator.method].b)
     most = {f"max_{name}": np.fmax.reduce(arrays[name], axis=1) for name in ITERATIONS}
     return found | per_run | most | {"evaluations": stages * (per_run["steps"] + per_run["rejected_steps"])}
@@ -180,7 +180,7 @@ def doubts(ds: "xr.Dataset") -> list[str]:
     return found
 
 
-def _where(ds: "xr.Dataset", at: Sequence[Any]) -> str:
+def _where(ds: "xr.Dataset", at: Sequence[SupportsInt]) -> str:
     """At which settings a point lies."""
     dims = ds["status"].dims[1:]
     point = ds.isel(dict(zip(dims, map(int, at), strict=True)))

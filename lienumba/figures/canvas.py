@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import whole
@@ -19,6 +19,7 @@ ALONE = 1.5  # times as large is a panel without others
 LETTER = 0.11  # inches that a letter of a title takes
 DPI = 130
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")  # Okabe and Ito
+Style = dict[str, Any]  # of a line, as matplotlib takes it
 STYLES = ("-", "--")
 NAMELESS = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same figure, the same bytes
 
@@ -30,7 +31,9 @@ def blank(rows: int, columns: int, height: float = HEIGHT) -> tuple[Figure, list
     return drawn, [list(row) for row in drawn.subplots(rows, columns, squeeze=False)]
 
 
-def empty(width: float, height: float, layout: Any = "constrained", dpi: float = DPI) -> Figure:
+def empty(
+    width: float, height: float, layout: Literal["constrained"] | None = "constrained", dpi: float = DPI
+) -> Figure:
     """A figure without anything in it (inches)."""
     try:
         from lienumba.figures.shown import Shown

@@ -20,7 +20,7 @@ from lienumba.analysis.panels.quantiles import (
 )
 from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
-from lienumba.figures.canvas import COLORS, STYLES
+from lienumba.figures.canvas import COLORS, STYLES, Style
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 BANDS = ((1, 3, 0.42), (0, 4, 0.22))  # levels from and to, opacity
 MEDIAN = LEVELS.index(0.5)
-NOMINAL: dict[str, Any] = {"color": "black", "lw": 1.0, "ls": (0, (4, 2))}
-SAMPLE: dict[str, Any] = {"color": "0.35", "lw": 0.6}
+NOMINAL: Style = {"color": "black", "lw": 1.0, "ls": (0, (4, 2))}
+SAMPLE: Style = {"color": "0.35", "lw": 0.6}
 DECADES = 4  # of a logarithmic axis, below the largest
-LARGEST: dict[str, Any] = {"lw": 0.8, "ls": ":"}
-LEGEND: dict[str, Any] = {
+LARGEST: Style = {"lw": 0.8, "ls": ":"}
+LEGEND: Style = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "frameon": False, "borderpad": 0.2,
     "borderaxespad": 0.1, "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.4,
 }  # fmt: skip
@@ -99,7 +99,7 @@ def _time_series(ax: Axes, shown: PanelSeries, logarithmic: bool) -> None:
     """Lines and bands over the time."""
     alone = len(shown.lines) == 1
     for n, line in enumerate(shown.lines):
-        style: dict[str, Any] = {"color": COLORS[n % len(COLORS)], "ls": STYLES[n // len(COLORS) % len(STYLES)]}
+        style: Style = {"color": COLORS[n % len(COLORS)], "ls": STYLES[n // len(COLORS) % len(STYLES)]}
         if shown.few:
             _each(ax, shown, line, style, alone)
         elif logarithmic:
@@ -116,7 +116,7 @@ def _time_series(ax: Axes, shown: PanelSeries, logarithmic: bool) -> None:
         ax.set_ylim(max(ax.get_ylim()[0], largest * 10.0**-DECADES))
 
 
-def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: dict[str, Any], alone: bool) -> None:
+def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: bool) -> None:
     """Each of few runs, in colours of their own if they are all there is in the panel."""
     own_colors = alone and 1 < shown.runs <= len(COLORS)
     for n, (run, values) in enumerate(line.each.items()):
@@ -125,7 +125,7 @@ def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: dict[str, Any],
         ax.plot(shown.times, values, **own, lw=0.8 if shown.runs > 1 else 1.3, label=name or None)
 
 
-def _bands(ax: Axes, shown: PanelSeries, line: TimeSeries, style: dict[str, Any], alone: bool) -> None:
+def _bands(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: bool) -> None:
     """Bands between quantiles and the median, where there are runs enough, else those that are left; and some runs if
     there is room."""
     for low, high, opacity in BANDS[::-1]:

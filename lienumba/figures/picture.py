@@ -133,7 +133,7 @@ class Picture:
         self.segments = [run.at(x.ends) for run in self.runs for x in run.mechanism.segments if x.kind == AXIS]
         self.marks = [(self._points(JOINT, **style), self._places(ground)) for ground, style in MARKS.items()]
 
-    def _points(self, zorder: int, **style: Any) -> Any:
+    def _points(self, zorder: int, **style: object) -> Any:
         """A line or points in space."""
         return self.axes.plot([], [], [], zorder=zorder, **style)[0]
 

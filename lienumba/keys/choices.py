@@ -18,7 +18,7 @@ class OneOf:
     registry: Mapping[str, type[BaseModel]]
     by: str | Callable[[Any], str | None] = "type"
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         if isinstance(self.by, str):
             union: Any = Union[tuple(self.registry.values())]  # noqa: UP007
             return handler.generate_schema(Annotated[union, Field(discriminator=self.by)])
@@ -33,5 +33,5 @@ class NameOf:
     registry: Mapping[str, Any]
     besides: tuple[str, ...] = ()
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return handler.generate_schema(Literal[(*self.besides, *self.registry)])

@@ -23,7 +23,7 @@ def vec3(values: Sequence[Number]) -> Vec3:
     return values[0], values[1], values[2]
 
 
-def timed(value: Any) -> Any:
+def timed(value: object) -> Any:
     """A number, or the function of time that a text describes; a text without t is a number too."""
     if not isinstance(value, str):
         return value

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
-from annotated_types import Gt
+from annotated_types import Gt, MaxLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -29,6 +29,34 @@ def is_positive(section: type[BaseModel], key: str) -> bool:
     return any(isinstance(x, Gt) and x.gt == 0 for x in (*field.metadata, *_annotations(field.annotation)))
 
 
-def _annotations(annotation: Any) -> Iterator[Any]:
+def is_text(section: type[BaseModel], key: str) -> bool:
+    """Whether the values of a key are texts, such as names and choices, and never numbers."""
+    leaves = list(_leaves(section.model_fields[key].annotation))
+    return str in leaves and not {float, int} & set(leaves)
+
+
+def is_open_ended(section: type[BaseModel], key: str) -> bool:
+    """Whether the value of a key is a list of any length."""
+    field = section.model_fields[key]
+    listed = [x for x in (field.annotation, *get_args(field.annotation)) if _is_list(x)]  # of a union, too
+    said = [*field.metadata, *(y for x in listed for y in getattr(x, "__metadata__", ()))]
+    said += [y for x in said if isinstance(x, FieldInfo) for y in x.metadata]
+    return bool(listed) and not any(isinstance(x, MaxLen) for x in said)
+
+
+def _is_list(annotation: object) -> bool:
+    return get_origin(get_args(annotation)[0] if hasattr(annotation, "__metadata__") else annotation) is list
+
+
+def _leaves(annotation: object) -> Iterator[type]:
+    if get_origin(annotation) is Literal:
+        yield from map(type, get_args(annotation))
+    elif isinstance(annotation, type) and not get_args(annotation):
+        yield annotation
+    for x in get_args(annotation) if get_origin(annotation) is not Literal else ():
+        yield from _leaves(x)
+
+
+def _annotations(annotation: object) -> Iterator[Any]:
     for x in get_args(annotation):
         yield from x.metadata if isinstance(x, FieldInfo) else (x, *_annotations(x))

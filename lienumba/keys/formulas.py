@@ -1,14 +1,17 @@
 """Formulas as people write them: the usual slips, each with its remedy, and whether they have numbers at the start."""
 
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.number import Number
 
 if TYPE_CHECKING:
     import numpy as np
 
+Function = Callable[[Number], Number]  # of the time
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 SLIPS = (
     (r"\s*$", "is empty", 'write a number, or a formula such as "0.3*sin(2*t)"'),
@@ -54,12 +57,12 @@ def explained(text: str, error: ExpressionError) -> ExpressionError:
     return slip or ExpressionError(error.problem.rule, error.problem.remedy or "correct it")
 
 
-def constant(value: Any) -> float | None:
+def constant(value: float | str | None) -> float | None:
     """The number that a value is; None for one that is omitted or varies in time."""
     return Formula(value).constant if isinstance(value, str) else value
 
 
-def at_start(value: Any) -> tuple[float, float, float]:
+def at_start(value: Number | Function) -> tuple[float, float, float]:
     """A number or a function of time at t = 0: its value, rate and second derivative."""
     import numpy as np
 
@@ -68,7 +71,7 @@ def at_start(value: Any) -> tuple[float, float, float]:
     return float(x.a), float(x.b), float(x.c)
 
 
-def not_finite_at_start(value: Any, orders: int) -> str | None:
+def not_finite_at_start(value: object, orders: int) -> str | None:
     """What is wrong with a formula, of which so many are needed: value, rate and second derivative."""
     if not isinstance(value, str):
         return None
@@ -81,7 +84,7 @@ def not_finite_at_start(value: Any, orders: int) -> str | None:
     return None
 
 
-def derivatives(value: Any, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+def derivatives(value: str | Function, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
     """A function of the time (or the text of its formula), its rate and its second derivative at these times."""
     import numpy as np
 
@@ -91,7 +94,7 @@ def derivatives(value: Any, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarra
     return a, b, c
 
 
-def not_finite_later(value: Any, orders: int, times: "np.ndarray") -> str | None:
+def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") -> str | None:
     """What is wrong with a function of the time, or the text of its formula, in the course of a run."""
     import numpy as np
 

@@ -75,7 +75,7 @@ ROTATION_TABLES = {
 }
 
 
-def rotation_form(value: Any) -> str | None:
+def rotation_form(value: object) -> str | None:
     """Which of the five forms a rotation is written in; None if it is none of them."""
     if isinstance(value, list):
         return "matrix" if any(isinstance(row, list) for row in value) else "quaternion"
@@ -83,7 +83,7 @@ def rotation_form(value: Any) -> str | None:
     return next((ROTATION_TABLES[key] for key in keys if key in ROTATION_TABLES), None)
 
 
-def rotation_keys(value: Any) -> Any:
+def rotation_keys(value: object) -> Any:
     """A rotation as its class has it, whatever its numbers are; it is known to have one of the five forms."""
     if not isinstance(value, dict):
         return value
@@ -101,7 +101,7 @@ Rotation = Annotated[
 ]
 
 
-def inertia_form(value: Any) -> str | None:
+def inertia_form(value: object) -> str | None:
     """Which of the three forms an inertia is written in; None if it is none of them."""
     if not isinstance(value, list):
         return None

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
 
 from lienumba.errors import MISSING, ScenarioError
 from lienumba.scenario.base.paths import BESIDE
@@ -26,7 +25,7 @@ VARIED = ("distribution", "scipy", "expression", "column")
 NAMED = ("integrator", "projection", "output", "study")  # sections that are shown as they are
 
 
-def rows(data: Mapping[str, Any], source: Any) -> Iterator[tuple[str, str]]:
+def rows(data: Mapping[str, object], source: object) -> Iterator[tuple[str, str]]:
     """What a scenario has, by kind, and what it comes to, or what is wrong with it; source: what `resolve` takes."""
     model = data.get("model")
     model = model if isinstance(model, Mapping) else {}
@@ -67,7 +66,7 @@ def _headed(title: str) -> str:
     return f"System {show(title)}" if title else "System"
 
 
-def _thing(item: Mapping[str, Any], facts: tuple[str, ...]) -> str:
+def _thing(item: Mapping[str, object], facts: tuple[str, ...]) -> str:
     """One body, joint, ... by its name and what says most of it."""
     told = [
         _plain(item[key]) if key in PLAIN else f"{key} {_value(item[key])}"
@@ -79,17 +78,17 @@ def _thing(item: Mapping[str, Any], facts: tuple[str, ...]) -> str:
     return f"{name} ({inside})" if name and inside else name or inside
 
 
-def _plain(value: Any) -> str:
+def _plain(value: object) -> str:
     """Names, without quotes."""
     return " - ".join(map(str, value)) if isinstance(value, list | tuple) else printable(str(value))
 
 
-def _value(value: Any) -> str:
+def _value(value: object) -> str:
     text = show(value.tolist() if hasattr(value, "tolist") else value)
     return text if len(text) <= LONGEST else text[: LONGEST - 4] + " ..."
 
 
-def _distribution(varied: Any) -> str:
+def _distribution(varied: object) -> str:
     """How a number varies, in a word or two."""
     given = varied if isinstance(varied, Mapping) else {}
     return next((printable(str(given[key])) for key in VARIED if key in given), "?")
@@ -100,7 +99,7 @@ def _cut(texts: list[str]) -> str:
     return ", ".join([*texts[:MOST], *([f"and {more:,} more"] if more > 0 else [])])
 
 
-def _verdict(source: Any) -> Iterator[tuple[str, str]]:
+def _verdict(source: object) -> Iterator[tuple[str, str]]:
     """The size of a scenario that can be run; else what is to be mended first."""
     from lienumba.scenario.resolve import resolve
 

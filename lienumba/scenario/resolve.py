@@ -13,10 +13,13 @@ from pydantic import ValidationError
 
 from lienumba.errors import Problem, ScenarioError
 from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check
@@ -25,7 +28,6 @@ from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.schema import messages
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.sweep.design import NOMINAL_RUN
@@ -97,7 +99,7 @@ class Scenario:
         """The labels of all runs, from that of the nominal run on where it is asked for."""
         return range(NOMINAL_RUN if self.data.sweep.nominal else 0, self.data.sweep.runs)
 
-    def nominal(self) -> dict[str, Any]:
+    def nominal(self) -> dict[str, float | Vector]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
         data = {**dict(self.data.model), "parameters": self.parameters.values()}
         return {
@@ -154,9 +156,9 @@ def _count(duration: float, step: float) -> int:
 
 
 def resolve(
-    source: Any,
+    source: object,
     *,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     runs_count: int | None = None,
     seed: int | None = None,
 ) -> Scenario:
@@ -182,9 +184,7 @@ def resolve(
     return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
 
 
-def _resolved(
-    raw: dict[str, Any], problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()
-) -> Scenario:
+def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()) -> Scenario:
     """Check a scenario that has its files; problems: those known already; elsewhere: parameters that are used there."""
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
@@ -219,7 +219,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
-        output = output.model_copy(update={"variables": [*VARIABLES, *own]})
+        output = output.model_copy(update={"variables": [*OUTPUT_VARIABLES, *own]})
     model = dict(data.model)
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     correlate = [

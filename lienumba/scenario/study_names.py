@@ -5,7 +5,7 @@ from itertools import product
 from typing import Any
 
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.toml import value_text
+from lienumba.scenario.base.toml import Keys, value_text
 from lienumba.scenario.base.units import SETTINGS, units
 from lienumba.scenario.reading.loading import tokens_of
 from lienumba.store.study_layout import CASE, TAKEN, Coordinate
@@ -13,7 +13,7 @@ from lienumba.store.study_layout import CASE, TAKEN, Coordinate
 Grid = dict[str, list[Any]]
 
 
-def coordinates(grids: list[Grid], model: dict[str, Any]) -> list[Coordinate]:
+def coordinates(grids: list[Grid], model: Keys) -> list[Coordinate]:
     """One for each path, known by its last part, if that is enough; model: of a resolved scenario."""
     paths_of = [{_canonical(path, model): values for path, values in grid.items()} for grid in grids]
     every = list(dict.fromkeys(path for grid in paths_of for path in grid))
@@ -37,14 +37,14 @@ def coordinates(grids: list[Grid], model: dict[str, Any]) -> list[Coordinate]:
     return found
 
 
-def combinations(grid: Grid) -> Iterator[dict[str, Any]]:
+def combinations(grid: Grid) -> Iterator[Keys]:
     """Every point of a grid, by path."""
     return (dict(zip(grid, values, strict=True)) for values in product(*grid.values()))
 
 
-def _label(value: Any) -> str:
+def _label(value: object) -> str:
     return value if isinstance(value, str) else value_text(value)
 
 
-def _canonical(path: str, model: dict[str, Any]) -> str:
+def _canonical(path: str, model: Keys) -> str:
     return paths.text_of(paths.named(tokens_of(path), model))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.study import numerical
 from lienumba.scenario.reading.loading import put_setting, tokens_of
 from lienumba.scenario.study_errors import STATE
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     Attempt = Callable[["Settings"], Scenario]
 
-Settings = dict[str, Any]  # values by path
+Settings = Keys  # values by path
 Choice = tuple[int, ...]  # which value of each path of a grid
 LOOSER = 10.0  # times the tolerance of a reference that its judge has
 
@@ -50,13 +51,13 @@ class Plan:
         return f"{plural(len(self.points), 'point', 'points')}: {', '.join(c.path for c in self.coordinates)}"
 
 
-def plan_of(raw: dict[str, Any], base: "Scenario", resolve: "Callable[[dict[str, Any]], Scenario]") -> Plan:
+def plan_of(raw: Keys, base: "Scenario", resolve: "Callable[[Keys], Scenario]") -> Plan:
     """The points of a scenario with a study; raw: as it is written; base: the same, resolved."""
     study = base.data.study
     assert study is not None
     plain = {key: section for key, section in raw.items() if key != "study"}
     every = {"every": base.data.output.every} if base.data.output.times is None else {}
-    whole = {**plain, "output": {**plain.get("output", {}), **every}}
+    whole = {**plain, "output": {**table_in(plain, "output"), **every}}
 
     def attempt(settings: Settings) -> "Scenario":
         try:
@@ -141,7 +142,7 @@ class _Attempts:
         return [problem.inside(f"{at}[{i}] = {show(given[i])}") for i in values]
 
 
-def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+def changed(plain: Keys, settings: Mapping[str, object]) -> Keys:
     """A scenario with other settings."""
     raw = copy.deepcopy(plain)
     for path, value in settings.items():
@@ -153,7 +154,7 @@ def changed(plain: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any
 
 
 def _references(
-    reference: dict[str, Any], solved: dict[str, Settings], attempt: "Attempt"
+    reference: Keys, solved: dict[str, Settings], attempt: "Attempt"
 ) -> "dict[str, tuple[Scenario, Scenario]]":
     """For each problem the reference with these settings, and its judge: with half the step, or a looser tolerance."""
     if reference.keys() & {"file", *STATE}:
@@ -174,8 +175,9 @@ def _references(
     return found
 
 
-def _looser(tolerance: Any) -> Any:
+def _looser(tolerance: object) -> object:
     """A tolerance, or a table of them."""
     if isinstance(tolerance, dict):
         return {key: _looser(value) for key, value in tolerance.items()}
+    assert isinstance(tolerance, float), "checked"
     return LOOSER * tolerance

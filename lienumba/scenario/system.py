@@ -7,6 +7,7 @@ from typing import Any, Self
 from lienumba.scenario import html_repr
 from lienumba.scenario.base import toml
 from lienumba.scenario.base.paths import BESIDE
+from lienumba.scenario.base.toml import table_in
 from lienumba.scenario.reading.loading import load
 
 Numbers = Sequence[Any] | Any  # lists, tuples or arrays
@@ -122,7 +123,7 @@ class System:
         }
         return self._add("bodies", {"name": name, "mass": mass, "inertia": inertia, **keys})
 
-    def joint(self, name: str, type: str, bodies: Sequence[str] | None = None, **keys: Any) -> Self:
+    def joint(self, name: str, type: str, bodies: Sequence[str] | None = None, **keys: object) -> Self:
         """Add a joint between two bodies, or a body and "ground".
 
         Parameters
@@ -138,7 +139,7 @@ class System:
         """
         return self._add("joints", {"name": name, "type": type, "bodies": bodies, **keys})
 
-    def driver(self, name: str | None = None, **keys: Any) -> Self:
+    def driver(self, name: str | None = None, **keys: object) -> Self:
         """Prescribe a motion.
 
         Parameters
@@ -150,7 +151,7 @@ class System:
         """
         return self._add("drivers", {"name": name, **keys})
 
-    def force(self, name: str | None = None, *, type: str, **keys: Any) -> Self:
+    def force(self, name: str | None = None, *, type: str, **keys: object) -> Self:
         """Add a force law.
 
         Parameters
@@ -165,7 +166,7 @@ class System:
         """
         return self._add("forces", {"name": name, "type": type, **keys})
 
-    def quantity(self, name: str, type: str, **keys: Any) -> Self:
+    def quantity(self, name: str, type: str, **keys: object) -> Self:
         """Name what is to be stored and may be read by formulas.
 
         Parameters
@@ -194,7 +195,7 @@ class System:
         """
         return self._add("events", {"name": name, "when": when, "action": action})
 
-    def table(self, name: str, **keys: Any) -> Self:
+    def table(self, name: str, **keys: object) -> Self:
         """Name a function that is known at points.
 
         Parameters
@@ -220,7 +221,7 @@ class System:
         self._data.setdefault("parameters", {})[name] = value
         return self
 
-    def integrator(self, *, end_time: float, **keys: Any) -> Self:
+    def integrator(self, *, end_time: float, **keys: object) -> Self:
         """Set keys of the section [integrator].
 
         Parameters
@@ -233,7 +234,7 @@ class System:
         self._data["integrator"] = {**keys, "end_time": end_time}
         return self
 
-    def projection(self, **keys: Any) -> Self:
+    def projection(self, **keys: object) -> Self:
         """Set keys of the section [projection].
 
         Parameters
@@ -243,7 +244,7 @@ class System:
         """
         return self._update("projection", keys)
 
-    def output(self, **keys: Any) -> Self:
+    def output(self, **keys: object) -> Self:
         """Set keys of the section [output].
 
         Parameters
@@ -253,7 +254,7 @@ class System:
         """
         return self._update("output", keys)
 
-    def sweep(self, *, runs: int | None = None, **keys: Any) -> Self:
+    def sweep(self, *, runs: int | None = None, **keys: object) -> Self:
         """Set keys of the section [sweep].
 
         Parameters
@@ -265,7 +266,7 @@ class System:
         """
         return self._update("sweep", keys if runs is None else {"runs": runs, **keys})
 
-    def vary(self, path: str, distribution: str | None = None, **keys: Any) -> Self:
+    def vary(self, path: str, distribution: str | None = None, **keys: object) -> Self:
         """Vary an input from run to run.
 
         Parameters
@@ -295,7 +296,7 @@ class System:
         groups.append({"paths": list(paths), "matrix": matrix})
         return self
 
-    def study(self, *, reference: dict[str, Any], grid: Sequence[dict[str, Sequence[Any]]], **keys: Any) -> Self:
+    def study(self, *, reference: dict[str, Any], grid: Sequence[dict[str, Sequence[Any]]], **keys: object) -> Self:
         """Make it a study: a grid of settings instead of samples, compared with a reference.
 
         Parameters
@@ -318,7 +319,7 @@ class System:
             Of plain numbers, texts, lists and dicts.
         """
         data = load(self._data)
-        model = dict(data["model"])
+        model = {**table_in(data, "model")}
         beside = {kind: listed for kind in BESIDE if (listed := model.pop(kind, []))}
         return {**data, **beside, "model": model}
 

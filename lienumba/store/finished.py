@@ -10,12 +10,13 @@ from lienumba.store.files import NETCDF
 from lienumba.store.layout import CHUNK_BYTES, FULL
 
 if TYPE_CHECKING:
+    import netCDF4
     import numpy as np
 
 CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are read and written in their order; HDF5's default is far more
 
 
-def small_caches(file: Any) -> None:
+def small_caches(file: netCDF4.Dataset) -> None:
     """Bound what HDF5 keeps in memory of an open file."""
     for variable in file.variables.values():
         if variable.dtype is not str:
@@ -33,7 +34,7 @@ class RecordColumns(dict[str, "np.ndarray"]):
 class FinishedTable:
     """One table of a dataset, as the file holds it."""
 
-    def __init__(self, file: Any, dim: str) -> None:
+    def __init__(self, file: netCDF4.Dataset, dim: str) -> None:
         self.file, self.dim = file, dim
         self.labels = _read(file, dim, slice(None))
 
@@ -69,7 +70,7 @@ class Finished:
             self.file.close()
 
 
-def _read(file: Any, name: str, part: slice) -> np.ndarray:
+def _read(file: netCDF4.Dataset, name: str, part: slice) -> np.ndarray:
     try:
         with NETCDF:
             values: np.ndarray = file.variables[name][part]

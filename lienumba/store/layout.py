@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.compiler.memo import Memo, content
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-STATE = ("run", "time", "body", "axis")
-JOINT = ("run", "time", "joint", "axis")
-LAST = ("run", "body", "axis")
 SERIES = ("run", "time")
 RUN = ("run",)
 FULL = "full_run"  # the dimension of the runs whose course is stored where that of others is not
@@ -23,59 +21,55 @@ CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the dataset; `dtype` is how the file holds it."""
+    """One variable of the dataset; `dtype` is how the file holds it; count: a whole number that failed runs have none
+    of; reaction: see `OutputVariable`."""
 
     dims: tuple[str, ...]
     units: str
     long_name: str
     frame: str | None = None
     dtype: str = "float64"
+    count: bool = False
+    reaction: bool = False
 
 
 FEW = 64  # runs, up to which what datasets have in common is kept
 FRAMES: Memo[xr.Dataset] = Memo(16)
-
-VARIABLES: dict[str, Variable] = {
-    "position": Variable(STATE, "m", "position of the mass centre", "global"),
-    "rotation": Variable((*STATE, "body_axis"), "1", "rotation matrix", "body to global"),
-    "velocity": Variable(STATE, "m s-1", "velocity of the mass centre", "global"),
-    "angular_velocity": Variable(STATE, "rad s-1", "angular velocity", "body"),
-    "joint_force": Variable(JOINT, "N", "force of the joint on its second body, at its point", "global"),
-    "joint_torque": Variable(JOINT, "N m", "torque of the joint on its second body, about its point", "global"),
-    "multiplier": Variable(("run", "time", "constraint"), "1", "Lagrange multiplier (N, or N m of an angle)"),
-    "driver_effort": Variable(
-        ("run", "time", "effort"),
-        "1",
-        "force (N) or torque (N m) of the driver",
-        "of a joint: along or about its axis; point: global; orientation: body; angular_velocity: that of its value",
-    ),
-    "energy": Variable(SERIES, "J", "total energy"),
-    "kinetic_energy": Variable(SERIES, "J", "kinetic energy"),
-    "potential_energy": Variable(SERIES, "J", "potential energy"),
-    "work": Variable(SERIES, "J", "work done on the system since the start"),
-    "energy_residual": Variable(SERIES, "J", "total energy minus work minus initial energy"),
-    "position_violation": Variable(SERIES, "m", "largest component of the position constraints"),
-    "velocity_violation": Variable(SERIES, "m s-1", "largest component of the velocity constraints"),
-    "position_iterations": Variable(SERIES, "1", "iterations of the position projection", dtype="int32"),
-    "velocity_iterations": Variable(SERIES, "1", "iterations of the velocity projection", dtype="int32"),
+# Of every run, whatever is stored over time.
+OF_RUNS: dict[str, Variable] = {
     "status": Variable(RUN, "1", "how the run ended", dtype="int8"),
     "end_time": Variable(RUN, "s", "simulated time that the run reached"),
     "steps": Variable(RUN, "1", "accepted steps", dtype="int64"),
     "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
-    "max_position_violation": Variable(RUN, "m", "largest position violation at the stored times"),
-    "max_velocity_violation": Variable(RUN, "m s-1", "largest velocity violation at the stored times"),
-    "last_position": Variable(LAST, "m", "position of the mass centre at the end of the run", "global"),
-    "last_rotation": Variable((*LAST, "body_axis"), "1", "rotation matrix at the end of the run", "body to global"),
-    "last_velocity": Variable(LAST, "m s-1", "velocity of the mass centre at the end of the run", "global"),
-    "last_angular_velocity": Variable(LAST, "rad s-1", "angular velocity at the end of the run", "body"),
     "event_time": Variable(("run", "event"), "s", "time at which the condition first became true"),
     "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int64"),
-    "max_energy_drift": Variable(RUN, "J", "largest absolute energy residual at the stored times"),
 }
-REACTIONS = {"joint_force", "joint_torque", "multiplier", "driver_effort"}
+VARIABLES: dict[str, Variable] = {}
+
+
+def _derive() -> None:
+    """What follows from the output variables: each over time, its largest value, and what it is at the end."""
+    VARIABLES.clear()
+    VARIABLES.update({name: course(x) for name, x in OUTPUT_VARIABLES.items()})
+    VARIABLES.update(OF_RUNS)
+    for name, x in kept_largest().items():
+        VARIABLES[name] = Variable(RUN, x.units, x.largest_text)
+    for x in kept_at_end():
+        VARIABLES[f"last_{x.name}"] = Variable(
+            (*RUN, *x.dims), x.units, f"{x.long_name} at the end of the run", x.frame
+        )
+
+
+def course(x: OutputVariable) -> Variable:
+    """An output variable as the dataset has it."""
+    dtype = "int32" if x.count else "float64"
+    return Variable((*SERIES, *x.dims), x.units, x.long_name, x.frame, dtype, x.count, x.reaction)
+
+
+_derive()
+OUTPUT_VARIABLES.listeners.append(_derive)
 # Counts are NaN after a failure, as everything is; the file holds them as integers, and NaN as this.
 NO_COUNT = -1
-COUNTS = ("position_iterations", "velocity_iterations", "max_position_iterations", "max_velocity_iterations")
 
 COORDINATES = {
     "run": ("1", "label of the run (-1: the nominal run)"),
@@ -131,7 +125,7 @@ def dataset(
     }
     specs, total = VARIABLES | dict(own or {}), len(runs) if total is None else total
     arrays = {
-        name: _as_kept(name, specs[name], array)
+        name: _as_kept(specs[name], array)
         for name, array in variables.items()
         if all(len(labels[dim]) for dim in specs[name].dims[1:])
     }
@@ -159,10 +153,10 @@ def _frame(
 
     data = {name: variable(name, specs[name], array, total) for name, array in arrays.items()}
     if shared:
-        for name in REACTIONS & data.keys():
+        for name in (name for name in data if specs[name].reaction):
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, xr.Variable] = {
         name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, values, total))
         for name, values in labels.items()
         if name in used
@@ -184,13 +178,13 @@ def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]
     }
 
 
-def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, Any]:
+def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, object]:
     """The encoding of a coordinate: as it is; those of runs in few parts."""
     chunks = _chunks((max(min(total, CHUNK_BYTES // 8), 1),), values.shape) if dim in ("run", FULL) else {}
     return {"_FillValue": None} | chunks
 
 
-def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, object]:
     """How an array of this shape is cut; xarray forgets it in selections, which may have fewer dimensions."""
     return {"chunksizes": chunk, "original_shape": shape}
 
@@ -199,28 +193,28 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
     """A variable of the dataset with its texts and encoding; a count below 0 is none; total: number of runs."""
     import xarray as xr
 
-    attributes: dict[str, Any] = texts(spec.units, spec.long_name)
+    attributes: dict[str, object] = {**texts(spec.units, spec.long_name)}
     if spec.frame is not None:
         attributes["frame"] = spec.frame
     if name == "status":
         attributes |= _flags()
-    array = _as_kept(name, spec, array)
-    return xr.Variable(spec.dims, array, attributes, _encoding(spec, name, array.shape, total))
+    array = _as_kept(spec, array)
+    return xr.Variable(spec.dims, array, attributes, _encoding(spec, array.shape, total))
 
 
-def _as_kept(name: str, spec: Variable, array: np.ndarray) -> np.ndarray:
+def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
     """An array in the type that it has in memory; a count below 0 is none."""
     import numpy as np
 
-    if name in COUNTS:
+    if spec.count:
         array = np.where(array < 0, np.nan, array)
-    return np.asarray(array, dtype=np.float64 if name in COUNTS else spec.dtype)
+    return np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
 
 
-def _encoding(spec: Variable, name: str, shape: tuple[int, ...], total: int) -> dict[str, Any]:
+def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, object]:
     import numpy as np
 
-    fill_value = NO_COUNT if name in COUNTS else np.nan if spec.dtype == "float64" else None
+    fill_value = NO_COUNT if spec.count else np.nan if spec.dtype == "float64" else None
     run_bytes = int(np.prod(shape[1:])) * np.dtype(spec.dtype).itemsize
     runs_per_chunk = max(min(CHUNK_BYTES // max(run_bytes, 1), total), 1)
     return {
@@ -238,7 +232,7 @@ def texts(units: str, long_name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def _flags() -> dict[str, Any]:
+def _flags() -> dict[str, object]:
     import numpy as np
 
     from lienumba.batch.statuses import STATUSES

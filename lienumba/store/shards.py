@@ -14,7 +14,7 @@ import shutil
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import WriteError, folder_of, settle, to_disk
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from lienumba.store.stream import Source
 
+Json = dict[str, Any]
 MANIFEST = "sweep.json"
 NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{16})\.npy")
 LABEL = "label"  # the field that says which run a record is of
@@ -34,7 +35,7 @@ SHARD_BYTES = 16 * 2**20  # a shard is written when there is so much of it
 class Shard:
     """A table of some runs: labels (runs,), and its records, which begin at a byte of the file."""
 
-    def __init__(self, path: Path, labels: np.ndarray, dtype: np.dtype[Any], offset: int) -> None:
+    def __init__(self, path: Path, labels: np.ndarray, dtype: np.dtype[np.void], offset: int) -> None:
         self.path, self.labels, self.dtype, self.offset = path, labels, dtype, offset
 
     def read(self, part: slice) -> Any:
@@ -73,18 +74,18 @@ class Shards:
         self.pending: dict[str, list[np.ndarray]] = {}
         self.bytes, self.since = 0, time.monotonic()
         self.damaged: list[str] = []
-        self.manifest: dict[str, Any] = {}
-        self._lock: Any = None
+        self.manifest: Json = {}
+        self._lock: TextIO | None = None
 
     @property
     def exists(self) -> bool:
         return (self.folder / MANIFEST).is_file()
 
-    def load(self) -> dict[str, Any]:
+    def load(self) -> Json:
         """The manifest of a folder that exists; its shards are taken over, those that are damaged are removed."""
         self._acquire()
         try:
-            manifest: dict[str, Any] = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
+            manifest: Json = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise ScenarioError(
                 f"{self.folder / MANIFEST} cannot be read ({error}); remove the folder, or start again with --overwrite"
@@ -102,7 +103,7 @@ class Shards:
                     self.tables.setdefault(match["table"], []).append(shard)
         return manifest
 
-    def begin(self, manifest: dict[str, Any], fresh: bool) -> None:
+    def begin(self, manifest: Json, fresh: bool) -> None:
         """What the sweep is, which is written with the first shard; fresh: nothing of what is there is kept."""
         self.manifest = manifest
         if fresh and self.folder.exists():
@@ -181,7 +182,7 @@ class Shards:
         name = f"{table}-{labels[0]}-{labels[-1]}-{_checksum(content)}.npy"
         return Shard(self._write(name, content), labels, records.dtype, len(content) - records.nbytes)
 
-    def _write(self, name: str, content: Any) -> Path:
+    def _write(self, name: str, content: bytes | memoryview) -> Path:
         """Whole or not at all."""
         path = self.folder / name
         partial = path.with_name(f"{name}.partial")
@@ -220,7 +221,7 @@ def labels_of(sources: Sequence[Source]) -> np.ndarray:
     return np.unique(np.concatenate(every))
 
 
-def _checksum(content: Any) -> str:
+def _checksum(content: bytes | memoryview) -> str:
     return hashlib.sha256(content).hexdigest()[:16]
 
 

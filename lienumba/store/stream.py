@@ -136,7 +136,7 @@ def _open(path: Path) -> Any:
     return file
 
 
-def _names(records: Records) -> Any:
+def _names(records: Records) -> Iterable[str]:
     """Of the columns."""
     return records.dtype.names if hasattr(records, "dtype") else records
 
@@ -149,7 +149,7 @@ def _parts(piece: SourceSlice) -> Iterator[Records]:
         yield piece.source.read(slice(start, min(start + step, last)))
 
 
-def _as_stored(values: np.ndarray, dtype: Any) -> np.ndarray:
+def _as_stored(values: np.ndarray, dtype: np.dtype[np.generic]) -> np.ndarray:
     """As the file holds them: counts as integers, and no count as -1."""
     import numpy as np
 

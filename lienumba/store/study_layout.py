@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.store import layout
 from lienumba.store.layout import RUN, Variable
@@ -21,22 +21,28 @@ ERRORS = {
     "velocity": ("m s-1", "velocity error"),
     "angular_velocity": ("rad s-1", "angular velocity error"),
 }
-SAME = (
+OF_POINTS = (
     "max_position_violation", "max_velocity_violation", "max_energy_drift", "status", "end_time", "steps",
     "rejected_steps",
-)  # fmt: skip  # as in the dataset of runs
+)  # fmt: skip  # of each run at each point, as in the dataset of runs
 TIMES = {
     "time_per_run": Variable((), "s", "time of one core per run, median of the repetitions"),
     "time_per_run_spread": Variable((), "s", "largest minus smallest time of one core per run of the repetitions"),
 }
+
+
+def _count(text: str) -> Variable:
+    return Variable(RUN, "1", text, dtype="int32", count=True)
+
+
 # The dimensions of the grid follow those given here.
 VARIABLES: dict[str, Variable] = {
     **{f"{n}_error": Variable(RUN, u, f"largest {text} at the stored times") for n, (u, text) in ERRORS.items()},
     **{f"final_{n}_error": Variable(RUN, u, f"{text} at the last stored time") for n, (u, text) in ERRORS.items()},
     **{f"reference_{n}_error": Variable(RUN, u, f"{text} of the reference itself") for n, (u, text) in ERRORS.items()},
-    **{name: layout.VARIABLES[name] for name in SAME},
-    "max_position_iterations": Variable(RUN, "1", "most iterations of the position projection", dtype="int32"),
-    "max_velocity_iterations": Variable(RUN, "1", "most iterations of the velocity projection", dtype="int32"),
+    **{name: layout.VARIABLES[name] for name in OF_POINTS},
+    "max_position_iterations": _count("most iterations of the position projection"),
+    "max_velocity_iterations": _count("most iterations of the velocity projection"),
     "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps", dtype="int64"),
     **TIMES,
 }  # fmt: skip
@@ -50,7 +56,7 @@ class Coordinate:
 
     name: str
     dim: str
-    values: Sequence[Any]
+    values: Sequence[str] | Sequence[float]
     units: str
     path: str
 
@@ -71,11 +77,12 @@ def dataset(
     data = {}
     for name, array in arrays.items():
         spec = VARIABLES[name]
-        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype)
+        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype, spec.count)
         data[name] = layout.variable(name, whole, array, len(runs))
     bare = {"_FillValue": None}
     labels = np.asarray(runs, dtype=np.int64)
-    coordinates: dict[str, Any] = {"run": xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), bare)}
+    run = xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), bare)
+    coordinates: dict[str, xr.Variable] = {"run": run}
     if CASE in dims:
         texts = layout.texts("1", "number of the point")
         coordinates[CASE] = xr.Variable(CASE, np.arange(len(grid[0].values)), texts, bare)

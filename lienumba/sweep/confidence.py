@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
 
+    Numbers = float | np.ndarray
+    Counts = int | np.ndarray
 
-def half_width(deviation: Any, n: Any, confidence: float) -> Any:
+
+def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
     """Of a mean, by Student's t: exact for normal values, and nearly so for the mean of many others; n above 1."""
     import numpy as np
     from scipy import stats
@@ -16,7 +19,7 @@ def half_width(deviation: Any, n: Any, confidence: float) -> Any:
     return stats.t.ppf(0.5 + 0.5 * confidence, n - 1) * deviation / np.sqrt(n)
 
 
-def ranks(n: Any, probability: float, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+def ranks(n: Counts, probability: float, confidence: float) -> tuple[np.ndarray, np.ndarray]:
     """The places, from 0, of the two of n sorted values between which a quantile lies: by the binomial distribution of
     how many values it exceeds, which assumes nothing of how they are distributed. Below 0, or from n on: there is none.
     """

@@ -15,14 +15,14 @@ from lienumba.sweep.samplers.streams import BLOCK
 if TYPE_CHECKING:
     import numpy as np
 
-    from lienumba.sweep.distributions.base import Kind
+    from lienumba.sweep.distributions.base import Distribution
     from lienumba.sweep.table import SampleTable
 
 NOMINAL_RUN = -1
 
 
 def design_table(
-    vary: Mapping[str, Kind],
+    vary: Mapping[str, Distribution],
     nominal: Mapping[str, Any],
     runs: Sequence[int],
     seed: int,
@@ -68,7 +68,7 @@ def design_table(
     return found
 
 
-def _drawn(kind: Kind, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
+def _drawn(kind: Distribution, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
     """The columns of a distribution, block by block."""
     import numpy as np
 

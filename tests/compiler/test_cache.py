@@ -149,8 +149,25 @@ def test_an_edit_of_any_source_file_leads_to_another_folder(tmp_path, folder):
     count, after = compiled(folder, **more)
     assert count == 1
     assert after != before
-    (copy / "lienumba" / "groups" / "another.py").write_text("")
+    (copy / "lienumba" / "integrators" / "drivers" / "another.py").write_text("")
     assert compiled(folder, **more)[1] not in (before, after)
+
+
+SEEN = ("integrators/drivers/stages.py", "compiler/lanes.py", "integrators/layout.py", "integrators/codes.py")
+UNSEEN = (
+    "mechanics/system/kkt.py", "integrators/tracing/tracer.py", "integrators/methods/tableau.py", "compiler/emit.py",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("edited", [*SEEN, *UNSEEN])
+def test_only_what_drivers_see_compiles_them_again(tmp_path, monkeypatch, edited):
+    monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(cache, "PACKAGE", tmp_path / "lienumba")
+    shutil.copytree(PACKAGE, tmp_path / "lienumba", ignore=shutil.ignore_patterns("__pycache__", "*.js"))
+    before = cache.folder.__wrapped__()
+    with open(tmp_path / "lienumba" / edited, "a") as file:
+        file.write("\n")
+    assert (cache.folder.__wrapped__() != before) == (edited in SEEN)
 
 
 def test_a_copy_that_is_not_edited_shares_the_folder(tmp_path, folder):

@@ -9,6 +9,7 @@ import lienumba
 from lienumba.engine.runner import check_initial
 from lienumba.integrators.methods import METHODS
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES
 from tests.documents.pages import ROOT, blocks
@@ -104,3 +105,10 @@ def test_every_command_is_listed() -> None:
 def test_every_variable_is_in_the_table() -> None:
     page = (ROOT / "docs" / "read_the_dataset.md").read_text(encoding="utf-8")
     assert [name for name in VARIABLES if f"`{name}`" not in page] == []
+    rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| ([\w, ]+) \| (.*) \|$", page, re.MULTILINE)
+    described = {name: (dims, text) for names, dims, text in rows for name in re.findall(r"`(\w+)`", names)}
+    assert described.keys() >= set(OUTPUT_VARIABLES)
+    for name, (dims, text) in described.items():
+        spec = VARIABLES[name]
+        assert dims == ", ".join(spec.dims), name
+        assert spec.units == "1" or re.search(rf"(^|\W){spec.units}($|\W)", text), name

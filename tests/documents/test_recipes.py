@@ -3,7 +3,10 @@
 What an element needs stands in its record alone; everything else (keys, messages, schema, dataset, citation) follows.
 """
 
+import ast
 import re
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -29,20 +32,23 @@ from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, number
 from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
 from lienumba.mechanics.elements.joints.parts import along, separation
-from lienumba.mechanics.mechanism.kinematics import Motion
+from lienumba.mechanics.mechanism.kinematics import Motion, inertia_times
 from lienumba.mechanics.mechanism.model import Joint
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation, OutputVariable
 from lienumba.numerics.number import Number, Vector
-from lienumba.present.citation.cite import cite_dataset
+from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.scenario import Integrator, json_schema
+from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData, json_schema
+from lienumba.scenario.study_errors import STATE
 from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
 from tests.integrators.methods.test_tableaus import holds, trees
+from tests.rigs.places import ROOT, SCENARIOS
 
-TOP = "scenarios/heavy_top.toml"
+TOP = str(SCENARIOS / "heavy_top.toml")
 SHORT = {"integrator.end_time": 0.2, "output.every": 0.05}
 
 RALSTON = Tableau.of(
@@ -123,11 +129,77 @@ def test_a_sampler(tmp_path: Path) -> None:
     assert "drawn from a Weyl sequence [@weyl1916], shifted at random with the seed 0." in text
 
 
+def angular_momentum(seen: Observation) -> Sequence[Number]:
+    """sum m r x v + R J w about the origin."""
+    total: Vector = (0.0, 0.0, 0.0)
+    for body, x in zip(seen.model.bodies, seen.now.bodies, strict=True):
+        orbital = so3.scale(body.mass, so3.cross(x[0:3], x[12:15]))
+        total = so3.add(total, so3.add(orbital, so3.rotate(x[3:12], inertia_times(body.inertia, x[15:18]))))
+    return total
+
+
+MOMENTUM = OutputVariable(
+    "angular_momentum", "kg m2 s-1", "angular momentum about the origin", "global", ("axis",), rows=angular_momentum
+)
+
+
+def test_an_output_variable() -> None:
+    """The record of an output variable is how it is computed, and how the dataset describes it."""
+    with OUTPUT_VARIABLES.temporarily(MOMENTUM):
+        ds = lienumba.run(TOP, overrides=SHORT)
+        kept = lienumba.run(
+            TOP, overrides=SHORT | {"output.mode": "summary", "output.summary": {"angular_momentum": ["max"]}}
+        )
+        output = json_schema()["$defs"]["Output"]["properties"]["variables"]
+        with pytest.raises(ScenarioError, match='the nearest known name is "angular_momentum"'):
+            resolve(TOP, overrides={"output.variables": ["angular_momenta"]})
+    L = ds["angular_momentum"]
+    assert L.dims == ("run", "time", "axis")
+    assert L.attrs == {"units": "kg m2 s-1", "long_name": "angular momentum about the origin", "frame": "global"}
+    J, (r, R, v, w) = np.diag([0.234375, 0.46875, 0.234375]), (ds[name].values[0, :, 0] for name in STATE)
+    expected = 15 * np.cross(r, v) + np.einsum("tij,jk,tk->ti", R, J, w)
+    np.testing.assert_allclose(L.values[0], expected, rtol=1e-13)
+    np.testing.assert_allclose(L.sel(axis="z"), float(L[0, 0, 2]), rtol=1e-6)  # weight has no moment about the vertical
+    np.testing.assert_array_equal(kept["angular_momentum_max"], L.max("time"))
+    assert "angular_momentum" in output["default"]
+    assert "angular_momentum" not in lienumba.run(TOP, overrides=SHORT)
+
+
 def test_a_pair_that_is_added_is_nobodys_default() -> None:
     pair = Tableau.of("bs32b", 3, "another pair", ["", "1/2", "0 3/4"], "2/9 1/3 4/9", errors=["-5/72 1/12 1/9 -1/8"])
     with METHODS.temporarily(pair):
         assert "bs32b" in pairs()
         assert method_of(Integrator(tolerance=1e-6, end_time=1.0)) == "dop853"
+
+
+@pytest.fixture
+def more_iterations() -> Iterator[None]:
+    """Another default of a key: it stands in its field, and nowhere else."""
+    field = Projection.model_fields["max_iterations"]
+    before, field.default = field.default, 20
+    rebuild()
+    yield
+    field.default = before
+    rebuild()
+
+
+def rebuild() -> None:
+    for section in (Projection, ScenarioData):
+        section.model_rebuild(force=True)
+
+
+WRITTEN = resolve(TOP).to_toml()  # with every default that there is now
+
+
+@pytest.mark.usefixtures("more_iterations")
+def test_a_default() -> None:
+    """Scenarios that omit the key are others from now on, with another hash; what is written out stays what it was."""
+    scenario, before = resolve(TOP), resolve(tomllib.loads(WRITTEN))
+    assert "max_iterations = 20" in scenario.to_toml()
+    assert "max_iterations = 10" in before.to_toml() == WRITTEN
+    assert scenario.sha256() != before.sha256()
+    assert "in at most 20 iterations" in cite_scenario(scenario)
+    assert json_schema()["$defs"]["Projection"]["properties"]["max_iterations"]["default"] == 20
 
 
 class OnRing(AtPoints, FirstAxis):
@@ -275,3 +347,21 @@ def test_a_force_about_an_axis() -> None:
     t = ds["time"].values
     np.testing.assert_allclose(ds["spin"][0, :, 2], -100.0 * np.sin(2.0 * t), atol=1e-6)
     np.testing.assert_allclose(ds["potential_energy"][0], 2500.0 * np.cos(2.0 * t) ** 2, atol=1e-4)
+
+
+SHOWN = ("OnRing", "Magnet", "RALSTON", "weyl", "WEYL", "angular_momentum", "MOMENTUM")
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_document_shows_what_is_tested(name: str) -> None:
+    """docs/architecture.md has the same lines, which are run there, too."""
+    source = Path(__file__).read_text(encoding="utf-8")
+    found = [
+        ast.get_source_segment(source, node)
+        for node in ast.parse(source).body
+        if getattr(node, "name", None) == name
+        or (isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name)
+    ]
+    assert len(found) == 1
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert str(found[0]) in page

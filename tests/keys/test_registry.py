@@ -9,7 +9,7 @@ from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import Positive, Section
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.keys import Between
-from lienumba.scenario.schema.messages import sentences
+from lienumba.scenario.schema.messages import problems
 from lienumba.scenario.schema.scenario import ScenarioData, json_schema, section_of
 
 
@@ -81,7 +81,7 @@ def scenario(**keys: object) -> dict[str, object]:
 def told(raw: dict[str, object]) -> list[str]:
     with pytest.raises(ValidationError) as error:
         ScenarioData.model_validate(raw)
-    return sentences(error.value, raw)
+    return [str(problem) for problem in problems(error.value, raw)]
 
 
 def test_a_class_that_is_added_is_known_to_schema_and_messages_and_no_longer_afterwards():

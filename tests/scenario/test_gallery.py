@@ -8,8 +8,8 @@ import xarray as xr
 
 import lienumba
 from lienumba import System
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import SECTIONS
 from lienumba.scenario.start.build import build
 from tests.rigs.places import ROOT, SCENARIOS
@@ -103,7 +103,7 @@ def test_the_template_has_every_key_with_a_comment() -> None:
     for names, section in SECTIONS.items():
         for key in section.model_fields:
             assert re.search(rf"(^|[\s{{,.\[]){key}( =|\]|:|\.)", text, re.MULTILINE), f"{names}: {key} is not there"
-    for word in (*VARIABLES, "euler", "midpoint", "heun", "kutta3", "rk38", "identity", "none"):
+    for word in (*OUTPUT_VARIABLES, "euler", "midpoint", "heun", "kutta3", "rk38", "identity", "none"):
         assert word in text
     for word in ("kg", "rad", "optional, default"):
         assert word in comments

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import toml
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.store import layout
 from tests.rigs.scenario_example import EXAMPLE, example
 
@@ -29,7 +29,7 @@ def test_defaults_are_written_out_and_read_back() -> None:
     assert written["projection"] == {
         "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": False
     }  # fmt: skip
-    assert written["output"] == {"every": 0.001, "variables": list(VARIABLES), "mode": "full", "summary": {}}
+    assert written["output"] == {"every": 0.001, "variables": list(OUTPUT_VARIABLES), "mode": "full", "summary": {}}
     assert written["sweep"] == {
         "runs": 1, "seed": 0, "sampler": "random", "nominal": False, "vary": {}, "correlate": [],
     }  # fmt: skip
@@ -164,7 +164,7 @@ def test_arrays_and_tuples_are_welcome_in_dicts() -> None:
 
 
 def test_every_variable_of_the_schema_is_in_the_layout() -> None:
-    assert set(VARIABLES) == {name for name, item in layout.VARIABLES.items() if "time" in item.dims}
+    assert set(OUTPUT_VARIABLES) == {name for name, item in layout.VARIABLES.items() if "time" in item.dims}
 
 
 def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> None:

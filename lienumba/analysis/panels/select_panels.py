@@ -15,8 +15,8 @@ from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
-from lienumba.batch.records import SUMMARIES
 from lienumba.batch.statuses import GOOD
+from lienumba.mechanics.system.output_variables import kept_largest
 from lienumba.store.layout import FULL, VARIABLES
 from lienumba.words import plural
 
@@ -190,7 +190,7 @@ def _worst(ds: xr.Dataset) -> Iterator[Panel]:
     """Drift and violations where there is no time series: the largest of each run, if not the same in all."""
     import numpy as np
 
-    for name in SUMMARIES:
+    for name in kept_largest():
         if name in ds:
             values = ds[name].values[good_runs(ds)]
             if np.ptp(values) > ROUNDING * values.max():

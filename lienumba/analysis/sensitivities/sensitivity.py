@@ -12,7 +12,10 @@ from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import is_study
+from lienumba.sweep.distributions.external import Given
+from lienumba.sweep.distributions.registry import class_of
 from lienumba.sweep.samplers import INDICES, SAMPLERS
 from lienumba.words import plural
 
@@ -128,7 +131,7 @@ def _varying(samples: dict[str, np.ndarray], sampled: np.ndarray) -> tuple[dict[
 
 
 def _plan(
-    labels: np.ndarray, sweep: dict[str, Any], samples: dict[str, np.ndarray]
+    labels: np.ndarray, sweep: Tables, samples: dict[str, np.ndarray]
 ) -> tuple[np.ndarray, sobol.Rows | None, list[str]]:
     """The runs (indices) that count for ranks, the rows of Sobol' indices if there are any, and what to say of it."""
     import numpy as np
@@ -137,7 +140,7 @@ def _plan(
     in_rows = sampler is not None and sampler.sobol_indices
     rows = sobol.rows_of(labels, sweep, samples) if in_rows else None
     runs, notes = (every, []) if rows is None else (rows.independent, [INDEPENDENT])
-    if sweep.get("correlate") or any({"expression", "column"} & set(entry) for entry in sweep.get("vary", {}).values()):
+    if sweep.get("correlate") or any(issubclass(class_of(entry), Given) for entry in sweep.get("vary", {}).values()):
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]

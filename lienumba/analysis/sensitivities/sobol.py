@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from lienumba.scenario.base.toml import Tables
+from lienumba.sweep.distributions.registry import class_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,13 +58,9 @@ class Indices:
         }
 
 
-def sampled_inputs(sweep: Mapping[str, Any]) -> list[str]:
+def sampled_inputs(sweep: Tables) -> list[str]:
     """What is drawn, in the order of [sweep.vary]: no constants, expressions of other inputs or columns of a table."""
-    return [
-        path
-        for path, entry in sweep.get("vary", {}).items()
-        if not {"expression", "column"} & set(entry) and entry.get("distribution") != "constant"
-    ]
+    return [path for path, entry in sweep.get("vary", {}).items() if class_of(entry).dimensions > 0]
 
 
 def columns_of(path: str, columns: Sequence[str]) -> list[str]:
@@ -69,7 +68,7 @@ def columns_of(path: str, columns: Sequence[str]) -> list[str]:
     return [name for name in columns if name == path or name.startswith((f"{path}[", f"{path}."))]
 
 
-def rows_of(labels: np.ndarray, sweep: Mapping[str, Any], samples: Mapping[str, np.ndarray]) -> Rows | None:
+def rows_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarray]) -> Rows | None:
     """The rows of a dataset with these labels (runs,) and samples (runs,); None if they are not laid out so."""
     inputs = sampled_inputs(sweep)
     rows = Rows(inputs, _table(labels, len(inputs)))

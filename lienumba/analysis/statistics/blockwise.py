@@ -42,7 +42,7 @@ class RunStatistics:
     """The runs of the variable `x` along `dim`, without the nominal one if there are others; core: the dimensions of
     what each of them has at a label; new: those of what is found, which `x` must not have."""
 
-    def __init__(self, x: Any, dim: str, *core: str, new: Sequence[str] = ()) -> None:
+    def __init__(self, x: xr.DataArray, dim: str, *core: str, new: Sequence[str] = ()) -> None:
         import numpy as np
 
         check_numbers(x, dim, *core)
@@ -104,7 +104,7 @@ class RunStatistics:
         indices = np.unravel_index(number, self.sizes) if self.dims else ()
         return ", ".join(f"{name} {self.x[name].values[k]}" for name, k in zip(self.dims, indices, strict=True))
 
-    def labelled(self, found: Found, described: Described, labels: Mapping[str, Any] | None = None) -> xr.Dataset:
+    def labelled(self, found: Found, described: Described, labels: Mapping[str, object] | None = None) -> xr.Dataset:
         """What was found with its dimensions and attributes, and how many runs there are; labels: of dimensions that
         `x` does not have."""
         import xarray as xr
@@ -119,7 +119,7 @@ class RunStatistics:
         return xr.Dataset({name: data[name] for name in (*described, "runs")}, {**coordinates, **(labels or {})})
 
 
-def check_numbers(x: Any, *dims: str) -> None:
+def check_numbers(x: object, *dims: str) -> None:
     """Refuse what is no variable of numbers with these dimensions."""
     import xarray as xr
 
@@ -144,7 +144,7 @@ def _name(x: xr.DataArray) -> str:
     return f"the variable {x.name}" if x.name else "the variable"
 
 
-def _kind(x: Any) -> str:
+def _kind(x: object) -> str:
     import xarray as xr
 
     if isinstance(x, xr.DataArray):
@@ -152,7 +152,7 @@ def _kind(x: Any) -> str:
     return "a whole dataset" if isinstance(x, xr.Dataset) else f"an object of type {type(x).__name__}"
 
 
-def check_probability(name: str, value: Any) -> None:
+def check_probability(name: str, value: float) -> None:
     """Refuse what is no number between 0 and 1."""
     import numpy as np
 

@@ -138,7 +138,7 @@ def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.
     return xr.Dataset(data, {**coordinates, **numbers}, {"probability": probability})
 
 
-def _counted(cov: Any) -> tuple[Any, xr.DataArray | None]:
+def _counted(cov: xr.DataArray | xr.Dataset) -> tuple[Any, xr.DataArray | None]:
     """A covariance, and of how many runs it is, if that is known."""
     import xarray as xr
 
@@ -147,7 +147,7 @@ def _counted(cov: Any) -> tuple[Any, xr.DataArray | None]:
     return cov, None
 
 
-def _pair(cov: Any) -> tuple[str, str]:
+def _pair(cov: xr.DataArray) -> tuple[str, str]:
     """The two dimensions of a covariance."""
     check_numbers(cov)
     for name in map(str, cov.dims):

@@ -31,7 +31,7 @@ STATUSES = {
 }
 
 
-def rotation_error(R: xr.DataArray, reference: Any) -> xr.DataArray:
+def rotation_error(R: xr.DataArray, reference: xr.DataArray | np.ndarray) -> xr.DataArray:
     """The angle between rotations and a reference: the length of log(reference^T R).
 
     Parameters
@@ -124,7 +124,9 @@ def _mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Found:
     }
 
 
-def rotation_covariance(R: xr.DataArray, mean: Any = None, dim: str = RUN[0], frame: str = "body") -> xr.Dataset:
+def rotation_covariance(
+    R: xr.DataArray, mean: xr.DataArray | xr.Dataset | np.ndarray | None = None, dim: str = RUN[0], frame: str = "body"
+) -> xr.Dataset:
     """The covariance of the rotation vectors from a mean to the runs, at each other label.
 
     Parameters
@@ -178,7 +180,7 @@ def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matr
     for here in _pieces(len(block.values), block.values.size // 9):
         first = block.first + here.start
 
-        def place(index: Any, first: int = first) -> str:
+        def place(index: tuple[int, ...], first: int = first) -> str:
             label = runs.place(first + int(index[0]))
             return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
 
@@ -200,7 +202,7 @@ def _nine(R: np.ndarray) -> so3.Matrix3:
     return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
 
 
-def _rotations(R: np.ndarray, place: Callable[[Any], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
+def _rotations(R: np.ndarray, place: Callable[[tuple[int, ...]], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
     """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
     of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
     import numpy as np
@@ -227,7 +229,7 @@ def _check(R: xr.DataArray) -> None:
     _rotations(R.values, lambda index: ", ".join(f"{x} {R[x].values[k]}" for x, k in zip(R.dims, index, strict=False)))
 
 
-def _one_or_labelled(name: str, given: Any) -> Any:
+def _one_or_labelled(name: str, given: object) -> Any:
     """A variable of rotations: that of a mean, one that was given, or of one 3x3 matrix."""
     import numpy as np
     import xarray as xr
@@ -245,7 +247,7 @@ def _one_or_labelled(name: str, given: Any) -> Any:
     return xr.DataArray(matrix, dims=MATRIX, name=name)
 
 
-def _at_labels(runs: RunStatistics, mean: Any) -> np.ndarray:
+def _at_labels(runs: RunStatistics, mean: xr.DataArray) -> np.ndarray:
     """A mean at every label (labels, 3, 3)."""
     import numpy as np
     import xarray as xr
@@ -274,7 +276,7 @@ def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
     return other.drop_vars([name for name in other.coords if name not in other.dims])
 
 
-def _check_matrices(R: Any) -> None:
+def _check_matrices(R: xr.DataArray) -> None:
     check_numbers(R, *MATRIX)
     if any(R.sizes[name] != 3 for name in MATRIX):
         raise ScenarioError(f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole matrices")

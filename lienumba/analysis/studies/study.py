@@ -22,7 +22,7 @@ class Curve:
     """The points that differ in the step alone. labels: the other coordinates; along: the coordinate that refines;
     points: indices of `labels_of`, as the grid has them."""
 
-    labels: dict[str, Any]
+    labels: dict[str, str | float]
     along: str
     points: list[int]
 
@@ -80,7 +80,7 @@ def curves(ds: xr.Dataset) -> list[Curve]:
     return list(found.values())
 
 
-def text(label: Any) -> str:
+def text(label: str | float) -> str:
     """A label for people; empty where the grid of a case does not have it."""
     if isinstance(label, str):
         return str(label)

@@ -18,7 +18,7 @@ PATIENCE = 30  # s to find the scheduler
 LOOK = 1.0  # s between two looks at how many workers there are
 
 
-def check(given: Any, workers: int | None) -> None:
+def check(given: object, workers: int | None) -> None:
     """Refuse what is no cluster, or has what it cannot have, before anything is computed."""
     try:
         from distributed import Client
@@ -37,7 +37,7 @@ def check(given: Any, workers: int | None) -> None:
         )
 
 
-def _is_address(given: Any) -> bool:
+def _is_address(given: object) -> bool:
     from distributed.comm.addressing import get_address_host_port
 
     try:
@@ -73,12 +73,12 @@ class Connection:
             ) from None
         self._ends.callback(self.client.close)
 
-    def put(self, name: list[str], value: Any) -> None:
+    def put(self, name: list[str], value: object) -> None:
         """Leave something with the scheduler, for all workers, those to come too."""
         with self._lost():
             self.client.set_metadata(name, value)
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future":
+    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future":
         with self._lost():
             return self.client.submit(function, *arguments, pure=False)
 

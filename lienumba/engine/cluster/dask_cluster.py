@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.engine.chunk_sizes import Dealt
 from lienumba.engine.cluster import dask_worker
@@ -88,7 +88,7 @@ class Cluster:
 
     def _refuse_hopeless(self, runs: Runs) -> None:
         """Raise what is wrong with a sweep of which no run can be prepared; a chunk has too few to tell."""
-        data: Any = self.resolved.data
+        data = self.resolved.data
         if len(runs.labels) >= data.sweep.runs:
             next(portions(self.resolved, runs))
 

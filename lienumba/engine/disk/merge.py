@@ -5,7 +5,7 @@ import os
 import shutil
 import tomllib
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -21,6 +21,7 @@ from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Tell
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed
+from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.files import folder_of, read
@@ -230,7 +231,7 @@ def _tell(tell: Tell, total: int, done: int) -> None:
     tell(Progress("write", done, total, 0))
 
 
-def _sweep(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def _sweep(attributes: Tables) -> dict[str, Any]:
     """The section of the sweep that a dataset is of."""
     sweep: dict[str, Any] = tomllib.loads(attributes["scenario"])["sweep"]
     return sweep

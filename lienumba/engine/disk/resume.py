@@ -6,6 +6,7 @@ from typing import Any
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario
 from lienumba.sweep.samplers import GROWING, SAMPLERS
 from lienumba.words import show
@@ -20,7 +21,7 @@ def manifest(resolved: Scenario) -> dict[str, Any]:
     return {"lienumba_version": __version__, "scenario": resolved.to_toml()}
 
 
-def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None:
+def check_same(there: Tables, resolved: Scenario, where: str) -> None:
     """A ScenarioError if `there`, a manifest or the attributes of a dataset, is another sweep."""
     remedy = "go on with what is there, choose another output, or start again with --overwrite"
     if there.get("lienumba_version") != __version__:
@@ -38,7 +39,7 @@ def check_same(there: Mapping[str, Any], resolved: Scenario, where: str) -> None
     check_samplers(old, new, where, f'start again with --overwrite, or use the sampler "{GROWING}"')
 
 
-def check_parts(there: Mapping[str, Any], here: Mapping[str, Any], where: str, first: str) -> None:
+def check_parts(there: Tables, here: Tables, where: str, first: str) -> None:
     """A ScenarioError if the attributes of a dataset are not those of another part of the sweep that `first` is of."""
     if there["lienumba_version"] != here["lienumba_version"]:
         raise ScenarioError(
@@ -55,20 +56,20 @@ def check_parts(there: Mapping[str, Any], here: Mapping[str, Any], where: str, f
     check_samplers(own, others, where, f"{first} cannot be merged with it")
 
 
-def values(there: Mapping[str, Any]) -> dict[str, Any]:
+def values(there: Tables) -> dict[str, Any]:
     """Every value of the scenario of a manifest, or of the attributes of a dataset, by its path."""
     return _flat(tomllib.loads(str(there["scenario"])))
 
 
-def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str | None:
+def first_difference(old: Tables, new: Tables) -> str | None:
     """The path of the first value that makes other runs, or another dataset of them."""
     differing = (key for key in sorted(old.keys() | new.keys()) if old.get(key) != new.get(key))
     return next((key for key in differing if not key.startswith(INDIFFERENT)), None)
 
 
-def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, remedy: str) -> None:
+def check_samplers(old: Tables, new: Tables, where: str, remedy: str) -> None:
     """The samples of some samplers depend on how many there are."""
-    sampler, before, runs = SAMPLERS[new["sweep.sampler"]], old["sweep.runs"], new["sweep.runs"]
+    sampler, before, runs = SAMPLERS[str(new["sweep.sampler"])], old["sweep.runs"], new["sweep.runs"]
     if sampler.whole and before != runs:
         raise ScenarioError(
             f"{where}: has samples for sweep.runs = {before}, not {runs}: the sampler {show(sampler.name)} "
@@ -76,14 +77,14 @@ def check_samplers(old: Mapping[str, Any], new: Mapping[str, Any], where: str, r
         )
 
 
-def _shown(values: Mapping[str, Any], key: str) -> str:
+def _shown(values: Tables, key: str) -> str:
     if key not in values:
         return "nothing"
     text = show(values[key])
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
-def _flat(value: Any, path: str = "") -> dict[str, Any]:
+def _flat(value: object, path: str = "") -> dict[str, Any]:
     """Every value by its path; tables of a list by their names, so that a sentence says them."""
     found: dict[str, Any] = {}
     if isinstance(value, Mapping):

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -115,7 +114,7 @@ def sweep_files(target: Path, resolved: Scenario, resume: bool) -> Iterator[Swee
 
 def _check_room(there: SweepFiles, resolved: Scenario) -> None:
     """No run that is there may be lost."""
-    data: Any = resolved.data
+    data = resolved.data
     labels = there.labels
     if len(labels) and labels[-1] >= data.sweep.runs:
         raise ScenarioError(

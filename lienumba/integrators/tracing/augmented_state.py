@@ -12,6 +12,7 @@ import numpy as np
 
 from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.mechanics.elements import joints, quantities
+from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -87,7 +88,9 @@ def counted_angles(model: Model) -> tuple[int, ...]:
     driven = {
         driver.coordinate.joint
         for driver in model.drivers
-        if driver.coordinate is not None and driver.coordinate.kind == "angle" and driver.motion == "value"
+        if driver.coordinate is not None
+        and driver.coordinate.kind == "angle"
+        and type_of(driver).level(driver) == POSITION
     }
     seen = quantities.angle_joints(model)
     return tuple(sorted(driven | joints.counted_angles(model) | applied_forces.angle_joints(model) | seen))

@@ -9,6 +9,7 @@ from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum, where
 
@@ -72,20 +73,10 @@ def _observed(
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
-    found, mu = _observed(tracer, graph, model, now, mask)
-    kinetic, potential = dynamics.energies(model, now)
-    named: dict[str, list[Number]] = {
-        "kinetic_energy": [kinetic],
-        "potential_energy": [potential],
-        "position_violation": [constraints.largest(constraints.residual(model, now))],
-        "velocity_violation": [constraints.largest(constraints.rate_and_bias(model, now)[0])],
-        "multiplier": mu,
-        "joint_force": found.forces,
-        "joint_torque": found.torques,
-        "driver_effort": [x for rows in found.efforts for x in rows],
-    }
+    seen = Observation(model, now, *_observed(tracer, graph, model, now, mask))
+    named = {name: list(x.rows(seen)) for name, x in OUTPUT_VARIABLES.items() if x.rows is not None}
     named |= law_states.variables(model, now)
-    named |= quantities.observe(model, now, found)
+    named |= quantities.observe(model, now, seen.observed)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []
     for name, rows in named.items():

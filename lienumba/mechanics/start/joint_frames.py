@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism import kinematics
@@ -72,7 +73,9 @@ def angles_given(model: Model, start: Start) -> dict[int, Any]:
     angles = {j: says.angle for j, says in enumerate(start.joints) if says.angle is not None}
     for driver in model.drivers:
         c = driver.coordinate
-        if driver.motion == "value" and c is not None and c.kind == "angle" and not reads_state(driver.value[0]):
+        if c is None or c.kind != "angle" or reads_state(driver.value[0]):
+            continue
+        if type_of(driver).level(driver) == POSITION:
             angles.setdefault(c.joint, at_time(driver.value[0], 0.0))
     return angles
 

@@ -11,13 +11,14 @@ from functools import partial, reduce
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.elements import joints, user_laws
+from lienumba.mechanics.elements import drivers, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
-from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
@@ -59,58 +60,13 @@ def constraints_of(model: Model) -> list[Constraint]:
 
 def _driver(model: Model, driver: Driver) -> Constraint:
     """With what it prescribes as a function of other bodies, it is a constraint of these, too."""
-    read = bodies_of(model, *driver.value)
-    if driver.coordinate is not None:
-        kind = "r" if driver.coordinate.kind == "angle" else "m"
-        level, law = ("rate", _rate) if driver.motion == "rate" else ("position", _value)
-        ends = tuple(dict.fromkeys((*read, *model.joints[driver.coordinate.joint].bodies)))
-        return Constraint(driver.name, ends, kind, level, partial(law, model, driver))
-    level, kind, motion_law = BODY_MOTIONS[driver.motion]
-    body = driver.bodies[-1]
-    ends = tuple(dict.fromkeys((GROUND, *read, body)))
-    return Constraint(driver.name, ends, 3 * kind, level, partial(motion_law, model, driver, body))
+    kind = drivers.type_of(driver)
+    ends = kind.acts_on(model, driver, bodies_of(model, *driver.value))
 
+    def law(view: View) -> Vector:
+        return kind.residual(model, driver, tuple(evaluate(model, x, view) for x in driver.value), view)
 
-def _value(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
-    """The coordinate has the prescribed value."""
-    assert driver.coordinate is not None
-    return (joints.coordinate(model, driver.coordinate, view) - evaluate(model, driver.value[0], view),)
-
-
-def _rate(model: Model, driver: Driver, view: View) -> tuple[Any, ...]:
-    """The coordinate grows at the prescribed rate: coordinate - integral of the rate, whose own value nobody needs."""
-    assert driver.coordinate is not None
-    rate, t = lift(evaluate(model, driver.value[0], view)), lift(view.t)
-    return (joints.coordinate(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
-
-
-def _values(model: Model, driver: Driver, view: View) -> Any:
-    return tuple(evaluate(model, x, view) for x in driver.value)
-
-
-def _point(model: Model, driver: Driver, body: int, view: View) -> Any:
-    """A point is where the prescription has it."""
-    return so3.subtract(view[body].point(driver.point), _values(model, driver, view))
-
-
-def _orientation(model: Model, driver: Driver, body: int, view: View) -> Any:
-    """R = exp(value): the sine vector of the rotation between them, body frame."""
-    target = so3.exp(_values(model, driver, view))
-    return so3.vee(so3.multiply(so3.transpose(target), view[body].R))
-
-
-def _angular_velocity(model: Model, driver: Driver, body: int, view: View) -> Any:
-    """w (body frame) or R w (global) is as prescribed."""
-    m = view[body]
-    w = m.w if driver.frame == "body" else so3.rotate(m.R, m.w)
-    return so3.subtract(w, _values(model, driver, view))
-
-
-BODY_MOTIONS = {
-    "point": ("position", "m", _point),
-    "orientation": ("position", "r", _orientation),
-    "angular_velocity": ("velocity", "r", _angular_velocity),
-}
+    return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law)
 
 
 def rows_of(model: Model) -> list[slice]:

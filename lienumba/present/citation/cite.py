@@ -9,6 +9,7 @@ from lienumba.errors import ScenarioError
 from lienumba.present.citation import references
 from lienumba.present.citation.paragraph import paragraph
 from lienumba.present.citation.source import CitedScenario
+from lienumba.scenario.base.toml import Tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +52,7 @@ def _source(
     return CitedScenario(content, units, nominal, versions, dataset)
 
 
-def _nominal(content: dict[str, Any], path: str) -> Any:
+def _nominal(content: Tables, path: str) -> Any:
     """What the scenario has at a path, None if nothing."""
     from lienumba.scenario.base import paths
 

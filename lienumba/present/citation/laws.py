@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from lienumba.mechanics.elements.events import ends_run
-from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import CitedScenario
-from lienumba.words import listed
+from lienumba.words import listed, number
 
 Table = Mapping[str, Any]
 

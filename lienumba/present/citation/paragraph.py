@@ -1,7 +1,6 @@
 """A paragraph for the section on methods of a publication: what a scenario, or a dataset, was computed with."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable
 
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
@@ -9,9 +8,10 @@ from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
-from lienumba.present.citation.sampling import capital, number
+from lienumba.present.citation.sampling import capital
 from lienumba.present.citation.source import CitedScenario
-from lienumba.words import listed, plural
+from lienumba.scenario.base.toml import Tables
+from lienumba.words import listed, number, plural
 
 PACKAGES = {
     "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "xarray": "xarray",
@@ -103,7 +103,7 @@ def _steps(source: CitedScenario) -> str:
     return " or ".join(ways)
 
 
-def _tolerance(given: Any) -> str:
+def _tolerance(given: float | Tables) -> str:
     """Of one step: one number, or absolute errors of their own."""
     relative = number(given["relative"] if isinstance(given, dict) else given)
     absolute = given.get("absolute", {}) if isinstance(given, dict) else {}
@@ -168,7 +168,7 @@ def _study(source: CitedScenario) -> str:
     )
 
 
-def _reference(reference: Mapping[str, Any]) -> str:
+def _reference(reference: Tables) -> str:
     if "file" in reference or "sha256" in reference:
         return f"a dataset (sha256 {reference.get('sha256', 'unknown')})"
     if all(isinstance(x, dict) for x in reference.values()) and not any("." in key for key in reference):
@@ -191,9 +191,9 @@ def _seconds(source: CitedScenario, path: str) -> str:
     return f"{_or(map(number, source.values(path)))} s"
 
 
-def _or(words: Any) -> str:
+def _or(words: Iterable[str]) -> str:
     return listed(dict.fromkeys(words), "or")
 
 
-def _plain(value: Any) -> str:
+def _plain(value: object) -> str:
     return value if isinstance(value, str) else number(value) if isinstance(value, int | float | list) else str(value)

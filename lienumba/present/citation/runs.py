@@ -1,12 +1,9 @@
 """Which runs there were, in what they differed, and how they ended."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from lienumba.present.citation import sampling
-from lienumba.present.citation.sampling import number
 from lienumba.present.citation.source import CitedScenario
-from lienumba.words import plural
+from lienumba.scenario.base.toml import Tables
+from lienumba.words import number, plural
 
 
 def sweep(source: CitedScenario) -> str:
@@ -29,7 +26,7 @@ def sweep(source: CitedScenario) -> str:
     return " ".join(said)
 
 
-def _runs(rules: Mapping[str, Any], own: list[int] | None, stopped: str) -> str:
+def _runs(rules: Tables, own: list[int] | None, stopped: str) -> str:
     """How many runs there were, of how many: `own` are the labels of a dataset."""
     whole, inputs = rules["runs"], plural(len(rules["vary"]), "input", "inputs")
     most = "at most " if rules.get("stop") else ""
@@ -49,7 +46,7 @@ def _stopped(source: CitedScenario) -> str:
     return "" if source.dataset is None else str(source.dataset.attrs.get("stopped", ""))
 
 
-def _stop(source: CitedScenario, rule: Mapping[str, Any]) -> str:
+def _stop(source: CitedScenario, rule: Tables) -> str:
     """When a sweep was to end, and whether it did."""
     name, dataset = rule["variable"], source.dataset
     what = "mean" if rule["statistic"] == "mean" else f"{100 * rule['probability']:g} % quantile"

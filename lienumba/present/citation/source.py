@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lienumba.scenario.base.toml import Tables
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -15,16 +17,16 @@ class CitedScenario:
     """content: the resolved scenario; units, nominal: of the varied paths; versions: by package; dataset: what came
     out, or None."""
 
-    content: Mapping[str, Any]
+    content: Tables
     units: Mapping[str, str]
-    nominal: Mapping[str, Any]
+    nominal: Tables
     versions: Mapping[str, str]
     dataset: "xr.Dataset | None" = None
 
     @property
-    def grids(self) -> list[Mapping[str, Any]]:
+    def grids(self) -> list[Tables]:
         """Those of a study; none of a sweep."""
-        found: list[Mapping[str, Any]] = self.content.get("study", {}).get("grid", [])
+        found: list[Tables] = self.content.get("study", {}).get("grid", [])
         return found
 
     def values(self, path: str) -> list[Any]:

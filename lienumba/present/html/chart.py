@@ -94,11 +94,11 @@ def plain(text: str) -> str:
     return escape(text, quote=False).replace("%{", "%&#123;")
 
 
-def axis(title: str, **own: Any) -> Json:
+def axis(title: str, **own: object) -> Json:
     return {"title": {"text": plain(title)}, **own}
 
 
-def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: Any) -> Json:
+def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: object) -> Json:
     """A line through points; NaN is a gap. own: of the trace; `width`, `dash` of its line."""
     width, dashes = own.pop("width", 1.8), own.pop("dash", "solid")
     style = {"color": shade, "width": width, "dash": dashes}
@@ -106,7 +106,7 @@ def line(x: np.ndarray, y: np.ndarray, name: str, shade: str, **own: Any) -> Jso
     return {**drawn, "name": plain(name), **own}
 
 
-def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: Any) -> list[Json]:
+def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: object) -> list[Json]:
     """The area between two lines; it tells nothing when pointed at."""
     edges: Json = {"hoverinfo": "skip", "showlegend": False, "width": 0, **own}
     return [line(x, low, "", shade, **edges), line(x, high, "", shade, fill="tonexty", fillcolor=shade, **edges)]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.analysis.outcomes import Counts, counts
 from lienumba.analysis.studies.study_rows import headline
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
 from lienumba.present.html.markup import Markup, element, join, number
+from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
 
@@ -29,7 +30,7 @@ def header(ds: xr.Dataset) -> Markup:
     return join([top, title, verdict, element("p", " · ".join(_size(ds)), class_="quiet")])
 
 
-def scenario_of(ds: xr.Dataset) -> dict[str, Any]:
+def scenario_of(ds: xr.Dataset) -> Tables:
     """The scenario that a dataset brings, as tables; none of its code runs."""
     return tomllib.loads(str(ds.attrs.get("scenario", "")))
 
@@ -89,7 +90,7 @@ def _size(ds: xr.Dataset) -> Iterator[str]:
         yield plural(inputs, "varied number", "varied numbers")
 
 
-def method(integrator: dict[str, Any]) -> str:
+def method(integrator: Tables) -> str:
     """How steps are made."""
     name = str(integrator.get("method", "unknown method"))
     if "tolerance" in integrator:

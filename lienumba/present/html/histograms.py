@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.analysis.panels.quantiles import Histogram, bins
 from lienumba.present.html import chart
-from lienumba.present.html.chart import Chart, Section, section
+from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import element, number
 from lienumba.present.html.sensitivity import Column, Columns
 from lienumba.words import listed
@@ -51,7 +51,7 @@ def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
     sampled, nominal = one.values[finite & (labels >= 0)], one.values[finite & (labels < 0)]
     missing = int((labels >= 0).sum()) - len(sampled)
     edges = bins([Histogram("", sampled, missing, None)])
-    traces: list[dict[str, Any]] = [
+    traces: list[Json] = [
         {
             "type": "bar",
             "x": chart.packed(0.5 * edges[1:] + 0.5 * edges[:-1]),
@@ -70,6 +70,6 @@ def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
     return Chart(one.name, traces, layout, one.unit, "; ".join(filter(None, notes)))
 
 
-def _upright(x: float) -> dict[str, Any]:
+def _upright(x: float) -> Json:
     style = {"color": "--ink", "width": 1.5, "dash": "dash"}
     return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style}

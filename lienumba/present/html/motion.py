@@ -7,11 +7,12 @@ along cubics, so that joints hold between frames too.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.present.html.chart import Section, packed, section
+from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.clipping import within
 from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.time_series import MarkedRun
@@ -75,7 +76,7 @@ def _stage(found: Scene) -> list[Markup]:
     ]  # fmt: skip
 
 
-def data(found: Scene, gravity: Any) -> dict[str, Any]:
+def data(found: Scene, gravity: Sequence[float | str]) -> Json:
     """What the page needs to draw the runs of a scene; gravity: three numbers or formulas."""
     low, high = found.low, found.high
     margin = 0.04 * float((high - low).max())
@@ -93,7 +94,7 @@ def data(found: Scene, gravity: Any) -> dict[str, Any]:
     }
 
 
-def _run(run: MovingRun, most: int, followed: bool) -> dict[str, Any]:
+def _run(run: MovingRun, most: int, followed: bool) -> Json:
     import numpy as np
 
     kept = frames(run.times, run.rotations, max(most // (run.positions.shape[1] * POSE), 2))
@@ -162,7 +163,7 @@ def quaternions(rotations: np.ndarray) -> np.ndarray:
     return np.roll(xyzw * np.sign(largest), 1, axis=1).reshape(*rotations.shape[:-2], 4)
 
 
-def _view(extent: np.ndarray, gravity: Any) -> tuple[np.ndarray, np.ndarray]:
+def _view(extent: np.ndarray, gravity: Sequence[float | str]) -> tuple[np.ndarray, np.ndarray]:
     """From where one looks at a box of this extent, and what is up: against gravity, else z."""
     import numpy as np
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import counts
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.header import method, scenario_of
 from lienumba.present.html.markup import Markup, element, facts, folded, join, table
+from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import plural, show
 
@@ -27,7 +28,7 @@ def provenance(ds: xr.Dataset, name: str) -> Section:
     return section("origin", "What was run", *parts)
 
 
-def _facts(ds: xr.Dataset, data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _facts(ds: xr.Dataset, data: Tables) -> Iterator[tuple[str, str]]:
     attributes, model, sweep = ds.attrs, data.get("model", {}), data.get("sweep", {})
     date, _, command = str(attributes.get("history", "")).partition("\n")[0].partition(" ")
     for kind, key in (("bodies", "mass"), ("joints", "type"), ("drivers", "type"), ("forces", "type")):
@@ -57,7 +58,7 @@ def _runs(ds: xr.Dataset) -> str:
     return f"{ran.runs:,}{ran.beside}"
 
 
-def _grid(data: dict[str, Any]) -> str:
+def _grid(data: Tables) -> str:
     """What a study sets, one grid after the other."""
     blocks = data.get("study", {}).get("grid", [])
     return "; ".join(
@@ -65,7 +66,7 @@ def _grid(data: dict[str, Any]) -> str:
     )
 
 
-def _method(data: dict[str, Any], paths: Collection[str]) -> str:
+def _method(data: Tables, paths: Collection[str]) -> str:
     """The method and the length of its steps, but for what is set at these paths of a study."""
     set_by_grid = {path.split(".")[1] for path in paths if path.startswith("integrator.")}
     if "method" in set_by_grid:
@@ -73,18 +74,18 @@ def _method(data: dict[str, Any], paths: Collection[str]) -> str:
     return method({key: x for key, x in data.get("integrator", {}).items() if key not in set_by_grid})
 
 
-def _names(items: list[dict[str, Any]], key: str) -> str:
+def _names(items: Sequence[Tables], key: str) -> str:
     """The first of these, each with its kind."""
     shown = [_name(item, key) for item in items[:MOST_NAMES]]
     return ", ".join(shown) + (f" and {len(items) - MOST_NAMES} more" if len(items) > MOST_NAMES else "")
 
 
-def _name(item: dict[str, Any], key: str) -> str:
+def _name(item: Tables, key: str) -> str:
     own, kind = str(item.get("name", "")), str(item.get(key, ""))
     return f"{own} ({kind})" if own and kind else own or kind
 
 
-def _inputs(ds: xr.Dataset, data: dict[str, Any]) -> Iterator[Markup]:
+def _inputs(ds: xr.Dataset, data: Tables) -> Iterator[Markup]:
     """What a sweep varies."""
     vary = data.get("sweep", {}).get("vary", {})
     if not vary:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.present.html import histograms, motion, sensitivity, study, summary, time_series
-from lienumba.present.html.chart import Section
+from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
 from lienumba.present.html.markup import Markup
 from lienumba.present.html.provenance import provenance
@@ -19,18 +19,16 @@ if TYPE_CHECKING:
     from lienumba.scene import Scene
 
 
-def sections_of(
-    ds: xr.Dataset, name: str, allow_code: bool, tell: Tell
-) -> tuple[Markup, list[Section], dict[str, Any]]:
+def sections_of(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> tuple[Markup, list[Section], Json]:
     """The header of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
-    extra: dict[str, Any] = {}
+    extra: Json = {}
     found = [
         *(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))
     ]
     return header(ds), [*found, provenance(ds, name)], extra
 
 
-def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: dict[str, Any]) -> Iterator[Section]:
+def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Iterator[Section]:
     """seen: the runs that move, or why none does."""
     if not isinstance(seen, str):
         extra["motion"] = motion.data(seen, scenario_of(ds)["model"].get("gravity", ()))

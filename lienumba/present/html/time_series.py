@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.analysis.panels import quantiles, run_windows
 from lienumba.analysis.panels.quantiles import TimeSeries
 from lienumba.analysis.panels.select_panels import Panel, default_panels, good_runs, named_panels
 from lienumba.present.html import chart
-from lienumba.present.html.chart import Chart, Section, section
+from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element
 from lienumba.store.layout import FULL, VARIABLES
 
@@ -89,7 +89,7 @@ def series_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[MarkedRun]) -> C
     found, unit = quantiles.time_series(ds, panel), _unit(panel)
     kept = _kept(len(found.times))
     pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
-    traces: list[dict[str, Any]] = []
+    traces: list[Json] = []
     for n, line in enumerate(found.lines):
         traces += pen.each(line.each, line.label, n) if found.few else pen.bands(line, n, found.enough)
     drawn = [*EACH[: found.runs - 1]] if found.few else [*BANDS] if not panel.logarithmic else []
@@ -150,12 +150,12 @@ class Pen:
     unit: str
     logarithmic: bool
 
-    def bands(self, series: TimeSeries, n: int, enough: np.ndarray) -> Iterator[dict[str, Any]]:
+    def bands(self, series: TimeSeries, n: int, enough: np.ndarray) -> Iterator[Json]:
         """Bands and median of one line while there are runs enough, then the runs that are left; of what is logarithmic
         median and largest."""
         import numpy as np
 
-        group: dict[str, Any] = {"legendgroup": str(n)}
+        group: Json = {"legendgroup": str(n)}
         shade, many = chart.color(n), np.flatnonzero(enough[self.kept])
         low, lower, median, upper, high = (self.shown(x)[many] for x in series.quantiles)
         if self.logarithmic:
@@ -170,10 +170,10 @@ class Pen:
         yield chart.line(self.x[many], median, series.label or "median", shade, hovertemplate=text, **ends)
         yield from self.each(series.left, series.label, n, named=False)
 
-    def each(self, runs: Mapping[int, np.ndarray], label: str, n: int, named: bool = True) -> Iterator[dict[str, Any]]:
+    def each(self, runs: Mapping[int, np.ndarray], label: str, n: int, named: bool = True) -> Iterator[Json]:
         """The time series of few runs, by label; named: whether the legend has them."""
         for k, (run, values) in enumerate(runs.items()):
-            own: dict[str, Any] = {
+            own: Json = {
                 "legendgroup": str(n),
                 "dash": chart.dash(n),
                 "showlegend": named and k == 0,
@@ -182,7 +182,7 @@ class Pen:
             who = label if named and len(runs) == 1 else f"{label} run {run}".strip()
             yield self.line(values, label, chart.color(n), who, **own)
 
-    def line(self, values: np.ndarray, name: str, shade: str, who: str = "", **own: Any) -> dict[str, Any]:
+    def line(self, values: np.ndarray, name: str, shade: str, who: str = "", **own: object) -> Json:
         """The time series (times,) of one run; who: what it is called where it is pointed at, if not by its name."""
         text = f"%{{y:.4~g}} {chart.plain(self.unit)}" + (f"<extra>{chart.plain(who)}</extra>" if who else "")
         return chart.line(self.x, self.shown(values), name, shade, hovertemplate=text, **own)
@@ -195,12 +195,12 @@ class Pen:
         return np.where(here > 0.0, here, np.nan) if self.logarithmic else here
 
 
-def _one(ds: xr.Dataset, panel: Panel, marked: MarkedRun, style: str, pen: Pen) -> Iterator[dict[str, Any]]:
+def _one(ds: xr.Dataset, panel: Panel, marked: MarkedRun, style: str, pen: Pen) -> Iterator[Json]:
     """The lines of one run."""
     if marked.run not in ds[panel.dim].values:
         return
     alone = ds.sel({dim: [marked.run] for dim in {"run", panel.dim}})
     for n, series in enumerate(quantiles.time_series(alone, panel).lines):
         for values in series.each.values():  # none if it failed
-            own: dict[str, Any] = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
+            own: Json = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
             yield pen.line(values, f"{series.label} {marked.name}".strip(), "--ink", **own)

@@ -16,26 +16,27 @@ from typing import Any
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import source_of
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.words import listed, suggestion
 
 PYTHON = "python"
 
 
-def embedded(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def embedded(raw: Keys, folder: Path) -> Keys:
     """The scenario with the text of every Python file that its laws name, relative to this folder."""
-    files = dict(raw["files"]) if isinstance(raw.get("files"), dict) else {}
+    files = dict(table_in(raw, "files"))
     raw = _with_functions(raw, lambda place, function: _embed(place, function, files, folder))
     return {**raw, **({"files": files} if files else {})}
 
 
-def files_of(raw: dict[str, Any]) -> list[str]:
+def files_of(raw: Keys) -> list[str]:
     """The Python files that a scenario brings or names."""
-    named = dict.fromkeys(raw["files"] if isinstance(raw.get("files"), dict) else {})
+    named = dict.fromkeys(table_in(raw, "files"))
     _with_functions(raw, lambda place, function: named.setdefault(str(function).rpartition(":")[0]))
     return list(named)
 
 
-def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool) -> None:
+def check_allowed(raw: Keys, where: str, doing: str, allow_code: bool) -> None:
     """A ScenarioError if the scenario of a dataset brings code that may not run."""
     files = files_of(raw)
     if files and not allow_code:
@@ -46,21 +47,21 @@ def check_allowed(raw: dict[str, Any], where: str, doing: str, allow_code: bool)
         )
 
 
-def without_clash(raw: dict[str, Any], taken: Any) -> dict[str, Any]:
+def without_clash(raw: Keys, taken: object) -> Keys:
     """The scenario with other names for those of its files that are taken by other texts."""
     files = raw.get("files")
     if not isinstance(files, dict) or not isinstance(taken, dict):
         return raw
     names = {file: _free(file, text, taken) for file, text in files.items()}
 
-    def renamed(place: str, function: Any) -> Any:
+    def renamed(place: str, function: object) -> Any:
         file, _, name = str(function).rpartition(":")
         return f"{names[file]}:{name}" if file in names else function
 
     return {**_with_functions(raw, renamed), "files": {names[file]: text for file, text in files.items()}}
 
 
-def _with_functions(raw: dict[str, Any], change: Callable[[str, Any], Any]) -> dict[str, Any]:
+def _with_functions(raw: Keys, change: Callable[[str, Any], Any]) -> Keys:
     """The scenario with change(place, function) for the function of each law; one that extends another law may leave
     out the type."""
     model = raw.get("model")
@@ -75,7 +76,7 @@ def _with_functions(raw: dict[str, Any], change: Callable[[str, Any], Any]) -> d
     return {**raw, "model": changed}
 
 
-def _free(file: str, text: str, taken: dict[str, str]) -> str:
+def _free(file: str, text: object, taken: Keys) -> str:
     """A name for a text among others: its own, or with a number."""
     key, number = file, 2
     while taken.get(key, text) != text:
@@ -83,7 +84,7 @@ def _free(file: str, text: str, taken: dict[str, str]) -> str:
     return key
 
 
-def _embed(place: str, function: Any, files: dict[str, str], folder: Path) -> Any:
+def _embed(place: str, function: object, files: Keys, folder: Path) -> Any:
     """The reference to a function, whose text is among the files."""
     if callable(function):
         name = getattr(function, "__name__", "law")
@@ -148,8 +149,8 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
 
 
 @lru_cache(maxsize=64)
-def _namespace(file: str, text: str) -> dict[str, Any]:
-    namespace: dict[str, Any] = {"__name__": Path(file).stem, "__file__": file}
+def _namespace(file: str, text: str) -> Keys:
+    namespace: Keys = {"__name__": Path(file).stem, "__file__": file}
     linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     exec(compile(text, file, "exec"), namespace)
     return namespace

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from lienumba.errors import BadValueError, Problem
 from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import nearest, suggestion
 
 Token = str | int
@@ -95,12 +96,12 @@ def last_part(tokens: list[Token]) -> str:
     return text_of(tokens[first:])
 
 
-def canonical(text: str, model: dict[str, Any]) -> str:
+def canonical(text: str, model: Keys) -> str:
     """The text by which a path of the model is known: without spaces, without `model.`, bodies and joints by name."""
     return text_of(named(parse(text), model))
 
 
-def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
+def named(tokens: list[Token], model: Keys) -> list[Token]:
     """The path without `model`, and with the name of a body or joint that is given by its index."""
     tokens = tokens[1:] if tokens[0] == "model" else tokens
     items = model.get(tokens[0]) if tokens and isinstance(tokens[0], str) else None
@@ -111,7 +112,7 @@ def named(tokens: list[Token], model: dict[str, Any]) -> list[Token]:
     return tokens
 
 
-def child(node: Any, token: Token) -> Any:
+def child(node: object, token: Token) -> Any:
     """One step down; PathError where there is nothing."""
     if isinstance(node, BaseModel):
         node = dict(node)
@@ -144,14 +145,14 @@ def position_in(items: list[Any], token: Token) -> int:
     raise PathError(f'has no "{token}" here', suggestion(token, [str(name) for name in names]))
 
 
-def get(data: Any, tokens: list[Token]) -> Any:
+def get(data: object, tokens: list[Token]) -> Any:
     """The value at a path."""
     for token in tokens:
         data = child(data, token)
     return data
 
 
-def put(data: Any, tokens: list[Token], value: Any) -> None:
+def put(data: object, tokens: list[Token], value: object) -> None:
     """Replace the value at a path; a table's key may be new, and so may a whole section."""
     for depth, token in enumerate(tokens[:-1]):
         if isinstance(data, dict) and token not in data and (depth == 0 or token == "vary"):
@@ -193,11 +194,11 @@ def _grouped(values: Mapping[Tokens, object]) -> dict[Token, dict[Tokens, object
     return found
 
 
-def numeric_paths(model: dict[str, Any]) -> list[str]:
+def numeric_paths(model: Keys) -> list[str]:
     """The canonical paths of all numbers of a model that may vary, defaults included."""
     found: list[str] = []
 
-    def walk(node: Any, tokens: list[Token]) -> None:
+    def walk(node: object, tokens: list[Token]) -> None:
         if isinstance(node, dict):
             for key, item in node.items():
                 walk(item, [*tokens, key])
@@ -212,7 +213,7 @@ def numeric_paths(model: dict[str, Any]) -> list[str]:
     return found
 
 
-def _is_constant(node: Any, tokens: list[Token]) -> bool:
+def _is_constant(node: object, tokens: list[Token]) -> bool:
     """Whether a formula stands there that does not vary in time."""
     if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or TEXT_KEYS.intersection(map(str, tokens[2:])):
         return False
@@ -222,7 +223,7 @@ def _is_constant(node: Any, tokens: list[Token]) -> bool:
         return False
 
 
-def nearest_path(text: str, model: dict[str, Any]) -> str:
+def nearest_path(text: str, model: Keys) -> str:
     """The remedy for a path that does not exist: the most similar one that does."""
     known = numeric_paths(model)
     close = nearest(text, known)

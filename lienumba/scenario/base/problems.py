@@ -1,6 +1,6 @@
 """What the checks of a scenario find, and how they name places."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -8,6 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, missing
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
 
 if TYPE_CHECKING:
@@ -39,26 +40,31 @@ class Report:
         self.warnings.append(Problem(place, rule, remedy, value))
 
 
-def tables(items: Any) -> list[dict[str, Any]]:
+def tables(items: object) -> list[Keys]:
     """The tables of a list; an empty one for what is none."""
     return [item if isinstance(item, dict) else {} for item in items] if isinstance(items, list) else []
 
 
-def placed(kind: str, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+def placed(kind: str, items: list[Keys]) -> Iterator[tuple[str, Keys]]:
     """Each table with the path by which it is known."""
     for index, item in enumerate(items):
         name = unique_name(items, index)
         yield paths.written((kind, name or index)), item
 
 
-def unique_name(items: Any, index: int) -> str | None:
+def names_of(items: Iterable[Keys]) -> list[str]:
+    """The names of tables that have one."""
+    return [str(item["name"]) for item in items]
+
+
+def unique_name(items: Sequence[object], index: int) -> str | None:
     """The name of an item of a list of tables, if it has one that no other item bears."""
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     name = names[index]
     return name if isinstance(name, str) and name and name.isprintable() and names.count(name) == 1 else None
 
 
-def read(section: type[S] | None, raw: Any) -> S | None:
+def read(section: type[S] | None, raw: object) -> S | None:
     """A section as its class has it; None where it is wrong in itself."""
     if section is None:
         return None
@@ -68,7 +74,7 @@ def read(section: type[S] | None, raw: Any) -> S | None:
         return None
 
 
-def check_name(at: str, name: Any, known: Iterable[str], what: str, report: Report) -> None:
+def check_name(at: str, name: object, known: Iterable[str], what: str, report: Report) -> None:
     """Check that a name is one of these; what: "a body", ..."""
     if isinstance(name, str) and name not in known:
         remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)

@@ -7,8 +7,7 @@ import sys
 import sysconfig
 import textwrap
 from pathlib import Path
-from types import CodeType, ModuleType
-from typing import Any
+from types import CodeType, FunctionType, ModuleType
 
 from lienumba.errors import ScenarioError
 
@@ -16,9 +15,9 @@ HEADER = "from __future__ import annotations\n"
 LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))
 
 
-def source_of(function: Any, place: str) -> str:
+def source_of(function: object, place: str) -> str:
     """The text; a ScenarioError that begins with the place if it cannot be written."""
-    if not inspect.isfunction(function) or function.__name__ == "<lambda>":
+    if not isinstance(function, FunctionType) or function.__name__ == "<lambda>":
         kind = "lambda" if inspect.isfunction(function) else type(function).__name__
         raise ScenarioError.at(f"{place}.function", f"must be a plain function, written with def, but is a {kind}")
     writer = _Writer(place)
@@ -33,7 +32,7 @@ class _Writer:
         self.place = place
         self.pieces: dict[str, str] = {}
 
-    def take(self, f: Any) -> None:
+    def take(self, f: FunctionType) -> None:
         self.pieces[f.__name__] = ""
         try:
             text = textwrap.dedent(inspect.getsource(f))
@@ -58,20 +57,18 @@ class _Writer:
         del self.pieces[f.__name__]
         self.pieces[f.__name__] = text
 
-    def use(self, name: str, value: Any, f: Any) -> None:
+    def use(self, name: str, value: object, f: FunctionType) -> None:
         literal = _literal(value)
         if literal is not None:
             self.pieces[name] = f"{name} = {literal}\n"
         elif isinstance(value, ModuleType) and _of_library(value):
             self.pieces[name] = f"import {value.__name__} as {name}\n"
-        elif inspect.isfunction(value) and not _of_library(inspect.getmodule(value)):
+        elif isinstance(value, FunctionType) and not _of_library(inspect.getmodule(value)):
             self.take(value)
             if value.__name__ != name:
                 self.pieces[name] = f"{name} = {value.__name__}\n"
-        elif (
-            callable(value) and _of_library(inspect.getmodule(value)) and "." not in getattr(value, "__qualname__", ".")
-        ):
-            self.pieces[name] = f"from {value.__module__} import {value.__qualname__} as {name}\n"
+        elif callable(value) and _of_library(inspect.getmodule(value)) and "." not in _name_of(value):
+            self.pieces[name] = f"from {value.__module__} import {_name_of(value)} as {name}\n"
         else:
             raise ScenarioError.at(
                 f"{self.place}.function",
@@ -80,13 +77,18 @@ class _Writer:
             )
 
 
+def _name_of(value: object) -> str:
+    """By which a module knows a function or a class; with a dot where it does not."""
+    return str(getattr(value, "__qualname__", "."))
+
+
 def _names(code: CodeType) -> list[str]:
     """The global names that a function may use, those of functions inside it included."""
     inner = [name for c in code.co_consts if isinstance(c, CodeType) for name in _names(c)]
     return list(dict.fromkeys((*code.co_names, *inner)))
 
 
-def _of_library(module: Any) -> bool:
+def _of_library(module: ModuleType | None) -> bool:
     """Whether a module is installed wherever the text may be read."""
     if module is None or module.__name__ == "__main__":
         return False
@@ -96,7 +98,7 @@ def _of_library(module: Any) -> bool:
     return file is None or any(Path(file).is_relative_to(folder) for folder in LIBRARIES)
 
 
-def _literal(value: Any) -> str | None:
+def _literal(value: object) -> str | None:
     """How a constant is written; None for what is none."""
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
         value = value.item()

@@ -5,18 +5,28 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+Keys = dict[str, object]  # the same, of which nothing is known yet
 
-def dumps(data: Mapping[str, Any]) -> str:
+Tables = Mapping[str, Any]  # of a scenario: keys and what they hold, which is known
+
+
+def table_in(raw: Keys, key: str) -> Keys:
+    """The table at a key; an empty one for what is none."""
+    table = raw.get(key)
+    return table if isinstance(table, dict) else {}
+
+
+def dumps(data: Mapping[str, object]) -> str:
     """TOML text of nested dicts, lists, texts, numbers and booleans; `tomllib` reads the same values back."""
     return "\n".join(_section(data, [])).strip("\n") + "\n"
 
 
-def _section(table: Mapping[str, Any], names: list[str]) -> list[str]:
+def _section(table: Mapping[str, object], names: list[str]) -> list[str]:
     """The lines of one table: its own values first, then the tables in it."""
     lines, inner = [], []
     for key, value in table.items():
         here = [*names, _key(key)]
-        if _is_section(value, len(here)):
+        if isinstance(value, dict) and _is_section(value, len(here)):
             inner += ["", f"[{'.'.join(here)}]", *_section(value, here)]
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             for item in value:
@@ -36,15 +46,15 @@ def _long_text(text: str) -> str:
     return '"""\n' + "\n".join([*readable, last]) + '"""'
 
 
-def _is_section(value: Any, depth: int) -> bool:
-    return isinstance(value, dict) and (depth == 1 or any(isinstance(item, dict) for item in value.values()))
+def _is_section(value: Keys, depth: int) -> bool:
+    return depth == 1 or any(isinstance(item, dict) for item in value.values())
 
 
 def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """One value on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"

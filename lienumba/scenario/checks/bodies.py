@@ -6,6 +6,7 @@ from typing import Any
 from lienumba.keys.conversions import tensor_of
 from lienumba.keys.types import AxisAngle, Euler, RotationVector
 from lienumba.scenario.base.problems import GROUND, Report, norm
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.scenario import Body
 from lienumba.words import suggestion
 
@@ -26,9 +27,9 @@ def check_body(place: str, body: Body, report: Report) -> None:
             )
 
 
-def check_bases(bodies: list[dict[str, Any]], names: list[str], report: Report) -> None:
+def check_bases(bodies: list[Keys], names: list[str], report: Report) -> None:
     """Check what bodies are relative to; `names` of all bodies."""
-    bases = {body["name"]: body.get("relative_to", GROUND) for body in bodies}
+    bases = {str(body["name"]): body.get("relative_to", GROUND) for body in bodies}
     circles: set[str] = set()
     for name, base in bases.items():
         at, value = f"model.bodies.{name}.relative_to", base
@@ -90,7 +91,7 @@ def _check_inertia(place: str, body: Body, report: Report) -> None:
         )
 
 
-def check_rotation(at: str, rotation: Any, report: Report) -> None:
+def check_rotation(at: str, rotation: object, report: Report) -> None:
     """Check a rotation in any of its five forms."""
     if isinstance(rotation, AxisAngle):
         if not 1e-100 < norm(rotation.axis) < 1e100:

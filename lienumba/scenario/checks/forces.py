@@ -3,7 +3,6 @@
 import re
 from dataclasses import replace
 from keyword import iskeyword
-from typing import Any
 
 from lienumba.keys.conversions import timed
 from lienumba.keys.formulas import at_start, constant
@@ -14,13 +13,14 @@ from lienumba.mechanics.elements.forces.numbers import Sign
 from lienumba.mechanics.elements.forces.python import PythonForce
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
 from lienumba.scenario.checks.laws import check_driven_body, check_start, numbers_at
 from lienumba.store.layout import VARIABLES
 from lienumba.words import show
 
 
-def check_force(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
     """Check one force against the names of all bodies, and all joints by name."""
     name = force.get("type")
     if not isinstance(name, str) or name not in FORCES:
@@ -75,10 +75,11 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
         )
 
 
-def _check_seen(place: str, force: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+def _check_seen(place: str, force: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
     """What a law of the user's own is given."""
     for key, known, what in (("bodies", [*bodies, GROUND], "a body"), ("joints", list(joints), "a joint")):
-        for i, name in enumerate(force[key] if isinstance(force.get(key), list) else []):
+        named = force.get(key)
+        for i, name in enumerate(named if isinstance(named, list) else []):
             check_name(f"{place}.{key}[{i}]", name, known, what, report)
 
 
@@ -102,7 +103,7 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         check_start(f"{place}.parameters.{name}", value, 1, report)
 
 
-def _check_sign(at: str, x: Any, sign: Sign, report: Report) -> None:
+def _check_sign(at: str, x: float | str | None, sign: Sign, report: Report) -> None:
     number, fixed = at_start(timed(x))[0], constant(x) is not None
     if not sign.broken(number):
         return

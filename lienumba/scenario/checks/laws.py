@@ -8,9 +8,9 @@ from lienumba.keys.formulas import (
     not_finite_at_start,
     not_finite_later,
 )
+from lienumba.mechanics.elements.drivers import DRIVERS, POSITION, JointDriver, driver_form
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, find_coordinate
-from lienumba.scenario.schema.forces import DRIVERS, driver_form
 from lienumba.words import show
 
 
@@ -19,23 +19,25 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
     form = driver_form(driver)
     if form is None:
         return
-    if form != "joint":
+    kind = DRIVERS[form]
+    if "body" in kind.model_fields:
         check_driven_body(place, driver.get("body"), bodies, report)
-    checked: Any = read(DRIVERS[form], driver)
+    checked = read(kind, driver)
     if checked is None:
         return
-    check_start(f"{place}.value", checked.value, 2 if form == "angular_velocity" else 3, report)
-    check_jumps(f"{place}.value", checked.value, form == "angular_velocity", report)
-    if form != "joint":
+    for key, level in checked.prescribed().items():
+        value = getattr(checked, key)
+        check_start(f"{place}.{key}", value, 3 if level == POSITION else 2, report)
+        check_jumps(f"{place}.{key}", value, level != POSITION, report)
+    if not isinstance(checked, JointDriver):
         return
-    check_start(f"{place}.rate", checked.rate, 2, report)
-    check_jumps(f"{place}.rate", checked.rate, True, report)
     find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
     if (checked.value is None) == (checked.rate is None):
-        which = "has neither value nor rate" if checked.value is None else "has both value and rate"
-        report.problems.append(
-            f"{place}: {which}; give either value (the coordinate itself) or rate (its speed) as a number or a "
-            'formula of t, such as "0.3*sin(2*t)"'
+        report.add(
+            place,
+            "has neither value nor rate" if checked.value is None else "has both value and rate",
+            "give either value (the coordinate itself) or rate (its speed) as a number or a formula of t, such as "
+            '"0.3*sin(2*t)"',
         )
 
 
@@ -79,28 +81,20 @@ def check_function(at: str, text: str, function: Any, prescribes_rate: bool, rep
 def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:
     """No coordinate, point or rotation may have two drivers."""
     seen: dict[tuple[str, ...], str] = {}
-    key: tuple[str, ...]
     for driver in drivers:
         form = driver_form(driver)
-        checked: Any = read(DRIVERS[form], driver) if form is not None else None
+        checked = read(DRIVERS[form], driver) if form is not None else None
         if checked is None:
             continue
-        if form == "joint":
+        found = None
+        if isinstance(checked, JointDriver):
             found = find_coordinate("", "", checked.joint, "", checked.coordinate, joints, Report())
             if found is None:
                 continue
-            key, what = found, f"the {found[1]} of {found[0]}"
-        elif form == "point":
-            key, what = (
-                ("point", checked.body, str(checked.point)),
-                f"the point {show(checked.point)} of {checked.body}",
-            )
-        else:
-            key, what = ("rotation", checked.body), f"the rotation of {checked.body}"
+        key, what = checked.driven(found)
         if key in seen:
-            report.problems.append(
-                f"model.drivers.{checked.name}: drives {what}, which {seen[key]} drives already; remove one of the two"
-            )
+            rule = f"drives {what}, which {seen[key]} drives already"
+            report.add(f"model.drivers.{checked.name}", rule, "remove one of the two")
         seen[key] = checked.name
 
 

@@ -4,18 +4,19 @@ one sentence each."""
 from collections import Counter
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.quantities import Lists, with_states
 from lienumba.scenario.formulas.parameters import Parameters
-from lienumba.scenario.schema.output import VARIABLES, Output
+from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.stop import Stop
 from lienumba.words import show, suggestion
 
 
 def check_output(output: Output, lists: Lists, parameters: Parameters, report: Report) -> None:
     """Check that what is to be stored exists: variables, quantities and their components, and laws with states."""
-    known = [*VARIABLES, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
+    known = [*OUTPUT_VARIABLES, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
     for i, name in enumerate(output.variables):
         if name not in known:
             report.add(f"output.variables[{i}]", "is not known", suggestion(name, known), name)

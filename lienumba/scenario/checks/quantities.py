@@ -1,12 +1,12 @@
 """What is wrong with a quantity: the names it refers to, and what its own name hides; one sentence each."""
 
 from dataclasses import replace
-from typing import Any
 
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
-from lienumba.scenario.base.problems import Report, check_name, read
+from lienumba.scenario.base.problems import Report, check_name, names_of, read
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.store.layout import COORDINATES as DIMENSIONS
 from lienumba.store.layout import VARIABLES
@@ -14,10 +14,10 @@ from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver"}
 
-Lists = dict[str, list[dict[str, Any]]]
+Lists = dict[str, list[Keys]]
 
 
-def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: Report) -> None:
+def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> None:
     """Check one quantity against the names of everything."""
     name = quantity["name"]
     if name in VARIABLES or name in DIMENSIONS:
@@ -33,20 +33,19 @@ def check_quantity(place: str, quantity: dict[str, Any], lists: Lists, report: R
     if kind is None:
         return
     for key, refers in kind.references().items():
-        named = [item["name"] for item in lists[refers.to]]
-        _check_references(f"{place}.{key}", quantity.get(key), named, refers, report)
+        _check_references(f"{place}.{key}", quantity.get(key), names_of(lists[refers.to]), refers, report)
     checked = read(kind, quantity)
     if checked is None:
         return
     if kind.reads_coordinates:
-        _check_joint(place, quantity["joint"], lists, report)
+        _check_joint(place, str(quantity["joint"]), lists, report)
     for key in kind.rotations:
         check_rotation(f"{place}.{key}", getattr(checked, key), report)
     for fault in checked.faults():
         report.problems.append(replace(fault, place=f"{place}.{fault.place}" if fault.place else place))
 
 
-def _check_references(at: str, value: Any, named: list[str], refers: Refers, report: Report) -> None:
+def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:
     """A name, or a list of different ones."""
     what = f"a {SINGULAR[refers.to]}"
     if not isinstance(value, list):
@@ -67,7 +66,7 @@ def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
     """A joint needs a coordinate to be looked at."""
     joint = next((j for j in lists["joints"] if j["name"] == name), None)
     if joint is not None and not coordinate_kinds(joint.get("type")):
-        having = [j["name"] for j in lists["joints"] if coordinate_kinds(j.get("type"))]
+        having = names_of(j for j in lists["joints"] if coordinate_kinds(j.get("type")))
         remedy = (
             f"joints that have one are {listed(having)}" if having else "look at a point or a rotation_error instead"
         )

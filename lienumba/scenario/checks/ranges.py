@@ -1,12 +1,14 @@
 """Whether a distribution suits the number that it varies: one that fits its nominal value, and stays above 0."""
 
 from math import erfc, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
+from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
-from lienumba.sweep.distributions.base import Kind, Scalar
+from lienumba.scenario.base.toml import Keys
+from lienumba.sweep.distributions.base import Distribution, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
 
@@ -18,7 +20,9 @@ POSITIVE = {"mass": "no body has", "length": "no rod has"}
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
-def check_range(path: str, nominal: Any, given: Kind, runs: int, refused: str, report: "Report") -> None:
+def check_range(
+    path: str, nominal: float | Vector, given: Distribution, runs: int, refused: str, report: "Report"
+) -> None:
     """Distributions that do not fit the nominal value, and those that draw values of 0 or below where these cannot be;
     refused: what such a value would be, "no body has", if so."""
     if isinstance(given, Given):
@@ -29,7 +33,7 @@ def check_range(path: str, nominal: Any, given: Kind, runs: int, refused: str, r
     except ScenarioError as error:
         report.problems += [problem.below(at) for problem in error.problems]
         return
-    if not isinstance(given, Scalar) or not refused or nominal <= 0.0:
+    if not isinstance(given, Scalar) or not isinstance(nominal, float) or not refused or nominal <= 0.0:
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):
@@ -53,7 +57,7 @@ def check_range(path: str, nominal: Any, given: Kind, runs: int, refused: str, r
         )
 
 
-def refused_below(path: str, model: dict[str, Any]) -> str:
+def refused_below(path: str, model: Keys) -> str:
     """Which value of 0 or below the number at a path cannot be, in words; empty if it may be."""
     tokens = paths.parse(path)
     if tokens[0] == "forces" and len(tokens) == 3:
@@ -63,7 +67,7 @@ def refused_below(path: str, model: dict[str, Any]) -> str:
     return POSITIVE.get(str(tokens[-1]), "") if tokens[0] in ("bodies", "joints") and "parameters" not in tokens else ""
 
 
-def _sample(given: Kind, u: float, nominal: Any) -> float:
+def _sample(given: Distribution, u: float, nominal: object) -> float:
     """The first number that it gives at these probabilities."""
     import numpy as np
 

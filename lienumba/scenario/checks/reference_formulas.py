@@ -61,7 +61,9 @@ def used(reference: Mapping[str, Any], parameters: "Parameters") -> set[str]:
     return found
 
 
-def truth(reference: Mapping[str, Any], parameters: "Parameters", samples: Any, times: Sequence[float]) -> Truth:
+def truth(
+    reference: Mapping[str, Any], parameters: "Parameters", samples: Mapping[str, Any], times: Sequence[float]
+) -> Truth:
     """What the formulas say at these times (s); samples: by path, (runs,)."""
     import numpy as np
 
@@ -94,7 +96,7 @@ def truth(reference: Mapping[str, Any], parameters: "Parameters", samples: Any, 
     return Truth(arrays, {name: list(listed) for name, listed in known.items()})
 
 
-def _map(value: Any, number: Callable[[str, str], Any], place: str) -> Any:
+def _map(value: object, number: Callable[[str, str], Any], place: str) -> Any:
     """A copy with number(text, place) for every formula; the sequence of Euler angles is a text."""
     if isinstance(value, dict):
         return {key: x if key == "euler" else _map(x, number, f"{place}.{key}") for key, x in value.items()}
@@ -122,7 +124,7 @@ def _at_start(text: str, place: str, parameters: "Parameters", report: Report) -
     return float(numbers[0])
 
 
-def _check_form(at: str, variable: str, value: Any, at_start: Any, report: Report) -> None:
+def _check_form(at: str, variable: str, value: object, at_start: object, report: Report) -> None:
     kind, what = FORMS[variable]
     try:
         checked = TypeAdapter(kind).validate_python(at_start)

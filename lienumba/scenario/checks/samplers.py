@@ -1,14 +1,15 @@
 """What the sampler of a sweep needs: as many runs as fit, not too many inputs, correlations that can be."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.scenario import Correlation
 from lienumba.sweep.copula import MatrixError, cholesky
-from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.inertia import Inertia
 from lienumba.sweep.distributions.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.samplers import DEFAULT, GROWING, SAMPLERS, Sampler
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[str, Any], report: "Report") -> None:
+def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, report: "Report") -> None:
     """Check the sampler with the inputs that vary, by their canonical paths."""
     sampler, runs = SAMPLERS.get(str(sweep.get("sampler", DEFAULT))), sweep.get("runs", 1)
     inputs = sum(kind.dimensions > 0 for kind in vary.values())
@@ -37,7 +38,7 @@ def check_sampler(sweep: dict[str, Any], vary: Mapping[str, Kind], model: dict[s
     _check_correlations(sweep, sampler, vary, model, report)
 
 
-def _check_rows(sampler: Sampler, row: int, inputs: int, runs: Any, report: "Report") -> None:
+def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: "Report") -> None:
     """Runs in whole rows, of so many each."""
     if not inputs:
         report.add("sweep.sampler", "no distribution varies", "give at least two", sampler.name)
@@ -52,7 +53,7 @@ def _check_rows(sampler: Sampler, row: int, inputs: int, runs: Any, report: "Rep
 
 
 def _check_correlations(
-    sweep: dict[str, Any], sampler: Sampler | None, vary: Mapping[str, Kind], model: dict[str, Any], report: "Report"
+    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: "Report"
 ) -> None:
     groups = sweep.get("correlate", [])
     seen: dict[str, str] = {}
@@ -83,7 +84,7 @@ def _check_correlations(
         report.problems += [problem] if problem else []
 
 
-def _not_correlated(name: str, vary: Mapping[str, Kind]) -> tuple[str, str] | None:
+def _not_correlated(name: str, vary: Mapping[str, Distribution]) -> tuple[str, str] | None:
     """Why what stands at a path cannot be correlated, and the remedy."""
     kinds = {inner: kind for path, kind in vary.items() for inner in (path, *kind.streams(path), *kind.columns(path))}
     kind = kinds.get(name)

@@ -1,12 +1,13 @@
 """What a table of samples must have: a row for each run, and columns for all that varies with them."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
-from lienumba.sweep.distributions.base import Kind
+from lienumba.scenario.base.toml import Keys
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.samplers.independent import TABLE
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_table(sweep: dict[str, Any], vary: Mapping[str, Kind], report: "Report") -> None:
+def check_table(sweep: Keys, vary: Mapping[str, Distribution], report: "Report") -> None:
     """Check the table with what varies by its columns."""
     sampler = sweep.get("sampler", DEFAULT)
-    given = sampler in SAMPLERS and SAMPLERS[sampler].from_table
+    given = isinstance(sampler, str) and sampler in SAMPLERS and SAMPLERS[sampler].from_table
     raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
     if given and raw is None:
         report.miss("sweep.table", 'give { file = "design.csv" }, a table of samples')
@@ -66,7 +67,7 @@ def _taken(name: str) -> str:
     return f"its column {show(name)}, taken as a path,"
 
 
-def _check_rows(sweep: dict[str, Any], table: SampleTable, report: "Report") -> None:
+def _check_rows(sweep: Keys, table: SampleTable, report: "Report") -> None:
     rows = {name: len(numbers) for name, numbers in table.columns.items()}
     lengths = rows | ({} if table.runs is None else {"run": len(table.runs)})
     if len(set(lengths.values())) > 1:

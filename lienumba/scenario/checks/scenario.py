@@ -2,12 +2,12 @@
 
 import re
 from collections import Counter
-from typing import Any
 
 from lienumba.keys.types import NAME
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import LISTS
-from lienumba.scenario.base.problems import GROUND, Report, placed, read, tables
+from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_bases, check_body
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
@@ -27,7 +27,7 @@ from lienumba.scenario.schema.stop import Stop
 from lienumba.words import listed
 
 
-def check(raw: dict[str, Any], parameters: Parameters) -> Report:
+def check(raw: Keys, parameters: Parameters) -> Report:
     """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`)."""
     report = Report()
     model = raw.get("model")
@@ -69,14 +69,14 @@ def check(raw: dict[str, Any], parameters: Parameters) -> Report:
     if isinstance(study, dict) and named:
         if isinstance(sweep, dict) and "stop" in sweep:
             report.add("sweep.stop", "a study needs all runs at every point", "leave it out")
-        check_study(study, raw.get("output"), model, [body["name"] for body in lists["bodies"]], parameters, report)
+        check_study(study, raw.get("output"), model, names_of(lists["bodies"]), parameters, report)
     return report
 
 
-def _check_model(lists: dict[str, list[dict[str, Any]]], report: Report) -> None:
+def _check_model(lists: dict[str, list[Keys]], report: Report) -> None:
     """What refers to names."""
-    bodies = [body["name"] for body in lists["bodies"]]
-    joints = {joint["name"]: joint for joint in lists["joints"]}
+    bodies = names_of(lists["bodies"])
+    joints = {str(joint["name"]): joint for joint in lists["joints"]}
     check_bases(lists["bodies"], bodies, report)
     for place, joint in placed("joints", lists["joints"]):
         check_joint(place, joint, bodies, joints, report)
@@ -89,7 +89,7 @@ def _check_model(lists: dict[str, list[dict[str, Any]]], report: Report) -> None
         check_quantity(place, quantity, lists, report)
 
 
-def _named(items: list[dict[str, Any]]) -> bool:
+def _named(items: list[Keys]) -> bool:
     """Whether each has a name of its own by which it can be known."""
     names = [item.get("name") for item in items]
     return len(set(map(str, names))) == len(names) and all(
@@ -97,19 +97,21 @@ def _named(items: list[dict[str, Any]]) -> bool:
     )
 
 
-def _numbers_of(model: dict[str, Any], lists: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
     """What may vary: the model with the default of gravity and without unknown keys."""
-    numbers: dict[str, Any] = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
+    numbers: Keys = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
     for kind, items in lists.items():
-        numbers[kind] = []
-        for item in items:
-            section = section_of(kind, item)
-            known = section.model_fields if section is not None else {}
-            numbers[kind].append({key: item[key] for key in item if key in known or key in ("name", "type")})
+        numbers[kind] = [_known_keys(kind, item) for item in items]
     return numbers
 
 
-def _check_names(kind: str, items: list[dict[str, Any]], report: Report) -> None:
+def _known_keys(kind: str, item: Keys) -> Keys:
+    section = section_of(kind, item)
+    known = {"name", "type"} if section is None else {"name", "type", *section.model_fields}
+    return {key: value for key, value in item.items() if key in known}
+
+
+def _check_names(kind: str, items: list[Keys], report: Report) -> None:
     for index, item in enumerate(items):
         if item.get("name") == GROUND:
             report.add(

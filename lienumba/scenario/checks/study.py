@@ -1,16 +1,17 @@
 """What is wrong with a study in itself: its reference and the paths of its grids. Its points are tried one by one."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
-from lienumba.scenario.schema.output import VARIABLES
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.scenario.study_errors import STATE
 from lienumba.words import printable, show, suggestion
@@ -34,20 +35,22 @@ FORMS = 'settings such as { method = "dop853", step = 1e-4 }, formulas, or { fil
 
 
 def check_study(
-    study: Mapping[str, Any],
-    output: Any,
-    model: dict[str, Any],
+    study: Mapping[str, object],
+    output: object,
+    model: Keys,
     bodies: Sequence[str],
     parameters: "Parameters",
     report: Report,
 ) -> None:
     """Check the section [study]; output: the section of it; model: as written."""
-    if isinstance(study.get("reference"), dict):
-        _check_reference(study["reference"], bodies, parameters, report)
+    reference = study.get("reference")
+    if isinstance(reference, dict):
+        _check_reference(reference, bodies, parameters, report)
+    one_problem = isinstance(reference, dict) and "file" in reference
     grids = study.get("grid")
     for number, grid in enumerate(grids if isinstance(grids, list) else []):
         if isinstance(grid, dict):
-            _check_grid(f"study.grid[{number}]", grid, "file" in (study.get("reference") or ()), model, report)
+            _check_grid(f"study.grid[{number}]", grid, one_problem, model, report)
     events = model.get("events")
     for event in events if isinstance(events, list) else []:
         if isinstance(event, dict) and ends_run(event.get("action")):
@@ -62,13 +65,11 @@ def check_study(
         if output.get(key) not in (None, {}, "full"):
             report.add(f"output.{key}", "has no meaning in a study, which stores errors", "leave it out")
     stored = output.get("variables")
-    if isinstance(stored, list) and not set(VARIABLES) <= set(map(str, stored)):
+    if isinstance(stored, list) and not set(OUTPUT_VARIABLES) <= set(map(str, stored)):
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 
-def _check_reference(
-    reference: dict[str, Any], bodies: Sequence[str], parameters: "Parameters", report: Report
-) -> None:
+def _check_reference(reference: Keys, bodies: Sequence[str], parameters: "Parameters", report: Report) -> None:
     at = "study.reference"
     if not reference:
         report.add(at, "is empty", f"give {FORMS}", {})
@@ -114,7 +115,7 @@ def numerical(tokens: list[paths.Token]) -> bool:
     return tokens[0] in SETTINGS and tokens != ["integrator", "end_time"]
 
 
-def _check_grid(place: str, grid: dict[str, Any], one_problem: bool, model: dict[str, Any], report: Report) -> None:
+def _check_grid(place: str, grid: Keys, one_problem: bool, model: Keys, report: Report) -> None:
     if not grid:
         report.add(place, "is empty", 'give paths with lists of values, such as "integrator.step" = [1e-2]')
     seen: dict[tuple[paths.Token, ...], str] = {}
@@ -168,7 +169,7 @@ def _known(path: str) -> list[paths.Token]:
     return tokens
 
 
-def _dotted(key: str, value: Any) -> str:
+def _dotted(key: str, value: object) -> str:
     """The path that was written without quotes, which TOML reads as tables in tables."""
     while isinstance(value, dict) and value:
         inner, value = next(iter(value.items()))

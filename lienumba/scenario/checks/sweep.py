@@ -13,13 +13,15 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
+from lienumba.scenario.base.problems import read
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
 from lienumba.scenario.schema.scenario import MOST_RUNS, SECTIONS, section_of
-from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Kind
-from lienumba.sweep.distributions.registry import FORMS, Distribution, form_of
+from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
+from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of
 from lienumba.words import printable, show, suggestion
 
 if TYPE_CHECKING:
@@ -36,7 +38,7 @@ WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
 }
 
 
-def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Report") -> None:
     """Check the varied paths against the model as written, gravity's default included."""
     vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
     if not isinstance(vary, dict):
@@ -49,13 +51,13 @@ def check_sweep(sweep: dict[str, Any], model: dict[str, Any], parameters: "Param
         report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
-    kinds: dict[str, Kind] = {}
+    kinds: dict[str, Distribution] = {}
     before = len(report.problems)
     for path, entry in vary.items():
         if _is_nested(entry):
             continue  # a path without its quotes, which `messages` explains
         kind = _kind(entry)
-        shape = kind.shape if kind is not None else FORMS[form].leads_to if (form := form_of(entry)) else NUMBER
+        shape = kind.shape if kind is not None else DISTRIBUTIONS[form].leads_to if (form := form_of(entry)) else NUMBER
         try:
             nominal = _nominal(path, model, parameters, shape)
             name = paths.canonical(path, model)
@@ -84,13 +86,10 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _kind(entry: Any) -> Kind | None:
+def _kind(entry: object) -> Distribution | None:
     """How an input varies; None where that is wrong in itself."""
-    try:
-        kind: Kind = _adapter(Distribution).validate_python(entry)
-    except ValidationError:
-        return None
-    return kind
+    form = form_of(entry)
+    return None if form is None else read(DISTRIBUTIONS[form], entry)
 
 
 def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
@@ -105,7 +104,7 @@ def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
             )
 
 
-def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Report") -> None:
+def _check_intervals(vary: Keys, parameters: "Parameters", report: "Report") -> None:
     """The interval of a sampled law may depend on no varied parameter."""
     varied = {path.removeprefix("parameters.") for path in vary if path.startswith("parameters.")}
     for tokens, formula in parameters.places.items():
@@ -116,11 +115,11 @@ def _check_intervals(vary: dict[str, Any], parameters: "Parameters", report: "Re
             report.add(f'sweep.vary."{path}"', f"{text} depends on it and {rule}", remedy)
 
 
-def _is_nested(entry: Any) -> bool:
+def _is_nested(entry: object) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: dict[str, Any], parameters: "Parameters", shape: str) -> Any:
+def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> Any:
     """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
     there."""
     tokens = paths.parse(path)
@@ -172,7 +171,7 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
             raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}", f"vary {' or '.join(names)} instead")
 
 
-def _whole(value: Any, tokens: list[paths.Token], shape: str) -> Any:
+def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
     """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
     what, keys, kind = WHOLES[shape]
     of_quantities = [key for q in QUANTITIES.values() for key in q.rotations] if shape == ROTATION else []
@@ -212,7 +211,7 @@ def _constant(text: str) -> float | None:
     return formula.constant
 
 
-def _omitted_field(tokens: list[paths.Token], model: dict[str, Any]) -> FieldInfo | None:
+def _omitted_field(tokens: list[paths.Token], model: Keys) -> FieldInfo | None:
     """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
     if len(tokens) < 3 or tokens[0] not in LISTS:
         return None

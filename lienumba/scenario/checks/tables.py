@@ -71,7 +71,7 @@ def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, For
                 yield tokens, formula, name, argument
 
 
-def _argument(parameters: Parameters, argument: Formula, values: Mapping[str, Any], t: Any) -> Any:
+def _argument(parameters: Parameters, argument: Formula, values: Mapping[str, Any], t: object) -> Any:
     import numpy as np
 
     with np.errstate(all="ignore"):

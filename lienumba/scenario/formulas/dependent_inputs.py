@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.keys.formulas import explained
 from lienumba.numerics.expressions import ExpressionError, Formula
-from lienumba.sweep.distributions.base import Kind
+from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Expression
 from lienumba.words import listed
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.formulas.parameters import Parameters
 
 
-def ordered(vary: Mapping[str, Kind], parameters: "Parameters") -> dict[str, Formula]:
+def ordered(vary: Mapping[str, Distribution], parameters: "Parameters") -> dict[str, Formula]:
     """The formulas by their paths, each behind those that it needs; an ExpressionError or a CycleError if there are
     none."""
     names = _names(vary, parameters)
@@ -24,13 +24,13 @@ def ordered(vary: Mapping[str, Kind], parameters: "Parameters") -> dict[str, For
     return {path: formulas[path] for path in TopologicalSorter(needs).static_order()}
 
 
-def used(vary: Mapping[str, Kind], parameters: "Parameters") -> set[str]:
+def used(vary: Mapping[str, Distribution], parameters: "Parameters") -> set[str]:
     """The parameters that formulas use, by either of their names."""
     names = {name for formula in ordered(vary, parameters).values() for name in formula.used}
     return {name.removeprefix("parameters.") for name in names}
 
 
-def _names(vary: Mapping[str, Kind], parameters: "Parameters") -> frozenset[str]:
+def _names(vary: Mapping[str, Distribution], parameters: "Parameters") -> frozenset[str]:
     """What a formula may name: every number that varies, by its path, and every parameter."""
     return frozenset(name for path, kind in vary.items() for name in kind.columns(path)) | parameters.values().keys()
 
@@ -40,7 +40,7 @@ def _needs(formula: Formula, parameters: "Parameters") -> set[str]:
     return set(formula.used) | {f"parameters.{name}" for name in parameters.all_used(formula)}
 
 
-def check_derived(vary: Mapping[str, Kind], parameters: "Parameters", report: "Report") -> None:
+def check_derived(vary: Mapping[str, Distribution], parameters: "Parameters", report: "Report") -> None:
     """Check the formulas, and that none depends on itself."""
     before, names = len(report.problems), _names(vary, parameters)
     for path, kind in vary.items():

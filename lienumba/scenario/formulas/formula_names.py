@@ -1,16 +1,16 @@
 """What formulas may read of the mechanism: the components of its quantities, and what each needs to be known."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.drivers import DRIVERS, JointDriver, driver_form
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.problems import tables
-from lienumba.scenario.schema.forces import driver_form
+from lienumba.scenario.base.toml import Keys, table_in
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Known:
         return Known(replace(self.sketch, quantities=named))
 
 
-def known_of(model: Any) -> Known:
+def known_of(model: object) -> Known:
     """What the tables of a model, not yet checked, let formulas read; what is wrong in them is passed over."""
     model = model if isinstance(model, dict) else {}
     joints = {str(t.get("name")): t for t in tables(model.get("joints"))}
@@ -57,15 +57,13 @@ def known_of(model: Any) -> Known:
         for t in tables(model.get("quantities"))
         if str(t.get("type")) in QUANTITIES
     ]
-    laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON and isinstance(t.get("states"), dict)]
-    forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=t["states"]) for t in laws)
+    laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
+    forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)
     return Known(replace(sketch, quantities=tuple(q for q in found if q is not None), forces=forces))
 
 
-def _driver(name: str, table: dict[str, Any], joints: dict[str, dict[str, Any]]) -> m.Driver:
+def _driver(name: str, table: Keys, joints: dict[str, Keys]) -> m.Driver:
     """As much of a driver as tells what its effort is."""
-    if driver_form(table) != "joint":
-        return m.Driver(name, str(table.get("motion")), (0,), (0.0,), frame=str(table.get("frame", "global")))
-    kinds = coordinate_kinds(joints.get(str(table["joint"]), {}).get("type"))
-    kind = table.get("coordinate") or (kinds[0] if kinds else "angle")
-    return m.Driver(name, "value", (), (0.0,), m.Coordinate(0, str(kind)))
+    kinds = coordinate_kinds(joints.get(str(table.get("joint")), {}).get("type"))
+    kind = DRIVERS.get(driver_form(table) or "", JointDriver)  # what is no driver is told elsewhere
+    return kind.sketch(name, table, kinds)

@@ -5,9 +5,9 @@ that reads a table or a quantity has no value before the run: its place holds `S
 """
 
 from dataclasses import replace
-from typing import Any
 
 from lienumba.errors import Problem
+from lienumba.keys.facts import is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.forces import FORCES
@@ -15,6 +15,7 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
 from lienumba.scenario.base.problems import tables as rows_of
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
@@ -26,13 +27,14 @@ from lienumba.scenario.formulas.parameters import (
     section_of,
     value_of,
 )
+from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.tables import tables_of
 from lienumba.words import is_number
 
 NEVER = "t < 0"  # what stands for a condition of tables or quantities
 
 
-def take(raw: dict[str, Any]) -> tuple[Parameters, list[Problem]]:
+def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
     """The parameters of a scenario, and what is wrong with them and with formulas; in place, see above."""
     section = raw.get("parameters", {})
     if not isinstance(section, dict):
@@ -55,13 +57,13 @@ def take(raw: dict[str, Any]) -> tuple[Parameters, list[Problem]]:
     return parameters, problems
 
 
-def _taken_names(parameters: Parameters, model: Any) -> list[Problem]:
+def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     """Names by which formulas know something must be different."""
     problems = []
     taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
     for what, names in (
         ("tables", list(parameters.tables)),
-        ("quantities", [q["name"] for q in _quantities(model) if isinstance(q.get("name"), str)]),
+        ("quantities", [name for q in _rows(model, "quantities") if isinstance(name := q.get("name"), str)]),
     ):
         for name in names:
             if name in RESERVED or name in taken:
@@ -71,14 +73,14 @@ def _taken_names(parameters: Parameters, model: Any) -> list[Problem]:
     return problems
 
 
-def _quantities(model: Any) -> list[dict[str, Any]]:
-    return rows_of(model.get("quantities")) if isinstance(model, dict) else []
+def _rows(model: object, kind: str) -> list[Keys]:
+    return rows_of(model.get(kind)) if isinstance(model, dict) else []
 
 
 class _Taking:
     """Takes formulas out of a model, in place."""
 
-    def __init__(self, parameters: Parameters, known: Known, model: Any, problems: list[Problem]) -> None:
+    def __init__(self, parameters: Parameters, known: Known, model: object, problems: list[Problem]) -> None:
         self.parameters, self.known, self.model, self.problems = parameters, known, model, problems
         self.values = parameters.values()
         self.names = frozenset({TIME, *self.values, *known.names})
@@ -162,7 +164,7 @@ class _Taking:
         """The highest level that may be read at a place of a driver or a force, and why not more."""
         if tokens[0] == "drivers":
             return quantities.POSITION, "what a driver prescribes is differentiated"
-        forces = {str(f.get("name")): f for f in rows_of(self.model.get("forces"))}
+        forces = {str(f.get("name")): f for f in _rows(self.model, "forces")}
         force, key = forces.get(str(tokens[1]), {}), str(tokens[2])
         kind = FORCES.get(str(force.get("type")))
         number = kind.numbers().get(key) if kind is not None else None
@@ -178,14 +180,18 @@ def _may_vary(tokens: Tokens) -> bool:
     return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
 
 
-def _formulas(model: Any) -> list[tuple[Tokens, str]]:
+def _formulas(model: object) -> list[tuple[Tokens, str]]:
     """The texts of a model that stand where numbers should, with their paths."""
     found: list[tuple[Tokens, str]] = []
 
-    def walk(node: Any, tokens: Tokens) -> None:
+    def walk(node: object, tokens: Tokens) -> None:
         if isinstance(node, dict):
+            typed = len(tokens) == 2 and tokens[0] in scenario.FORMS
+            section = scenario.section_of(str(tokens[0]), node) if typed else None
+            known = section.model_fields if section is not None else {}
+            texts = paths.TEXT_KEYS.union(key for key in known if section is not None and is_text(section, key))
             for key, item in node.items():
-                if not tokens or key not in paths.TEXT_KEYS:
+                if not tokens or key not in texts:
                     walk(item, (*tokens, key))
         elif isinstance(node, list):
             names = [item.get("name") if isinstance(item, dict) else None for item in node]

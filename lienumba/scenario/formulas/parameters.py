@@ -18,6 +18,7 @@ from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import listed, show
 
 TIME = "t"
@@ -87,7 +88,7 @@ class Parameters:
         """Whether a formula depends on tables or quantities."""
         return bool(formula.used & (self.quantities | self.tables.keys()))
 
-    def restore(self, model: dict[str, Any]) -> None:
+    def restore(self, model: Keys) -> None:
         """Put the texts of the formulas back into a model, in place."""
         for tokens, formula in self.places.items():
             paths.put(model, list(tokens), formula.text)
@@ -139,7 +140,7 @@ def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
     return formula(0.0, **{name: values[name] for name in formula.used})
 
 
-def section_of(section: dict[str, Any]) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
+def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
     """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
     numbers: dict[str, float] = {}
     formulas: dict[str, Formula] = {}

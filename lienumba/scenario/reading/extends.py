@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import without_clash
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import show
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
 # A key that is given takes the place of these below.
 REPLACES = {
@@ -14,10 +18,10 @@ REPLACES = {
     "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",),
     "step": ("tolerance", "first_step", "max_step", "min_step"),
 }  # fmt: skip
-Read = Callable[[Path], dict[str, Any]]
+Read = Callable[[Path], Keys]
 
 
-def extended(raw: dict[str, Any], folder: Path, read: Read, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+def extended(raw: Keys, folder: Path, read: Read, above: tuple[Path, ...] = ()) -> Keys:
     """The scenario put over the one that it extends, and so on; paths are relative to the file that names them."""
     raw = dict(raw)
     named = raw.pop("extends", None)
@@ -35,20 +39,20 @@ def extended(raw: dict[str, Any], folder: Path, read: Read, above: tuple[Path, .
     return _over(extended(below, path.parent, read, (*above, path.resolve())), raw)
 
 
-def _over(below: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
+def _over(below: Keys, raw: Keys) -> Keys:
     """Sections are put over sections key by key."""
     merged = dict(below)
     raw = without_clash(raw, below.get("files"))
     for name, section in raw.items():
-        if _are_tables(section) and _are_tables(below.get(name)):
-            merged[name] = _by_name(below[name], section)
-            continue
-        both = isinstance(section, dict) and isinstance(below.get(name), dict)
-        merged[name] = _section(below[name], section) if both else section
+        old = below.get(name)
+        if _are_tables(section) and _are_tables(old):
+            merged[name] = _by_name(old, section)
+        else:
+            merged[name] = _section(old, section) if isinstance(section, dict) and isinstance(old, dict) else section
     return merged
 
 
-def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
+def _section(below: Keys, section: Keys) -> Keys:
     """Lists of tables go by their names, but grids and correlations have none; what is varied, by its path; the rest is
     replaced."""
     merged = _replaced(below, section)
@@ -61,7 +65,7 @@ def _section(below: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _by_name(below: Any, items: Any) -> list[Any]:
+def _by_name(below: list[Keys], items: list[Keys]) -> list[Keys]:
     merged = list(below)
     places = {item.get("name"): i for i, item in enumerate(merged)}
     for item in items:
@@ -73,16 +77,16 @@ def _by_name(below: Any, items: Any) -> list[Any]:
     return merged
 
 
-def _replaced(below: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
+def _replaced(below: Keys, keys: Keys) -> Keys:
     """Keys take the place of those below, and of what they replace."""
     gone = {old for key in keys for old in replaced_by(key) if old not in keys}
     return {key: value for key, value in below.items() if key not in gone} | keys
 
 
-def replaced_by(key: Any) -> tuple[str, ...]:
+def replaced_by(key: str | int) -> tuple[str, ...]:
     """The keys whose place a key takes."""
-    return REPLACES.get(key, ())
+    return REPLACES.get(str(key), ())
 
 
-def _are_tables(value: Any) -> bool:
+def _are_tables(value: object) -> "TypeIs[list[Keys]]":
     return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)

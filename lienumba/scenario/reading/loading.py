@@ -14,6 +14,7 @@ from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import embedded
 from lienumba.scenario.base.paths import BESIDE, LISTS
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.reading.extends import extended, replaced_by
 from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.sample_table import sampled
@@ -23,7 +24,7 @@ from lienumba.words import nearest, show, suggestion
 MODEL_KEYS = ("gravity", *LISTS)
 
 
-def load(source: Any) -> dict[str, Any]:
+def load(source: object) -> Keys:
     """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System.
 
     Quantities and events stand beside the model in a file; here they are a part of it, as everything that has a name.
@@ -34,18 +35,18 @@ def load(source: Any) -> dict[str, Any]:
         model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
         if listed is not None and isinstance(model, dict):
             within = model.get(kind, [])
-            both = isinstance(listed, list) and isinstance(within, list)
-            raw["model"] = {**model, kind: [*within, *listed] if both else listed}
+            both = [*within, *listed] if isinstance(listed, list) and isinstance(within, list) else listed
+            raw["model"] = {**model, kind: both}
     return raw
 
 
-def with_files(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def with_files(raw: Keys, folder: Path) -> Keys:
     """The scenario with what the files hold that it names: tables, the texts of functions, the mark of a reference,
     samples."""
     return sampled(marked(embedded(inlined(raw, folder), folder), folder), folder)
 
 
-def _load(source: Any) -> dict[str, Any]:
+def _load(source: object) -> Keys:
     if isinstance(source, str | Path):
         return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
     if hasattr(source, "to_dict"):
@@ -59,7 +60,7 @@ def _load(source: Any) -> dict[str, Any]:
     )
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """A copy in the types that TOML has: NumPy's arrays become lists, its numbers plain, tuples lists."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items() if item is not None}
@@ -70,7 +71,7 @@ def _plain(value: Any) -> Any:
     return copy.copy(value)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> Keys:
     if path.is_dir():
         raise ScenarioError.at("", f"{path} is a folder", "give the path of a TOML file in it")
     if not path.exists():
@@ -146,7 +147,7 @@ def parse_value(text: str) -> Any:
     )
 
 
-def apply_overrides(data: dict[str, Any], overrides: Mapping[str, Any]) -> list[Problem]:
+def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem]:
     """Set values by path, in place; texts are read as TOML. Returns a problem for each that cannot be.
 
     A key of a section takes the place of others as in `extends`: a tolerance that of the step.
@@ -172,9 +173,7 @@ def tokens_of(path: str) -> list[paths.Token]:
     return ["model", *tokens] if tokens[0] in MODEL_KEYS else tokens
 
 
-def put_setting(
-    data: dict[str, Any], tokens: list[paths.Token], value: Any, beside: Container[str] = frozenset()
-) -> None:
+def put_setting(data: Keys, tokens: list[paths.Token], value: object, beside: Container[str] = frozenset()) -> None:
     """Set one value, in place, and remove the keys whose place it takes, unless they are set beside it (paths); a
     PathError where it would change nothing, or where there is nothing."""
     _refuse_varied(data, tokens)
@@ -186,7 +185,7 @@ def put_setting(
             section.pop(other, None)
 
 
-def name_unnamed(data: dict[str, Any]) -> None:
+def name_unnamed(data: Keys) -> None:
     """Give drivers and forces without a name one, in place: driver_1, spring_damper_2 (counted within the list)."""
     model: Any = data.get("model")
     for kind in ("drivers", "forces"):
@@ -203,18 +202,18 @@ def name_unnamed(data: dict[str, Any]) -> None:
                 taken.append(name)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value.replace("\n", "\\n") if isinstance(value, str) else show(value)
 
 
-def _refuse_unknown_parameter(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+def _refuse_unknown_parameter(data: Keys, tokens: list[paths.Token]) -> None:
     """A parameter that the scenario does not have would change nothing."""
     known = data.get("parameters") or {}
     if tokens[0] == "parameters" and len(tokens) == 2 and isinstance(known, dict) and tokens[1] not in known:
         raise paths.PathError("is no parameter of the scenario", suggestion(str(tokens[1]), known))
 
 
-def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+def _refuse_varied(data: Keys, tokens: list[paths.Token]) -> None:
     """A number that the sweep varies has no single value to set."""
     if tokens[0] not in ("model", "parameters"):
         return
@@ -231,7 +230,7 @@ def _refuse_varied(data: dict[str, Any], tokens: list[paths.Token]) -> None:
             )
 
 
-def _refuse_gridded(data: dict[str, Any], tokens: list[paths.Token]) -> None:
+def _refuse_gridded(data: Keys, tokens: list[paths.Token]) -> None:
     """What every grid of a study sets has no other value."""
     study = data.get("study")
     grids = study.get("grid") if isinstance(study, dict) else None
@@ -246,9 +245,9 @@ def _refuse_gridded(data: dict[str, Any], tokens: list[paths.Token]) -> None:
         raise paths.PathError(f"is set by {place}, so it cannot be set here", f"set that ({place}=[...])")
 
 
-def _named(path: str | list[paths.Token], data: dict[str, Any]) -> list[paths.Token]:
+def _named(path: str | list[paths.Token], data: Keys) -> list[paths.Token]:
     """The keys by which a path is known; none for what is no path."""
-    model = data["model"] if isinstance(data.get("model"), dict) else {}
+    model = table_in(data, "model")
     try:
         return paths.named(paths.parse(path) if isinstance(path, str) else path, model)
     except paths.PathError:

@@ -3,9 +3,10 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.words import listed, show
 
@@ -17,7 +18,7 @@ AT = "study.reference.file"
 SAME = 1e-12  # relative: times and samples nearer to each other are the same
 
 
-def marked(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def marked(raw: Keys, folder: Path) -> Keys:
     """The scenario with the path of the file of its reference, which is relative to this folder, and its checksum."""
     study = raw.get("study")
     reference = study.get("reference") if isinstance(study, dict) else None
@@ -39,7 +40,7 @@ def marked(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def read(
-    reference: Mapping[str, Any],
+    reference: Mapping[str, object],
     bodies: Sequence[str],
     runs: Sequence[int],
     times: Sequence[float],
@@ -50,7 +51,7 @@ def read(
 
     from lienumba.store.files import read as opened
 
-    file: str = reference["file"]
+    file = str(reference["file"])
     try:
         dataset = opened(Path(file))
     except ScenarioError as error:

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
 from lienumba.words import show
 
@@ -15,7 +15,7 @@ GROUPED = {".rotation": 4, ".target": 4, ".inertia": 6}  # what several columns 
 Columns = dict[str, list[float]]
 
 
-def sampled(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def sampled(raw: Keys, folder: Path) -> Keys:
     """The scenario with the numbers of its table of samples in place of the file, whose path is relative to this
     folder; each column whose name is a path takes the place of what `vary` says of it."""
     sweep = raw.get("sweep")
@@ -32,21 +32,21 @@ def sampled(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**raw, "sweep": {**sweep, **counted, "vary": vary, "table": table}}
 
 
-def _end(table: dict[str, Any]) -> int:
+def _end(table: Keys) -> int:
     """One more than the last run of a table, which may be wrong in itself."""
-    runs, columns = table.get("runs"), [x for x in table["columns"].values() if isinstance(x, list)]
+    runs, columns = table.get("runs"), [x for x in table_in(table, "columns").values() if isinstance(x, list)]
     whole = isinstance(runs, list) and runs and all(isinstance(label, int) for label in runs)
     return max(runs) + 1 if whole and isinstance(runs, list) else max(map(len, columns), default=0)
 
 
-def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, Any]:
+def _entries(columns: Mapping[str, object], vary: Mapping[str, object]) -> Keys:
     """What varies with the columns that no entry of `vary` names yet."""
     given = [entry["column"] for entry in vary.values() if isinstance(entry, dict) and "column" in entry]
     named = {
         name for entry in given for name in (entry if isinstance(entry, list) else [entry]) if isinstance(name, str)
     }
     left = [name for name in columns if name not in named]
-    found: dict[str, Any] = {}
+    found: Keys = {}
     for name in left:
         stem = name.partition("[")[0]
         width = next((number for key, number in GROUPED.items() if stem.endswith(key)), 0)
@@ -58,7 +58,7 @@ def _entries(columns: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, A
     return found
 
 
-def _read(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _read(table: Keys, folder: Path) -> Keys:
     for key in table:
         if key != "file":
             raise ScenarioError.at(

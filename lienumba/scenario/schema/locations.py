@@ -1,7 +1,6 @@
 """Where an error lies: the path of a key as the file has it."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from pydantic import Discriminator
 
@@ -15,7 +14,7 @@ NAMED_LISTS = tuple(written([kind]) for kind in LISTS)
 Loc = Sequence[str | int]
 
 
-def place(loc: Loc, raw: Any) -> str:
+def place(loc: Loc, raw: object) -> str:
     """The path of an error of pydantic: bodies, joints, drivers and forces by name, union tags left out."""
     text = ""
     node = raw
@@ -26,7 +25,7 @@ def place(loc: Loc, raw: Any) -> str:
         last = position == len(kept) - 1
         if isinstance(part, int):
             item = node[part] if isinstance(node, list) and part < len(node) else None
-            name = unique_name(node, part) if text in NAMED_LISTS else None
+            name = unique_name(node, part) if text in NAMED_LISTS and isinstance(node, list) else None
             text += f".{name}" if name else f"[{part}]"
             node = item
         elif isinstance(node, dict) and (part in node or last):

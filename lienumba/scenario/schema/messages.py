@@ -1,13 +1,17 @@
 """From pydantic's errors to problems: the key with its full path, its value, the rule, the remedy."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
+from lienumba.keys.facts import is_open_ended
+from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
-from lienumba.sweep.distributions.registry import BY_KEY, NAMED
+from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, suggestion
 
 if TYPE_CHECKING:
@@ -15,12 +19,12 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
-def problems(error: "ValidationError", raw: Any) -> list[Problem]:
+def problems(error: "ValidationError", raw: object) -> list[Problem]:
     """One problem per error of pydantic."""
     return [_problem(item, raw) for item in error.errors(include_url=False)]
 
 
-def _problem(item: "ErrorDetails", raw: Any) -> Problem:
+def _problem(item: "ErrorDetails", raw: object) -> Problem:
     loc, kind, value, context = item["loc"], item["type"], item["input"], item.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(loc, raw)
@@ -39,7 +43,7 @@ def _problem(item: "ErrorDetails", raw: Any) -> Problem:
     return Problem(path, rule, remedy, value)
 
 
-def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: str) -> tuple[str, str] | None:
+def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], remedy: str) -> tuple[str, str] | None:
     """What a value must be, and the remedy, which may be another than that of its key."""
     if kind in ("float_type", "float_parsing"):
         other = _unquoted(value, remedy) if isinstance(value, str) else None
@@ -50,7 +54,7 @@ def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: s
         rule, key = _BOUNDS[kind]
         return f"must be {rule} {context[key]:g}", remedy
     if kind == "literal_error":
-        return _choice(value, context["expected"], remedy)
+        return _choice(value, str(context["expected"]), remedy)
     if kind == "bool_type":
         return "must be true or false", "write it so, without quotes"
     if kind in ("int_type", "int_from_float", "int_parsing"):
@@ -61,9 +65,10 @@ def _rule(loc: Loc, kind: str, value: object, context: dict[str, Any], remedy: s
         return "is no valid name", remedy
     if kind == "string_type":
         return "must be a text in quotes", remedy
-    if kind in ("too_short", "too_long"):
+    actual = context.get("actual_length")
+    if kind in ("too_short", "too_long") and isinstance(actual, int):
         wanted = context.get("min_length" if kind == "too_short" else "max_length")
-        entries = plural(context["actual_length"], "entry", "entries")
+        entries = plural(actual, "entry", "entries")
         return f"has {entries} and must have {_least(loc)}{wanted}", remedy
     if kind == "list_type":
         doubled = " (a list of tables is written with double brackets)"
@@ -107,16 +112,12 @@ _BOUNDS = {
 
 
 def _least(loc: Loc) -> str:
-    open_ended = (
-        tuple(loc) == ("model", "bodies")
-        or loc[-1] in ("times", "grid", "paths")
-        or "momentum" in loc
-        or "python" in loc
-    )
-    return "at least " if open_ended else ""
+    """Before the number of entries that a list must have, where it may have more."""
+    section, key = scenario.SECTIONS.get(section_key(loc[:-1])), str(loc[-1])
+    return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
-def _unknown(loc: Loc, raw: Any) -> Problem:
+def _unknown(loc: Loc, raw: object) -> Problem:
     """An unknown key: the nearest one of its section, or what it belongs to."""
     key, path = str(loc[-1]), place(loc, raw)
     section = scenario.SECTIONS.get(section_key(loc[:-1]))
@@ -138,7 +139,7 @@ def _unknown(loc: Loc, raw: Any) -> Problem:
 
 
 def _form(kind: str, form: str) -> str:
-    return "the driver of a joint" if (kind, form) == ("drivers", "joint") else form
+    return DRIVERS[form].noun if kind == "drivers" and "motion" not in DRIVERS[form].model_fields else form
 
 
 def _kind(kind: str, form: str) -> str:
@@ -147,7 +148,7 @@ def _kind(kind: str, form: str) -> str:
         return f"{'an' if form[0] in 'aeio' else 'a'} {form} joint"
     if kind == "forces":
         return f"a force of type {form}"
-    return _form(kind, form) if form == "joint" else f"the motion {form}"
+    return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
 
 
 def _header(names: tuple[str, ...]) -> str:
@@ -167,7 +168,7 @@ def _no_type(kind: str, path: str, value: object) -> Problem:
         if "type" not in value:
             return missing(f"{path}.type", f"give one of {', '.join(known)}")
         return Problem(f"{path}.type", "is not known", suggestion(str(value["type"]), known), value["type"])
-    motions = [motion for motion in known if motion != "joint"]
+    motions = [form for form, kind_of_driver in DRIVERS.items() if "motion" in kind_of_driver.model_fields]
     if "motion" in value:
         return Problem(f"{path}.motion", "is not known", suggestion(str(value["motion"]), motions), value["motion"])
     if "body" in value:
@@ -180,7 +181,7 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
     """A distribution, rotation or inertia that has none of the known forms."""
     if loc[:2] != ("sweep", "vary"):
         return Problem(path, "has none of the known forms", remedy, value)
-    known = list(NAMED)
+    known = named()
     if not isinstance(value, dict):
         return Problem(path, "must be a table", 'give { distribution = "normal", std = ... }', value)
     name = value.get("distribution")
@@ -188,10 +189,10 @@ def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:
         return Problem(f"{path}.distribution", "is not known", suggestion(name, known), name)
     if any(isinstance(item, dict) for item in value.values()):
         return Problem(path, "a varied path needs quotes", f'write "{_dotted(str(loc[2]), value)}" = {{ ... }}')
-    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(BY_KEY)} instead")
+    return missing(f"{path}.distribution", f"give one of {', '.join(known)}, or {', '.join(by_key())} instead")
 
 
-def _dotted(key: str, value: dict[str, Any]) -> str:
+def _dotted(key: str, value: Keys) -> str:
     """The path that was written without quotes, which TOML reads as tables in tables."""
     for name, item in value.items():
         if isinstance(item, dict):

@@ -5,16 +5,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from lienumba.keys.types import Number, Positive, Section
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 
-VARIABLES = (
-    "position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque", "multiplier",
-    "driver_effort", "energy", "kinetic_energy", "potential_energy", "work", "energy_residual", "position_violation",
-    "velocity_violation", "position_iterations", "velocity_iterations",
-)  # fmt: skip
 Statistic = Literal["max", "min", "mean", "rms", "final", "time_of_max"]
 
 
-def _flat(given: Any) -> Any:
+def _flat(given: object) -> Any:
     """`pointing.angle = [...]` without quotes is a table in a table for TOML."""
     if not isinstance(given, dict):
         return given
@@ -31,14 +27,19 @@ Summaries = Annotated[
 ]
 
 
+def outputs_described() -> str:
+    """What may be stored."""
+    return "names of the variables and quantities to store: " + ", ".join(OUTPUT_VARIABLES)
+
+
 class Output(Section):
     every: Positive | None = Field(default=None, description="the interval between stored times in s, above 0")
     times: Annotated[list[Number], Field(min_length=1)] | None = Field(
         default=None, description="the stored times in s, ascending, from 0 to integrator.end_time"
     )
     variables: list[str] = Field(
-        default=list(VARIABLES),
-        description="names of the variables and quantities to store: " + ", ".join(VARIABLES),
+        default=list(OUTPUT_VARIABLES),
+        description=outputs_described(),
     )
     mode: Literal["full", "summary"] = Field(
         default="full",

@@ -28,21 +28,21 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.drivers import DRIVERS, DriverType, driver_form
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
 from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import paths
-from lienumba.scenario.schema.forces import DRIVERS, Driver, driver_form
-from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
 from lienumba.scenario.schema.tables import TableFile, TableSection
 from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
-from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
-from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
 
@@ -99,6 +99,7 @@ class Gravity(Section):
 
 
 AnyJoint = Annotated[JointType, OneOf(JOINTS)]
+AnyDriver = Annotated[DriverType, OneOf(DRIVERS, driver_form)]
 
 
 class ModelSection(Gravity):
@@ -106,7 +107,7 @@ class ModelSection(Gravity):
         description="at least one body, each as [[model.bodies]]"
     )
     joints: list[AnyJoint] = Field(default=[], description="the joints, each as [[model.joints]]")
-    drivers: list[Driver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
+    drivers: list[AnyDriver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"
     )
@@ -242,7 +243,7 @@ class Sweep(Section):
     nominal: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="whether the nominal run, -1, is simulated, too: true or false"
     )
-    vary: dict[str, Distribution] = Field(
+    vary: dict[str, AnyDistribution] = Field(
         default={},
         description='what varies: "path" = { distribution = "normal", std = ... } '
         'or { distribution = "uniform", low = ..., high = ... }',
@@ -330,14 +331,20 @@ def _derive() -> None:
     Integrator.model_fields["method"].description = _methods()
     Sweep.model_fields["sampler"].description = _samplers()
     Event.model_fields["action"].description = described()
-    for section in (Event, Integrator, Sweep, ModelSection, ScenarioData):  # those that hold them, the inner ones first
+    variables = Output.model_fields["variables"]
+    variables.default, variables.description = list(OUTPUT_VARIABLES), outputs_described()
+    sections = Event, Integrator, Output, Sweep, ModelSection, ScenarioData  # those that hold others behind these
+    for section in sections:
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
 
 
 SECTIONS.update(_sections())
-for registry in (JOINTS, FORCES, QUANTITIES, ACTIONS, METHODS, GROUPS, COORDINATES, SAMPLERS):
+for registry in (
+    JOINTS, DRIVERS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
+    DISTRIBUTIONS,
+):  # fmt: skip
     registry.listeners.append(_derive)
 
 

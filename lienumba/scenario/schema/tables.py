@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from pydantic import Field, ValidationError
 
@@ -13,6 +13,7 @@ from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, miss
 from lienumba.keys.formulas import LARGEST
 from lienumba.keys.types import NAME, Section
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
+from lienumba.scenario.base.toml import Keys
 from lienumba.words import show, suggestion
 
 Interpolation = Literal["hold", "linear", "cubic"]
@@ -40,7 +41,7 @@ class TableSection(_Table):
     values: list[float] = Field(description="the values, one for each of the times")
 
 
-def inlined(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+def inlined(raw: Keys, folder: Path) -> Keys:
     """The scenario with the numbers of every table in place of its file, whose path is relative to this folder."""
     tables = raw.get("tables")
     if not isinstance(tables, dict):
@@ -57,7 +58,7 @@ def inlined(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**raw, "tables": read}
 
 
-def tables_of(raw: dict[str, Any]) -> tuple[dict[str, Table], list[Problem]]:
+def tables_of(raw: Keys) -> tuple[dict[str, Table], list[Problem]]:
     """The tables of a scenario by name, and what is wrong with them."""
     section = raw.get("tables", {})
     if not isinstance(section, dict):
@@ -78,7 +79,7 @@ def tables_of(raw: dict[str, Any]) -> tuple[dict[str, Table], list[Problem]]:
     return found, problems
 
 
-def _problem(table: dict[str, Any]) -> Problem | None:
+def _problem(table: Keys) -> Problem | None:
     """What is wrong with the keys or numbers of a table."""
     known = list(TableSection.model_fields)
     for key in table:
@@ -97,7 +98,7 @@ def _problem(table: dict[str, Any]) -> Problem | None:
         if place:
             return Problem(f"{where}[{place[0]}]", "must be a number", "correct it")
         return Problem(str(where), "must be a list of numbers")
-    times, values = table["times"], table["values"]
+    times, values = (cast(list[float], table[key]) for key in ("times", "values"))
     if len(times) != len(values):
         return Problem("", f"has {len(times)} times and {len(values)} values", "give one value for each time")
     if len(times) < 2:
@@ -113,7 +114,7 @@ def _problem(table: dict[str, Any]) -> Problem | None:
     return None
 
 
-def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _inlined(name: str, table: Keys, folder: Path) -> Keys:
     """A table with its numbers; other keys stay."""
     at, path = f"tables.{name}", folder / str(table["file"])
     for key in ("times", "values"):
@@ -133,7 +134,7 @@ def _inlined(name: str, table: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def reading(at: str, file: Any, path: Path) -> Iterator[None]:
+def reading(at: str, file: object, path: Path) -> Iterator[None]:
     """Say of a file that the scenario names at a place what is wrong with it."""
     at_file, value = f"{at}.file", file
     if not isinstance(file, str):

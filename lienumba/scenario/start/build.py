@@ -8,8 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lienumba.groups import so3
-from lienumba.keys.conversions import inertia_of, rotation_of, timed3
+from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS, Own
@@ -19,9 +18,7 @@ from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.schema.forces import OrientationDriver
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
-from lienumba.scenario.start import elements
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
@@ -73,7 +70,7 @@ class _Builder:
             gravity=timed3(data.gravity),
             bodies=self.masses(),
             joints=tuple(x.to_model(self) for x in data.joints),
-            drivers=tuple(elements.driver(x, self) for x in data.drivers),
+            drivers=tuple(x.to_model(self) for x in data.drivers),
             forces=tuple(x.to_model(self) for x in data.forces),
             quantities=tuple(x.to_model(self) for x in data.quantities),
             events=tuple(event.to_model() for event in data.events),
@@ -126,23 +123,21 @@ class _Builder:
 
     def prescribed_rotation(self, name: str) -> Vector | None:
         """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
-        for driver in self.data.drivers:
-            if isinstance(driver, OrientationDriver) and driver.body == name:
-                value = timed3(driver.value)
-                if any(map(m.reads_state, value)):
-                    return None
-                x, y, z = (m.at_time(number, 0.0) for number in value)
-                return so3.exp((x, y, z))
-        return None
+        prescribed = [driver.rotation_at_start() for driver in self.data.drivers]
+        return next((rotation for body, rotation in filter(None, prescribed) if body == name), None)
 
 
 def _pose(state: StartState) -> Pose:
     return Pose(
-        position=elements.optional(state.position),
+        position=_optional(state.position),
         rotation=None if state.rotation is None else rotation_of(state.rotation),
-        velocity=elements.optional(state.velocity),
-        angular_velocity=elements.optional(state.angular_velocity),
+        velocity=_optional(state.velocity),
+        angular_velocity=_optional(state.angular_velocity),
     )
+
+
+def _optional(vector: Sequence[float] | None) -> m.Vec3 | None:
+    return None if vector is None else vec3(vector)
 
 
 def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.ndarray":

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from lienumba.compiler.symbols import COMPARISONS, Graph, live
+from lienumba.compiler.symbols import COMPARISONS, Graph, Symbol, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.laws import Load
@@ -111,7 +111,7 @@ def tried(model: Model) -> Model:
     return replace(model, joints=tuple(replace(j, code=c) for j, c in zip(model.joints, codes, strict=True)))
 
 
-def _first(number: Any, structural: bool) -> Any:
+def _first(number: object, structural: bool) -> Any:
     """A number of the first run."""
     import numpy as np
 
@@ -238,7 +238,7 @@ def _refuse_velocities(place: str, rows: Sequence[Any], why: str, remedy: str) -
         raise ScenarioError.at(place, f"depends on velocities, but {why}", remedy)
 
 
-def _reads(row: Any, first: int) -> bool:
+def _reads(row: object, first: int) -> bool:
     """Whether a number depends on rows of a body's state from this one on."""
     for node in live((row,)):
         for x in (node, *node.args):
@@ -272,15 +272,15 @@ def _check_affine(model: Model, index: int) -> None:
             )
 
 
-def _is_number(x: Any) -> bool:
-    return _is_float(x) or (hasattr(x, "graph") and x.op not in COMPARISONS)
+def _is_number(x: object) -> bool:
+    return _is_float(x) or (isinstance(x, Symbol) and x.op not in COMPARISONS)
 
 
-def _is_float(x: Any) -> bool:
+def _is_float(x: object) -> bool:
     return isinstance(x, float | int) and not isinstance(x, bool)
 
 
-def _kind(x: Any) -> str:
+def _kind(x: object) -> str:
     if getattr(x, "op", "") in COMPARISONS:
         return "a comparison"
     return "nothing" if x is None else f"{show(x)}" if isinstance(x, str | bool) else f"a {type(x).__name__}"

@@ -1,6 +1,6 @@
 """The samples of a scenario's sweep: drawn, read from its table, and derived from one another."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lienumba.scenario.formulas import dependent_inputs
@@ -34,7 +34,10 @@ def draw(scenario: "Scenario", labels: Sequence[int]) -> "dict[str, np.ndarray]"
 
 
 def _derive(
-    scenario: "Scenario", labels: Sequence[int], nominal: dict[str, Any], samples: "dict[str, np.ndarray]"
+    scenario: "Scenario",
+    labels: Sequence[int],
+    nominal: Mapping[str, Any],
+    samples: "dict[str, np.ndarray]",
 ) -> None:
     """Add what follows from other samples."""
     import numpy as np

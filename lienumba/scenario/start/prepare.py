@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
 from lienumba.keys.formulas import at_start
+from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Driver, Model, Start, reads_state
@@ -177,7 +178,9 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
         return []
     keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
     says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
-    prescribed = zip(keys if driver.motion == "value" else keys[1:], at_start(driver.value[0]), strict=False)
+    prescribed = zip(
+        keys if type_of(driver).level(driver) == POSITION else keys[1:], at_start(driver.value[0]), strict=False
+    )
     return [
         Problem(
             f"model.drivers.{driver.name}",
@@ -191,7 +194,7 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
 
 def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
     """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
-    data: Any = scenario.data
+    data = scenario.data
     samples = draw(scenario, labels)
     check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
     return samples
@@ -208,7 +211,7 @@ def prepare(
     the scenario. samples, nominal: if they are known; asked: how many runs there are in all."""
     import numpy as np
 
-    data: Any = scenario.data
+    data = scenario.data
     nominal = nominal or check_initial(scenario)
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked

@@ -1,7 +1,7 @@
 """What is known of a study before anything is compiled: its problems, their starts, and what is stated of them."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.checks import reference_formulas
@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 def check(scenario: Scenario) -> None:
     """Check the initial state of a scenario; of a study those of its points, and the reference."""
-    data: Any = scenario.data
+    data = scenario.data
     if scenario.plan is None:
         check_initial(scenario)
         return

@@ -6,9 +6,10 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.keys.formulas import LARGEST
 from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.drivers import type_of
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import Joint, Model, Start, at_time, reads_state
+from lienumba.mechanics.mechanism.model import Joint, Model, Start
 from lienumba.mechanics.start import joint_frames
 from lienumba.mechanics.start.assembly import Assembly, Condition
 from lienumba.mechanics.system import rank
@@ -113,11 +114,7 @@ class _Run:
     def turned(self, c: Condition) -> float:
         """The angle (rad) by which a body misses the orientation that a driver prescribes."""
         driver = next((d for d in self.model.drivers if c.what == "driver" and d.name == c.name), None)
-        if driver is None or driver.motion != "orientation" or any(map(reads_state, driver.value)):
-            return 0.0
-        x, y, z = (at_time(number, 0.0) for number in driver.value)
-        R = self.now.bodies[driver.bodies[0]][3:12]
-        return hypot(*so3.log(so3.multiply(so3.transpose(so3.exp((x, y, z))), R)))
+        return 0.0 if driver is None else type_of(driver).turned(driver, self.now.bodies[driver.bodies[0]][3:12])
 
     # ---------------------------------------------------------------- what to say of it
     def names(self, bodies: tuple[int, ...]) -> str:

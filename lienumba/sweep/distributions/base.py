@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, StrictBool
 
 from lienumba.errors import ScenarioError
+from lienumba.words import listed, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,12 +26,14 @@ def components(path: str, number: int) -> list[str]:
     return [f"{path}[{i}]" for i in range(number)]
 
 
-class Kind(BaseModel):
-    """How an input varies. dimensions: uniform numbers per run that it takes."""
+class Distribution(BaseModel):
+    """How an input varies. dimensions: uniform numbers per run that it takes; key: that stands for a name, as in
+    { column = "m" }, or "" where `distribution` has the name."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     dimensions: ClassVar[int] = 1
+    key: ClassVar[str] = ""
     leads_to: ClassVar[str] = NUMBER  # what its path must lead to
 
     def streams(self, path: str) -> list[str]:
@@ -47,13 +50,17 @@ class Kind(BaseModel):
     def shape(self) -> str:
         return self.leads_to
 
+    def words(self, unit: str) -> str:
+        """What a citation says of it; unit: behind the numbers of the input, with a blank before it."""
+        raise NotImplementedError
+
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         """The columns (runs,) at the uniform numbers u (dimensions, runs) about a nominal value: a number, or as many
         as there are columns; a ScenarioError, from behind the path on, if they do not fit."""
         raise NotImplementedError
 
 
-class Scalar(Kind):
+class Scalar(Distribution):
     """The distribution of a number."""
 
     relative: StrictBool = Field(default=False, description="true (multiples of the nominal value) or false")
@@ -70,6 +77,17 @@ class Scalar(Kind):
                 True,
             )
         return nominal
+
+    def value_text(self, x: float, unit: str) -> str:
+        return f"{number(x)} times the nominal value" if self.relative else f"{number(x)}{unit}"
+
+    def place_text(self, x: float | None, unit: str) -> str:
+        return "the nominal value" if x is None else self.value_text(x, unit)
+
+    def bounds_text(self, low: float | None, high: float | None, unit: str) -> str:
+        """Of two of which one may be omitted."""
+        ends = [self.value_text(x, unit) for x in (low, high) if x is not None]
+        return f"between {listed(ends)}" if len(ends) == 2 else f"{'below' if low is None else 'above'} {ends[0]}"
 
     def located(self, value: float | None, nominal: float) -> float:
         """A place of the distribution; the nominal value where it is omitted."""

@@ -9,7 +9,8 @@ from pydantic import Field
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
-from lienumba.sweep.distributions.base import INERTIA, Finite, Kind
+from lienumba.sweep.distributions.base import INERTIA, Distribution, Finite
+from lienumba.words import number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +20,7 @@ HALVINGS, TERMS = 7, 9  # exp(S) = exp(S/2^7)^(2^7); entries of S stay below 10
 ROUNDING = 1e-12  # how far the nominal inertia may miss the triangle inequality, relative to its trace
 
 
-class Inertia(Kind):
+class Inertia(Distribution):
     """The nominal body, stretched by A = exp(S): with the matrix P of its second moments, the inertia of A P A^T.
 
     S is a symmetric matrix of independent normal numbers, whose distribution looks the same in all axes: std/2 on the
@@ -33,6 +34,10 @@ class Inertia(Kind):
     std: Annotated[Finite, Field(ge=0.0, le=1.0)] = Field(
         description="the relative standard deviation of the second moments, from 0 to 1"
     )
+
+    def words(self, unit: str) -> str:
+        spread = f"relative standard deviation of its second moments {number(self.std)}"
+        return f"the nominal mass distribution stretched at random, {spread}"
 
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         from lienumba.sweep.normal import inverse

@@ -11,8 +11,8 @@ from lienumba.errors import BadValueError, ScenarioError
 from lienumba.groups import so3
 from lienumba.numerics.operations import cos, sin, sqrt
 from lienumba.sweep.copula import MatrixError, cholesky
-from lienumba.sweep.distributions.base import ROTATION, VECTOR, Finite, Kind, Spread
-from lienumba.words import Written
+from lienumba.sweep.distributions.base import ROTATION, VECTOR, Distribution, Finite, Spread
+from lienumba.words import Written, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,7 +27,7 @@ Three = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 Row = Annotated[list[Annotated[Finite, Field(ge=-(LARGEST**2), le=LARGEST**2)]], Field(min_length=3, max_length=3)]
 
 
-class RotationNormal(Kind):
+class RotationNormal(Distribution):
     """R = R0 exp(phi) (body axes) or exp(phi) R0 (global axes), phi normal with mean 0.
 
     Its streams are those of the components of phi; nominal: a quaternion w x y z of R0, of any length.
@@ -53,6 +53,11 @@ class RotationNormal(Kind):
     frame: Literal["body", "global"] = Field(
         default="body", description='the axes of the rotation vector: "body" or "global"'
     )
+
+    def words(self, unit: str) -> str:
+        spread = f"standard deviation {number(self.std)} rad" if self.std is not None else None
+        spread = spread or f"covariance {number(self.covariance)} rad^2"
+        return f"the nominal rotation times exp of a normal rotation vector in {self.frame} axes, mean 0, {spread}"
 
     @model_validator(mode="after")
     def _one_of_both(self) -> RotationNormal:
@@ -84,7 +89,7 @@ class RotationNormal(Kind):
         return _product(start, turn) if self.frame == "body" else _product(turn, start)
 
 
-class RotationUniform(Kind):
+class RotationUniform(Distribution):
     """Every rotation alike. K. Shoemake, Uniform random rotations, Graphics Gems III (1992)."""
 
     dimensions: ClassVar[int] = 3
@@ -92,13 +97,16 @@ class RotationUniform(Kind):
 
     distribution: Literal["rotation_uniform"]
 
+    def words(self, unit: str) -> str:
+        return "uniform on SO(3)"
+
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         low, high = sqrt(1.0 - u[0]), sqrt(u[0])
         a, b = TWO_PI * u[1], TWO_PI * u[2]
         return high * cos(b), low * sin(a), low * cos(a), high * sin(b)
 
 
-class Direction(Kind):
+class Direction(Distribution):
     """A vector of the nominal length, in every direction alike, or in those within an angle of the nominal one."""
 
     dimensions: ClassVar[int] = 2
@@ -108,6 +116,10 @@ class Direction(Kind):
     angle: Annotated[Finite, Field(gt=0.0, le=PI)] = Field(
         default=PI, description="the largest angle to the nominal direction in rad, above 0 (or omit it: pi)"
     )
+
+    def words(self, unit: str) -> str:
+        where = "on the sphere" if self.angle == PI else f"within {number(self.angle)} rad of the nominal one"
+        return f"of nominal length, its direction uniform {where}"
 
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         length = sqrt(so3.dot(nominal, nominal))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ConfigDict, Field, StrictStr, model_validator
 
 from lienumba.errors import BadValueError
 from lienumba.sweep.distributions.base import Finite, Scalar
-from lienumba.words import Written
+from lienumba.words import Written, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,6 +20,8 @@ class SciPy(Scalar):
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Finite]
+
+    key: ClassVar[str] = "scipy"
 
     scipy: StrictStr = Field(description='the name of a distribution of scipy.stats, such as "lognorm"')
 
@@ -51,6 +53,11 @@ class SciPy(Scalar):
                 f"does not exist with {shown}", "its documentation tells what may be given", "scipy", self.scipy
             )
         return self
+
+    def words(self, unit: str) -> str:
+        given = ", ".join(f"{name} = {number(x)}" for name, x in (self.__pydantic_extra__ or {}).items())
+        multiples = ", times the nominal value" if self.relative else ""
+        return f"{self.scipy} of scipy.stats{f' with {given}' if given else ''}{multiples}"
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
         import numpy as np

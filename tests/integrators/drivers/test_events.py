@@ -147,3 +147,13 @@ def test_a_scenario_with_events_comes_back_from_its_dataset():
     assert again.sha256() == first.sha256()
     assert first.sha256() != resolve(data | {"events": [LEFT]}).sha256()
     assert equal(run(data), run(tomllib.loads(run(data).attrs["scenario"])))
+
+
+def test_many_events_of_a_small_mechanism():
+    """More of them than a state has rows."""
+    times = [0.0125 * n + 0.001 for n in range(60)]
+    events = [{"name": f"e{n}", "when": f"t > {t}"} for n, t in enumerate(times)]
+    few = run(pendulum(LOW, tolerance=1e-6))
+    ds = run(pendulum(LOW, *events, tolerance=1e-6))
+    np.testing.assert_allclose(ds.event_time[0, 1:], times, atol=1e-13)
+    equal(ds.drop_vars(["event", "event_time", "event_count"]), few.drop_vars(["event", "event_time", "event_count"]))

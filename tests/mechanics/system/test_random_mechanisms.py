@@ -7,6 +7,7 @@ import pytest
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import at_time
@@ -80,7 +81,9 @@ def cases(topology):
 def test_there_is_one_of_everything():
     every = [model for topology in TOPOLOGIES for model, _ in cases(topology)]
     assert {j.type for m in every for j in m.joints} == set(JOINTS) - {"coupler", "python"}
-    assert {d.motion for m in every for d in m.drivers} >= set(constraints.BODY_MOTIONS) | {"value", "rate"}
+    assert {d.motion for m in every for d in m.drivers} >= {
+        motion for kind in DRIVERS.values() for motion in kind.motions
+    }
     assert {d.coordinate.kind for m in every for d in m.drivers if d.coordinate} == {"angle", "displacement"}
     ties = {tuple(c.kind for c in j.coordinates) for m in every for j in m.joints if j.type == "gear"}
     assert len(ties) == 4

@@ -14,10 +14,9 @@ from lienumba.integrators.methods.charts import GROUPS
 from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.present.citation.paragraph import CITED
 from lienumba.present.citation.references import LITERATURE, bibtex, references, software
-from lienumba.present.citation.sampling import FORMS, number
 from lienumba.scenario.resolve import resolve
-from lienumba.sweep.distributions.registry import FORMS as DISTRIBUTIONS
 from lienumba.sweep.samplers import SAMPLERS
+from lienumba.words import number
 from tests.present.citation.bib import read
 from tests.rigs.places import ROOT, SCENARIOS
 
@@ -36,10 +35,6 @@ def told(**overrides: Any) -> str:
     """Of the heavy top with other settings; `a__b` is the path a.b."""
     changes = {key.replace("__", "."): value for key, value in overrides.items()}
     return paragraph(cite_scenario(resolve(TOP, overrides=changes)))
-
-
-def test_everything_has_words() -> None:
-    assert FORMS.keys() == DISTRIBUTIONS.keys()
 
 
 def test_every_reference_is_valid_and_used() -> None:

@@ -6,11 +6,11 @@ from pydantic import TypeAdapter, ValidationError
 from scipy import stats
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.distributions.scalar import Normal, Uniform
 from lienumba.sweep.samplers.streams import uniforms
 
-ADAPTER = TypeAdapter(Distribution)
+ADAPTER = TypeAdapter(AnyDistribution)
 U = uniforms("bodies.top.mass", range(20000), 2015)
 
 

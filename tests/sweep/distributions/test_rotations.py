@@ -7,10 +7,10 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.samplers.streams import uniforms
 
-ADAPTER = TypeAdapter(Distribution)
+ADAPTER = TypeAdapter(AnyDistribution)
 START = Rotation.from_rotvec([0.3, -1.2, 0.7])
 COUNT = 20000
 

@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from lienumba.sweep.design import design_table
-from lienumba.sweep.distributions.registry import Distribution
+from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS, halton, sobol
 from lienumba.sweep.samplers.streams import uniforms
 
@@ -20,7 +20,7 @@ SEQUENCES = tuple(name for name, sampler in DRAWING.items() if sampler.row is No
 GROWING = tuple(name for name, sampler in DRAWING.items() if not sampler.whole)
 PATHS = ("bodies.a.mass", "bodies.b.mass", "gravity[1]")
 NUMBER = {"distribution": "uniform", "low": 0, "high": 1}
-VARY = TypeAdapter(dict[str, Distribution]).validate_python(
+VARY = TypeAdapter(dict[str, AnyDistribution]).validate_python(
     {
         "a": NUMBER,
         "r": {"distribution": "rotation_normal", "std": 0.3},

@@ -16,10 +16,11 @@ from pydantic import Field
 from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.conversions import timed, vec3
+from lienumba.keys.facts import facts
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, ZERO, BodyPair, CoordinateKind, Name, Section, Two, Vec3
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.forces.numbers import ForceNumber, numbers_of
+from lienumba.mechanics.elements.forces.numbers import ForceNumber
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism.kinematics import Motion, View, moving
@@ -107,7 +108,7 @@ class ForceLaw(Section):
     @classmethod
     def numbers(cls) -> Mapping[str, ForceNumber]:
         """What its numbers are, by their keys."""
-        return numbers_of(cls)
+        return facts(cls, ForceNumber)
 
     @classmethod
     def default(cls, key: str) -> Any:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from lienumba.keys.types import OR_FORMULA, ZERO
 
@@ -81,12 +81,6 @@ def number(
     field = Field(description=f"{said}{vector} {OR_FORMULA}{omit}", **given)
     field.metadata.append(ForceNumber(units, sign, in_potential, counts_turns, rate_with, effective))
     return field
-
-
-def numbers_of(section: type[BaseModel]) -> dict[str, ForceNumber]:
-    """The numbers of a class, by their keys."""
-    fields = section.model_fields.items()
-    return {key: x for key, field in fields for x in field.metadata if isinstance(x, ForceNumber)}
 
 
 def _written(units: str) -> str:

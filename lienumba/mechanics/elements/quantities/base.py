@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field
 
 from lienumba.errors import Problem
+from lienumba.keys.facts import facts
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
 from lienumba.mechanics.elements.names import Names
@@ -109,8 +110,7 @@ class QuantityType(Section):
     @classmethod
     def references(cls) -> Mapping[str, Refers]:
         """What its keys name."""
-        fields = cls.model_fields.items()
-        return {key: x for key, field in fields for x in field.metadata if isinstance(x, Refers)}
+        return facts(cls, Refers)
 
     @classmethod
     def sketch(cls, table: Mapping[str, Any], joints: Sequence[str], drivers: Sequence[str]) -> Quantity | None:

@@ -11,6 +11,7 @@ from lienumba.groups import so3
 from lienumba.keys.conversions import rotation_of, timed, vec3
 from lienumba.keys.types import OR_FORMULA, ZERO, Rotation, Timed, Vec3
 from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.drivers import type_of
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities.base import (
     OBSERVED,
@@ -279,11 +280,11 @@ class DriverEffort(QuantityType):
     def parts(cls, model: Model, quantity: Quantity) -> tuple[Part, ...]:
         driver = model.drivers[quantity.driver]
         said = f"effort of the driver {driver.name}"
-        if driver.coordinate is not None:
-            return (Part("", "N" if driver.coordinate.kind == "displacement" else "N m", said),)
-        of_body = driver.motion == "orientation" or (driver.motion == "angular_velocity" and driver.frame == "body")
-        frame = driver.bodies[-1] if of_body else GROUND
-        return (Part("", "N" if driver.motion == "point" else "N m", said, vector=True, frame=frame),)
+        kind = type_of(driver)
+        rows = kind.kinds(driver)
+        frame = driver.bodies[-1] if kind.effort_in_body(driver) else GROUND
+        units = "N" if rows[0] == "m" else "N m"
+        return (Part("", units, said, vector=True, frame=frame) if len(rows) == 3 else Part("", units, said),)
 
     @classmethod
     def rows(cls, model: Model, quantity: Quantity, view: View, observed: Observed | None) -> Vector:

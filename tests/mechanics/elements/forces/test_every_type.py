@@ -134,6 +134,24 @@ def test_a_potential_of_an_angle_counts_turns_whatever_its_numbers_are_called() 
         assert applied_forces.angle_joints(model(replace(force, numbers={"winding": 0.0}))) == set()
 
 
+class Choosy(Winder):
+    """With a choice under a name of its own, which is no formula."""
+
+    type: Literal["choosy"]  # type: ignore[assignment]
+    flavour: Literal["sin", "tan"]
+
+
+def test_a_choice_is_no_formula_whatever_its_key_is_called() -> None:
+    with FORCES.temporarily(Choosy):
+        spring = {"name": "spring", "type": "choosy", "joint": "sleeve", "coordinate": "angle", "winding": "2*k"}
+        data = scenario(spring | {"flavour": "tan"}) | {"parameters": {"k": 1.5}}
+        assert build(resolve(data), {})[0].forces[0].numbers == {"winding": 3.0}
+        with pytest.raises(
+            ScenarioError, match=r'spring\.flavour = "tam": must be "sin" or "tan"; the nearest is "tan"'
+        ):
+            resolve(scenario(spring | {"flavour": "tam"}) | {"parameters": {"k": 1.5}})
+
+
 # ---------------------------------------------------------------- keys
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
 def test_a_number_has_units_that_its_description_and_the_dataset_share(name: str, key: str) -> None:
