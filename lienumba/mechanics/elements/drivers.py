@@ -43,6 +43,7 @@ class DriverType(Section):
     form: ClassVar[str]
     noun: ClassVar[str]  # what messages call it
     motions: ClassVar[tuple[str, ...]]  # of the model's drivers that it makes
+    ties: ClassVar[bool] = True  # whether it could do without other constraints of its bodies
 
     name: Name = Field(description=NAME_RULE)
 
@@ -131,6 +132,7 @@ def driver_form(value: Any) -> str | None:
 class JointDriver(DriverType):
     form, noun = "joint", "the driver of a joint"
     motions = ("value", "rate")
+    ties = False
 
     joint: str = Field(description="the name of the joint")
     coordinate: CoordinateKind | None = Field(
@@ -253,6 +255,7 @@ class PointDriver(BodyDriver):
     def residual(cls, model: Model, driver: Driver, wanted: Vector, view: View) -> Vector:
         """The point is where the prescription has it."""
         x, y, z = wanted
+        assert driver.point is not None
         return so3.subtract(view[driver.bodies[-1]].point(driver.point), (x, y, z))
 
     def driven(self, coordinate: tuple[str, str] | None) -> tuple[tuple[str, ...], str]:
@@ -261,6 +264,8 @@ class PointDriver(BodyDriver):
 
 @DRIVERS.add
 class OrientationDriver(BodyDriver):
+    ties = False
+
     motion: Literal["orientation"]
     value: Annotated[Timed3, Unit("rad")] = Field(
         description=f"the rotation vector from body to global in rad: 3 numbers {OR_FORMULA}"
@@ -294,6 +299,7 @@ class OrientationDriver(BodyDriver):
 @DRIVERS.add
 class AngularVelocityDriver(BodyDriver):
     own_level = VELOCITY
+    ties = False
 
     motion: Literal["angular_velocity"]
     frame: Axes = AXES

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import gather, maximum, minimum, where
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class Numbers:
 
         return float(np.array([self.array.ctypes.data], np.int64).view(np.float64)[0])
 
-    def gather(self, index: Any) -> Any:
+    def gather(self, index: Number) -> Any:
         import numpy as np
 
         found = self.array[np.asarray(index).astype(np.int64)]
@@ -65,7 +66,7 @@ class Table:
         knots = (float(x[0]), float(x[-1])) if interpolation == CUBIC else tuple(x.tolist())
         return Table(Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[-1]))
 
-    def __call__(self, x: Any, within: Any) -> Any:
+    def __call__(self, x: Number, within: Number) -> Any:
         """The value at x, by the piece in which `within` lies."""
         piece = self.columns * self._within(lift(x).a, lift(within).a)
         start, value, *slopes = (gather(self.data, piece + float(n)) for n in range(self.columns))
@@ -75,7 +76,7 @@ class Table:
             value = value + c * power
         return value if slopes else where(d <= d, value, d)  # NaN stays NaN
 
-    def _within(self, x: Any, within: Any) -> Any:
+    def _within(self, x: Number, within: Number) -> Any:
         """The piece of x; where pieces do not meet smoothly, that of `within`. The last point still belongs to what is
         in front of it, but for values that are held."""
         if self.columns == HELD:
@@ -85,7 +86,7 @@ class Table:
         beyond = within > gather(self.data, self.columns * end)
         return where(edge < 1.0, 0.0, where(beyond, end, inside))
 
-    def _piece(self, x: Any) -> Any:
+    def _piece(self, x: Number) -> Any:
         """The number of the last piece that begins at or before x, by bisection; 0 if there is none."""
         i: Any = 0.0
         for n in reversed(range((self.pieces - 1).bit_length())):

@@ -18,14 +18,14 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
 from lienumba.numerics.jets import lift
-from lienumba.numerics.number import Vector
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
 @dataclass(frozen=True)
 class Constraint:
     """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
-    whether its law is of the user's own."""
+    whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies."""
 
     name: str
     bodies: tuple[int, ...]
@@ -33,6 +33,7 @@ class Constraint:
     level: str
     law: Law
     own: bool = False
+    ties: bool = True
 
     @property
     def rows(self) -> int:
@@ -66,7 +67,7 @@ def _driver(model: Model, driver: Driver) -> Constraint:
     def law(view: View) -> Vector:
         return kind.residual(model, driver, tuple(evaluate(model, x, view) for x in driver.value), view)
 
-    return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law)
+    return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law, ties=kind.ties)
 
 
 def rows_of(model: Model) -> list[slice]:
@@ -122,7 +123,7 @@ def time_rate(model: Model, now: Instant) -> list[Any]:
     return rates
 
 
-def derivative(model: Model, now: Instant, drifts: Sequence[Any]) -> list[Any]:
+def derivative(model: Model, now: Instant, drifts: Sequence[Matrix]) -> list[Any]:
     """Of Phi, along a matrix for the R of every body; 0 where there is no position."""
     rows: list[Any] = []
     for c in constraints_of(model):
@@ -148,7 +149,7 @@ def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
     return entries
 
 
-def loads(model: Model, now: Instant, multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
+def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[list[Any], list[Any]]:
     """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
 
     A joint without points acts at the mass centre.
@@ -200,7 +201,7 @@ def _size(body: Body) -> Any:
     return sqrt(6.0 * (xx + yy + zz) / body.mass)
 
 
-def largest(rows: list[Any]) -> Any:
+def largest(rows: Sequence[Number]) -> Any:
     """The largest absolute value of finite rows; 0 of none."""
     worst: Any = absolute(rows[0]) if rows else 0.0
     for row in rows[1:]:

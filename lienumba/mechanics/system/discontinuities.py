@@ -23,7 +23,7 @@ class Discontinuity:
     a: Any = 0.0
     b: Any = 1.0
 
-    def part(self, runs: Any) -> "Discontinuity":
+    def part(self, runs: "slice | np.ndarray") -> "Discontinuity":
         """That of some of the runs (indices or a slice)."""
         return Discontinuity(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
 

@@ -1,5 +1,6 @@
 """The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from lienumba.groups import so3
@@ -7,6 +8,7 @@ from lienumba.mechanics.mechanism.kinematics import Instant, inertia_times
 from lienumba.mechanics.mechanism.model import Model, at_time
 from lienumba.mechanics.system import applied_forces, constraints, kkt
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -34,7 +36,7 @@ def shapes(model: Model) -> kkt.Entries:
     return entries
 
 
-def gravity(model: Model, t: Any) -> Any:
+def gravity(model: Model, t: Number) -> Any:
     """Its three components (m/s^2, global) at time t."""
     return tuple(at_time(g, t) for g in model.gravity)
 
@@ -54,8 +56,8 @@ def accelerations(
     model: Model,
     structure: kkt.Structure,
     now: Instant,
-    mask: list[Any] | None = None,
-    expected: list[Any] | None = None,
+    mask: Sequence[Number] | None = None,
+    expected: Sequence[Number] | None = None,
     baumgarte: float | None = None,
 ) -> kkt.Solution:
     """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`;
@@ -76,7 +78,7 @@ def energies(model: Model, now: Instant) -> tuple[Any, Any]:
     return kinetic, potential
 
 
-def power(model: Model, now: Instant, multipliers: list[Any]) -> Any:
+def power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:
     """What changes the energy (W): drivers by lambda.Phi_t or lambda.psi(q, 0, t), forces, and gravity that varies."""
     total: Any = applied_forces.power(model, now) if model.forces else 0.0
     for rate, mu in zip(constraints.time_rate(model, now), multipliers, strict=True):

@@ -230,10 +230,11 @@ def prepare(
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
-        why, *others = violations(done, start, 0) or ["its state is not finite, or its joints lock it"]
+        unmet = violations(done, start, 0)
+        why = unmet[0] if unmet else "its state is not finite, or its joints lock it"
         rule = f"no sampled run can be assembled with {varied} varied"
         remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
-        raise ScenarioError(Problem("sweep.vary", rule, remedy), *others)
+        raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
     states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
     return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
 
