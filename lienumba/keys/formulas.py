@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from lienumba.errors import BadValueError
 from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number
@@ -71,16 +72,14 @@ def at_start(value: Number | Function) -> tuple[float, float, float]:
     return float(x.a), float(x.b), float(x.c)
 
 
-def not_finite_at_start(value: object, orders: int) -> str | None:
+def not_finite_at_start(value: object, orders: int) -> BadValueError | None:
     """What is wrong with a formula, of which so many are needed: value, rate and second derivative."""
     if not isinstance(value, str):
         return None
     for name, number in zip(("value", "rate", "second derivative"), at_start(Formula(value))[:orders], strict=False):
         if not abs(number) < LARGEST:
-            return (
-                f"its {name} at t = 0 is {number}; give a formula that begins smoothly with finite numbers, such as "
-                "t**2, or sqrt(t + 0.001)"
-            )
+            remedy = "give a formula that begins smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)"
+            return BadValueError(f"its {name} at t = 0 is {number}", remedy)
     return None
 
 
@@ -94,7 +93,7 @@ def derivatives(value: str | Function, times: "np.ndarray") -> "tuple[np.ndarray
     return a, b, c
 
 
-def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") -> str | None:
+def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") -> BadValueError | None:
     """What is wrong with a function of the time, or the text of its formula, in the course of a run."""
     import numpy as np
 
@@ -102,10 +101,8 @@ def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") ->
         bad = ~(np.abs(x) < LARGEST)
         if bad.any():
             first = int(np.argmax(bad))
-            return (
-                f"its {name} is {x[first]:.3g} at t = {times[first]:.6g}; give a formula that is finite until "
-                f"integrator.end_time = {times[-1]:.6g}"
-            )
+            remedy = f"give a formula that is finite until integrator.end_time = {times[-1]:.6g}"
+            return BadValueError(f"its {name} is {x[first]:.3g} at t = {times[first]:.6g}", remedy)
     return None
 
 

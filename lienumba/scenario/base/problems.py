@@ -23,8 +23,8 @@ class Report:
     """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
     run, where they are known, at which formulas of the time are looked at."""
 
-    problems: list[Any] = field(default_factory=list)
-    warnings: list[Any] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    warnings: list[Problem] = field(default_factory=list)
     times: "np.ndarray | None" = None
 
     def add(self, place: str, rule: str, remedy: str = "", value: object = NOTHING, *, verb: str = "") -> None:
