@@ -49,7 +49,7 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
-        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner"},
+        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "running", "showing"}],

@@ -128,7 +128,7 @@ def run(
             return dataset
         with _computing(resolved, workers, dask) as compute:
             if output is None:
-                return in_memory(resolved, labels, compute, tell)
+                return in_memory(resolved, runs_of(resolved, labels), compute, tell)
             on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
     return read(Path(output))
 
@@ -154,15 +154,14 @@ def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Comp
         yield cluster
 
 
-def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
+def in_memory(resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.engine.memory import Memory
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
 
-    runs = runs_of(resolved, labels)
-    results, memory = Results(resolved, runs.nominal), Memory(labels)
+    results, memory = Results(resolved, runs.nominal), Memory(runs.labels.tolist())
     enough = stopping_of(resolved, results.numbers)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):
