@@ -1,6 +1,6 @@
-"""`--quick`: the cheap tests of every file, by what tests/costs.csv says of them; `--costs` writes that file anew.
+"""`--quick`: the cheap tests of every room, by what tests/costs.csv says of them; `--costs` writes that file anew.
 
-Of every function the first case, if it is cheap, and as many more as take little together; of every file at least one
+Of every function the first case, if it is cheap, and as many more as take little together; of every room at least one
 test. What costs.csv does not name, such as a new test, is cheap.
 """
 
@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 
 COSTS = Path(__file__).with_name("costs.csv")
-FIRST = 0.6  # s of one core, the most for the first case of a function
-TOGETHER = 0.2  # s, for all its cases
+FIRST = 0.4  # s of one core, the most for the first case of a function
+TOGETHER = 0.1  # s, for all its cases
 TOLD = 0.03  # s; functions that take less in all are not in the file
 UNKNOWN = 0.01, 0.002  # s, of the first case of such a function, and of each other
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--quick", action="store_true", help="only the cheap tests of every file, by tests/costs.csv")
+    parser.addoption("--quick", action="store_true", help="only the cheap tests of every room, by tests/costs.csv")
     parser.addoption("--costs", action="store_true", help="write tests/costs.csv from this run")
 
 
@@ -38,12 +38,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def cheap(tests: list[str], costs: dict[str, tuple[float, float]]) -> set[str]:
     """Which of these tests are run; costs: by function, of its first case and of each other."""
-    files: dict[str, dict[str, list[str]]] = {}
+    rooms: dict[str, dict[str, list[str]]] = {}
     for test in tests:
         function = test.partition("[")[0]
-        files.setdefault(test.partition("::")[0], {}).setdefault(function, []).append(test)
+        room = test.partition("::")[0].rpartition("/")[0]
+        rooms.setdefault(room, {}).setdefault(function, []).append(test)
     kept: set[str] = set()
-    for functions in files.values():
+    for functions in rooms.values():
         first = {function: costs.get(function, UNKNOWN)[0] for function in functions}
         least = min(first, key=lambda function: first[function])
         for function, cases in functions.items():

@@ -8,6 +8,7 @@ flag.
 """
 
 import struct
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,6 +19,7 @@ from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
 from lienumba.numerics.vector_math import ROUND
 
+Value = Symbol | float  # of a graph
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
 BITS = f"<{W} x i64>"
@@ -96,7 +98,7 @@ class _Writer:
         self.loaded: dict[tuple[str, int], str] = {}
         self.here: dict[int, int] = {}  # the values of the segment, numbered
 
-    def function(self, name: str, order: list[Symbol], stores: list[tuple[str, int, Any]]) -> str:
+    def function(self, name: str, order: list[Symbol], stores: Sequence[tuple[str, int, Value]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
         if len(order) >= LONG:
             self._write(by_content(order), stores, frames=True)
@@ -105,7 +107,7 @@ class _Writer:
         self._write(by_size(order), stores, frames=False)
         return assembled(name, self.segments)
 
-    def _write(self, parts: Segments, stores: list[tuple[str, int, Any]], frames: bool) -> None:
+    def _write(self, parts: Segments, stores: Sequence[tuple[str, int, Value]], frames: bool) -> None:
         """Fill the segments; frames: what each leaves lies side by side."""
         self.segments, self.work = [], WorkRows()
         last_use: dict[int, int] = {}
@@ -160,7 +162,7 @@ class _Writer:
         return self.loaded[key]
 
     # ------------------------------------------------------------ values
-    def _value(self, x: Any) -> str:
+    def _value(self, x: Value) -> str:
         if not isinstance(x, Symbol):
             return f"<{', '.join([f'double {_hex(float(x))}'] * W)}>"
         if x.id in self.here:

@@ -4,6 +4,7 @@ Numba finds `register` through the package's entry point, so a user's own jitted
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from lienumba.numerics import operations, vector_math
@@ -19,19 +20,19 @@ def register() -> None:
     if operations.ON_NEW_KERNEL:
         return
 
-    def scalar(x: Any) -> bool:
+    def scalar(x: types.Type) -> bool:
         return isinstance(x, types.Number)
 
     @overload(operations.sqrt, strict=False)
-    def sqrt(x: Any) -> Any:
+    def sqrt(x: types.Type) -> Any:
         if x == lanes.lanes:
             return lambda x: lanes.sqrt(x)
         if scalar(x):
             return lambda x: math.sqrt(x)
 
-    def polynomial(operation: Any, of_any_number: Any) -> None:
+    def polynomial(operation: Callable[..., object], of_any_number: Callable[..., object]) -> None:
         @overload(operation, strict=False)
-        def choose(x: Any) -> Any:
+        def choose(x: types.Type) -> Any:
             return lambda x: of_any_number(x)
 
     polynomial(operations.sin, vector_math.sin)
@@ -40,25 +41,25 @@ def register() -> None:
     polynomial(operations.log, vector_math.log)
 
     @overload(operations.power_of_two, strict=False)
-    def power_of_two(n: Any) -> Any:
+    def power_of_two(n: types.Type) -> Any:
         if n == lanes.lanes:
             return lambda n: lanes.power_of_two(n)
         if scalar(n):
             return lambda n: math.ldexp(1.0, int(n)) if n == n else n
 
     @overload(operations.atan2, strict=False)
-    def atan2(y: Any, x: Any) -> Any:
+    def atan2(y: types.Type, x: types.Type) -> Any:
         return lambda y, x: vector_math.atan2(y, x)
 
     @overload(operations.where, strict=False)
-    def where(condition: Any, x: Any, y: Any) -> Any:
+    def where(condition: types.Type, x: types.Type, y: types.Type) -> Any:
         if condition == lanes.mask:
             return lambda condition, x, y: lanes.choose(condition, x, y)
         if isinstance(condition, types.Boolean):
             return lambda condition, x, y: x if condition else y
 
     @overload(operations.at_most, strict=False)
-    def at_most(x: Any, bound: Any) -> Any:
+    def at_most(x: types.Type, bound: types.Type) -> Any:
         return lambda x, bound: x
 
     for function in (operations.minimum, operations.maximum, operations.absolute, *operations.KERNELS):

@@ -5,12 +5,16 @@ Under `@njit`, lanes know `+ - * /`, negation, comparisons, `where`, `sqrt`, `fm
 """
 
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.base import BaseContext
+from numba.core.datamodel import DataModelManager
 from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing import BaseContext as TypingContext
+from numba.core.typing.templates import AbstractTemplate, Signature, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
 from lienumba.compiler.rows import ROW, W
@@ -36,17 +40,17 @@ lanes, mask = Lanes(), Mask()
 
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: Any) -> None:
+    def __init__(self, dmm: DataModelManager, fe_type: types.Type) -> None:
         super().__init__(dmm, fe_type, VECTOR)
 
 
 @register_model(Mask)
 class _MaskModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: Any) -> None:
+    def __init__(self, dmm: DataModelManager, fe_type: types.Type) -> None:
         super().__init__(dmm, fe_type, BITS)
 
 
-def broadcast(builder: Any, scalar: Any) -> Any:
+def broadcast(builder: ir.IRBuilder, scalar: ir.Value) -> Any:
     """A scalar in every lane."""
     vector = ir.VectorType(scalar.type, W)
     undefined = ir.Constant(vector, ir.Undefined)
@@ -54,7 +58,9 @@ def broadcast(builder: Any, scalar: Any) -> Any:
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(INT32, W), [0] * W))
 
 
-def as_vectors(context: Any, builder: Any, given: Any, args: Any) -> list[Any]:
+def as_vectors(
+    context: BaseContext, builder: ir.IRBuilder, given: tuple[types.Type, ...], args: tuple[ir.Value, ...]
+) -> list[Any]:
     """Each argument as a vector of doubles; plain numbers are broadcast."""
     return [
         value if kind == lanes else broadcast(builder, context.cast(builder, value, kind, types.float64))
@@ -62,19 +68,19 @@ def as_vectors(context: Any, builder: Any, given: Any, args: Any) -> list[Any]:
     ]
 
 
-def are_numbers(args: Any, count: int) -> bool:
+def are_numbers(args: tuple[types.Type, ...], count: int) -> bool:
     """Whether these are `count` lanes or plain numbers, at least one of them lanes."""
     return len(args) == count and lanes in args and all(a == lanes or isinstance(a, types.Number) for a in args)
 
 
-def _binary(op: Any, result: Any, emit: Any) -> None:
+def _binary(op: Callable[..., object], result: types.Type, emit: Callable[..., ir.Value]) -> None:
     @infer_global(op)
     class _Typing(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Any:
             if are_numbers(args, 2):
                 return signature(result, *(a if a == lanes else types.float64 for a in args))
 
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def lower(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
         return emit(builder, *as_vectors(context, builder, sig.args, args))
 
     for pair in ((lanes, lanes), (lanes, types.float64), (types.float64, lanes)):
@@ -97,10 +103,10 @@ _binary(operator.eq, mask, lambda b, x, y: b.fcmp_ordered("==", x, y))
 _binary(operator.ne, mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
 
 
-def _of_masks(op: Any, emit: Any) -> None:
+def _of_masks(op: Callable[..., object], emit: Callable[..., ir.Value]) -> None:
     @infer_global(op)
     class _Typing(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Any:
             if args == (mask, mask):
                 return signature(mask, mask, mask)
 
@@ -113,76 +119,76 @@ _of_masks(operator.or_, lambda b, x, y: b.or_(x, y))
 
 @infer_global(operator.neg)
 class _Negation(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
+    def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Any:
         if args == (lanes,):
             return signature(lanes, lanes)
 
 
 @lower_builtin(operator.neg, lanes)
-def _lower_negation(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_negation(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
     return builder.fneg(args[0])
 
 
-def _llvm(builder: Any, name: str, *args: Any) -> Any:
+def _llvm(builder: ir.IRBuilder, name: str, *args: ir.Value) -> Any:
     kind = ir.FunctionType(VECTOR, [VECTOR] * len(args))
     function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{W}f64")
     return builder.call(function, args)
 
 
 @intrinsic
-def splat(typing: Any, x: Any) -> Any:
+def splat(typing: TypingContext, x: types.Type) -> Any:
     """A float in every lane."""
     return lanes(types.float64), lambda context, builder, sig, args: broadcast(builder, args[0])
 
 
 @intrinsic
-def sqrt(typing: Any, x: Any) -> Any:
+def sqrt(typing: TypingContext, x: types.Type) -> Any:
     if x == lanes:
         return lanes(lanes), lambda context, builder, sig, args: _llvm(builder, "sqrt", *args)
 
 
 @intrinsic
-def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+def fma(typing: TypingContext, a: types.Type, b: types.Type, c: types.Type) -> Any:
     """a b + c, rounded once."""
     if are_numbers((a, b, c), 3):
         given = [x if x == lanes else types.float64 for x in (a, b, c)]
 
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
             return _llvm(builder, "fma", *as_vectors(context, builder, sig.args, args))
 
         return lanes(*given), codegen
 
 
 @intrinsic
-def choose(typing: Any, condition: Any, x: Any, y: Any) -> Any:
+def choose(typing: TypingContext, condition: types.Type, x: types.Type, y: types.Type) -> Any:
     """x in the lanes where the mask holds, else y."""
     if condition == mask and all(a == lanes or isinstance(a, types.Number) for a in (x, y)):
         given = [a if a == lanes else types.float64 for a in (x, y)]
 
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
             return builder.select(args[0], *as_vectors(context, builder, sig.args[1:], args[1:]))
 
         return lanes(mask, *given), codegen
 
 
 @intrinsic
-def any_lane(typing: Any, condition: Any) -> Any:
+def any_lane(typing: TypingContext, condition: types.Type) -> Any:
     """Whether the mask holds in some lane."""
     if condition == mask:
 
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
             return builder.icmp_unsigned("!=", builder.bitcast(args[0], ir.IntType(W)), ir.Constant(ir.IntType(W), 0))
 
         return types.boolean(mask), codegen
 
 
 @intrinsic
-def power_of_two(typing: Any, n: Any) -> Any:
+def power_of_two(typing: TypingContext, n: types.Type) -> Any:
     """2**n for an integral n in [-1022, 1023]."""
     if n == lanes:
         integers = ir.VectorType(INT64, W)
 
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
             biased = builder.fadd(args[0], ir.Constant(VECTOR, [ROUND + 1023.0] * W))
             shifted = builder.shl(builder.bitcast(biased, integers), ir.Constant(integers, [52] * W))
             return builder.bitcast(shifted, VECTOR)
@@ -190,16 +196,16 @@ def power_of_two(typing: Any, n: Any) -> Any:
         return lanes(lanes), codegen
 
 
-def _row(builder: Any, base: Any, row: Any) -> Any:
+def _row(builder: ir.IRBuilder, base: ir.Value, row: ir.Value) -> Any:
     address = builder.add(base, builder.mul(row, ir.Constant(INT64, ROW)))
     return builder.inttoptr(address, VECTOR.as_pointer())
 
 
 @intrinsic
-def load(typing: Any, base: Any, row: Any) -> Any:
+def load(typing: TypingContext, base: types.Type, row: types.Type) -> Any:
     """The W doubles of a row of the flat array at address `base`."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
         value = builder.load(_row(builder, *args), typ=VECTOR)
         value.align = 8
         return value
@@ -208,8 +214,8 @@ def load(typing: Any, base: Any, row: Any) -> Any:
 
 
 @intrinsic
-def store(typing: Any, base: Any, row: Any, value: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def store(typing: TypingContext, base: types.Type, row: types.Type, value: types.Type) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
         builder.store(args[2], _row(builder, *args[:2])).align = 8
         return context.get_dummy_value()
 
@@ -217,10 +223,19 @@ def store(typing: Any, base: Any, row: Any, value: Any) -> Any:
 
 
 @intrinsic
-def call(typing: Any, address: Any, state: Any, parameters: Any, clock: Any, extra: Any, out: Any, work: Any) -> Any:
+def call(
+    typing: TypingContext,
+    address: types.Type,
+    state: types.Type,
+    parameters: types.Type,
+    clock: types.Type,
+    extra: types.Type,
+    out: types.Type,
+    work: types.Type,
+) -> Any:
     """Call the kernel at `address` (see `lienumba.compiler.emit`) with six addresses."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
         kind = ir.FunctionType(ir.VoidType(), [INT64] * 6)
         builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
         return context.get_dummy_value()
@@ -229,10 +244,10 @@ def call(typing: Any, address: Any, state: Any, parameters: Any, clock: Any, ext
 
 
 @intrinsic
-def borrowed(typing: Any, array: Any) -> Any:
+def borrowed(typing: TypingContext, array: types.Type) -> Any:
     """The same array without a count of who holds it: handing it on costs no atomic operation. The caller holds it."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
         given = context.make_array(array)(context, builder, args[0])
         lent = context.make_array(array)(context, builder)
         for name in ("nitems", "itemsize", "data", "shape", "strides"):

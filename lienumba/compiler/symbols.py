@@ -6,11 +6,12 @@ what is stored cannot change what is computed, and the recorded graph fixes ever
 """
 
 import gc
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
+from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, power
 
 COMPARISONS = ("<", "<=", "==")
@@ -78,7 +79,7 @@ class Symbol:
             self.invariant = all(a.invariant for a in args if isinstance(a, Symbol))
 
     # ------------------------------------------------------------ arithmetic
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
             if not isinstance(other, float | int):
                 return NotImplemented
@@ -89,7 +90,7 @@ class Symbol:
             return other - self.args[0]
         return self._sum(other)
 
-    def _sum(self, other: Any) -> "Symbol":
+    def _sum(self, other: Number) -> "Symbol":
         node = self.graph.node
         if isinstance(other, Symbol):
             if other.op == "*":
@@ -101,7 +102,7 @@ class Symbol:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Number) -> Any:
         node = self.graph.node
         if not isinstance(other, Symbol):
             return self + -other if isinstance(other, float | int) else NotImplemented
@@ -115,7 +116,7 @@ class Symbol:
             return node("fnma", *other.args, self)
         return node("fms", *self.args, other) if self.op == "*" else node("-", self, other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: float) -> Any:
         if other == 0:
             return -self
         if self.op == "neg":
@@ -123,7 +124,7 @@ class Symbol:
         node = self.graph.node
         return node("fnma", *self.args, float(other)) if self.op == "*" else node("-", float(other), self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
             if not isinstance(other, float | int):
                 return NotImplemented
@@ -144,7 +145,7 @@ class Symbol:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
             if not isinstance(other, float | int):
                 return NotImplemented
@@ -155,7 +156,7 @@ class Symbol:
             return -(self / other.args[0])
         return self.graph.node("/", self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: float) -> Any:
         if other == 0:
             return 0.0
         if self.op == "neg":
@@ -170,23 +171,23 @@ class Symbol:
         return self.graph.node("neg", self)
 
     # ------------------------------------------------------------ comparisons and choice
-    def __lt__(self, other: Any) -> Any:
+    def __lt__(self, other: Number) -> Any:
         if not isinstance(other, Symbol) and self.upper < other:
             return True
         return self.graph.node("<", self, other)
 
-    def __le__(self, other: Any) -> Any:
+    def __le__(self, other: Number) -> Any:
         if not isinstance(other, Symbol) and self.upper <= other:
             return True
         return self.graph.node("<=", self, other)
 
-    def __gt__(self, other: Any) -> Any:
+    def __gt__(self, other: Number) -> Any:
         return self.graph.node("<", other, self)
 
-    def __ge__(self, other: Any) -> Any:
+    def __ge__(self, other: Number) -> Any:
         return self.graph.node("<=", other, self)
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> Any:
         return self.graph.node("==", self, other)
 
     def __hash__(self) -> int:
@@ -198,7 +199,7 @@ class Symbol:
     def __abs__(self) -> Any:
         return absolute(self)
 
-    def __pow__(self, p: Any) -> Any:
+    def __pow__(self, p: Number) -> Any:
         return power(self, p)
 
     def __repr__(self) -> str:
@@ -207,7 +208,7 @@ class Symbol:
     def __bool__(self) -> bool:
         raise TypeError("a kernel may not branch on a number: use where(condition, x, y)")
 
-    def where(self, condition: Any, x: Any, y: Any) -> Any:
+    def where(self, condition: Condition, x: Number, y: Number) -> Any:
         if not isinstance(y, Symbol) and hasattr(y, "where"):
             return y.where(condition, x, y)  # a jet
         return x if x is y else self.graph.node("where", condition, x, y)
@@ -220,7 +221,7 @@ class Symbol:
     def sqrt(self) -> "Symbol":
         return self.graph.node("sqrt", self)
 
-    def gather(self, index: Any) -> "Symbol":
+    def gather(self, index: Number) -> "Symbol":
         """The entry at an index of the numbers whose address this symbol is, in every lane the same."""
         return self.graph.node("gather", self, index)
 
@@ -228,7 +229,7 @@ class Symbol:
         return self.graph.node("power_of_two", self)
 
 
-def live(outputs: tuple[Any, ...]) -> list[Symbol]:
+def live(outputs: Sequence[object]) -> list[Symbol]:
     """The nodes that the outputs need, each behind all that it uses.
 
     What depends on a division stays in the order in which it was recorded: an elimination frees values as

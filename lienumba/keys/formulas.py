@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from lienumba.errors import BadValueError
 from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 Function = Callable[[Number], Number]  # of the time
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
@@ -64,55 +63,43 @@ def constant(value: float | str | None) -> float | None:
 
 def at_start(value: Number | Function) -> tuple[float, float, float]:
     """A number or a function of time at t = 0: its value, rate and second derivative."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         x = lift(value(Jet(0.0, 1.0)) if callable(value) else value)
     return float(x.a), float(x.b), float(x.c)
 
 
-def not_finite_at_start(value: object, orders: int) -> str | None:
+def not_finite_at_start(value: object, orders: int) -> BadValueError | None:
     """What is wrong with a formula, of which so many are needed: value, rate and second derivative."""
     if not isinstance(value, str):
         return None
     for name, number in zip(("value", "rate", "second derivative"), at_start(Formula(value))[:orders], strict=False):
         if not abs(number) < LARGEST:
-            return (
-                f"its {name} at t = 0 is {number}; give a formula that begins smoothly with finite numbers, such as "
-                "t**2, or sqrt(t + 0.001)"
-            )
+            remedy = "give a formula that begins smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)"
+            return BadValueError(f"its {name} at t = 0 is {number}", remedy)
     return None
 
 
-def derivatives(value: str | Function, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+def derivatives(value: str | Function, times: np.ndarray) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
     """A function of the time (or the text of its formula), its rate and its second derivative at these times."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         x = lift((Formula(value) if isinstance(value, str) else value)(Jet(times, 1.0)))
     a, b, c = (np.array(np.broadcast_to(np.asarray(y, float), times.shape)) for y in (x.a, x.b, x.c))
     return a, b, c
 
 
-def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") -> str | None:
+def not_finite_later(value: str | Function, orders: int, times: np.ndarray) -> BadValueError | None:
     """What is wrong with a function of the time, or the text of its formula, in the course of a run."""
-    import numpy as np
-
     for name, x in zip(("value", "rate", "second derivative"), derivatives(value, times)[:orders], strict=False):
         bad = ~(np.abs(x) < LARGEST)
         if bad.any():
             first = int(np.argmax(bad))
-            return (
-                f"its {name} is {x[first]:.3g} at t = {times[first]:.6g}; give a formula that is finite until "
-                f"integrator.end_time = {times[-1]:.6g}"
-            )
+            remedy = f"give a formula that is finite until integrator.end_time = {times[-1]:.6g}"
+            return BadValueError(f"its {name} is {x[first]:.3g} at t = {times[first]:.6g}", remedy)
     return None
 
 
-def jump(x: "np.ndarray", rate: "np.ndarray", times: "np.ndarray") -> tuple[float, float] | None:
+def jump(x: np.ndarray, rate: np.ndarray, times: np.ndarray) -> tuple[float, float] | None:
     """Where a function changes by far more than its rate says on both sides: the time, and by how much."""
-    import numpy as np
-
     rates, spacing = np.abs(rate), times[1] - times[0]
     with np.errstate(all="ignore"):  # where it is not finite, `not_finite_later` says so
         steps = np.abs(np.diff(x))

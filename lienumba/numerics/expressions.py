@@ -16,6 +16,7 @@ from typing import Any
 
 from lienumba.errors import BadValueError
 from lienumba.numerics import operations
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
 
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
@@ -27,11 +28,14 @@ WITHIN = "t within"  # the time that tells in which piece of a table t lies, and
 LARGEST_POWER = 64  # of an exponent that is a whole number
 
 
-def _clip(x: Any, low: Any, high: Any) -> Any:
+Names = Mapping[str, Any]  # numbers, and tables, which are called with two
+
+
+def _clip(x: Number, low: Number, high: Number) -> Any:
     return where(x > high, high, where(x < low, low, x))
 
 
-def _sign(x: Any) -> Any:
+def _sign(x: Number) -> Any:
     return where(x > 0.0, 1.0, where(x < 0.0, -1.0, 0.0 * x))
 
 
@@ -119,7 +123,7 @@ class Formula:
                 raise ExpressionError(f"has the value {value}", "it must be a finite number")
             object.__setattr__(self, "constant", float(value))
 
-    def __call__(self, t: Any, **names: Any) -> Any:
+    def __call__(self, t: Number, **names: Any) -> Any:
         return (_truth if self.condition else _value)(self._tree, {"t": t, **names})
 
     def bound(self, values: Mapping[str, float]) -> str:
@@ -336,7 +340,7 @@ def _text(node: ast.AST) -> str:
     return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
 
 
-def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+def _value(node: ast.AST, names: Names) -> Any:
     """The value of a checked node."""
     match node:
         case ast.Constant(value=value):
@@ -361,7 +365,7 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
     raise AssertionError("checked before")
 
 
-def _truth(node: ast.AST, names: Mapping[str, Any]) -> Any:
+def _truth(node: ast.AST, names: Names) -> Any:
     """1 where a condition holds, else 0."""
     match node:
         case ast.BoolOp(op=ast.And(), values=values):

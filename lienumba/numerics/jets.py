@@ -135,46 +135,46 @@ class Dual(Jet):
 
     __slots__ = ()
 
-    def __init__(self, a: Any, b: Any = 0.0) -> None:
+    def __init__(self, a: Number, b: Number = 0.0) -> None:
         self.a, self.b = a, b
 
-    def _chain(self, f: Any, f1: Any, f2: Any) -> "Dual":
+    def _chain(self, f: Number, f1: Number, f2: Number) -> "Dual":
         return Dual(f, f1 * self.b)
 
-    def __add__(self, other: Any) -> "Dual":
+    def __add__(self, other: Number) -> "Dual":
         o = lift(other)
         return Dual(self.a + o.a, self.b + o.b)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> "Dual":
+    def __sub__(self, other: Number) -> "Dual":
         o = lift(other)
         return Dual(self.a - o.a, self.b - o.b)
 
-    def __rsub__(self, other: Any) -> "Dual":
+    def __rsub__(self, other: Number) -> "Dual":
         o = lift(other)
         return Dual(o.a - self.a, o.b - self.b)
 
     def __neg__(self) -> "Dual":
         return Dual(-self.a, -self.b)
 
-    def __mul__(self, other: Any) -> "Dual":
+    def __mul__(self, other: Number) -> "Dual":
         o = lift(other)
         return Dual(self.a * o.a, self.b * o.a + self.a * o.b)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> "Dual":
+    def __truediv__(self, other: Number) -> "Dual":
         return _quotient(self, lift(other))
 
-    def __rtruediv__(self, other: Any) -> "Dual":
+    def __rtruediv__(self, other: Number) -> "Dual":
         return _quotient(lift(other), self)
 
-    def where(self, condition: Any, x: Any, y: Any) -> "Dual":
+    def where(self, condition: Condition, x: Number, y: Number) -> "Dual":
         x, y = lift(x), lift(y)
         return Dual(operations.where(condition, x.a, y.a), operations.where(condition, x.b, y.b))
 
-    def atan2(self, y: Any, x: Any) -> "Dual":
+    def atan2(self, y: Number, x: Number) -> "Dual":
         y, x = lift(y), lift(x)
         square = x.a * x.a + y.a * y.a
         return Dual(operations.atan2(y.a, x.a), divide(x.a * y.b - y.a * x.b, square))

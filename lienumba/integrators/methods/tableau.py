@@ -7,6 +7,7 @@ from typing import Any
 
 from lienumba.keys.literature import Reference
 from lienumba.keys.registry import Registry
+from lienumba.numerics.number import Number
 
 Row = tuple[Fraction, ...]
 
@@ -65,7 +66,7 @@ class Tableau:
         first = self.first[stage] if self.first else ()
         return (first, tuple(a - f for a, f in zip(whole, first, strict=True))) if first else (whole,)
 
-    def extension(self, s: Any, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
+    def extension(self, s: Number, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
         """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
         Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic. number: what coefficients become."""
         stages = range(len(self.stages))

@@ -255,6 +255,7 @@ class PointDriver(BodyDriver):
     def residual(cls, model: Model, driver: Driver, wanted: Vector, view: View) -> Vector:
         """The point is where the prescription has it."""
         x, y, z = wanted
+        assert driver.point is not None
         return so3.subtract(view[driver.bodies[-1]].point(driver.point), (x, y, z))
 
     def driven(self, coordinate: tuple[str, str] | None) -> tuple[tuple[str, ...], str]:

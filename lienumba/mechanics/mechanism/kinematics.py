@@ -15,12 +15,14 @@ from lienumba.groups import so3
 from lienumba.mechanics.mechanism.directions import Directions, go_together, seeds
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.numerics.jets import Dual, Jet, lift
+from lienumba.numerics.number import Matrix, Number, Vector
 
 Body = tuple[Any, ...]  # 18 numbers: an element of S
 AT_REST = (0.0, 0.0, 0.0)
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UNITS = tuple(tuple(float(i == j) for j in range(6)) for i in range(6))  # velocities of a body
-TOGETHER = seeds(UNITS)
+TOGETHER = tuple(seeds(UNITS))
+Rates = tuple[Any, ...]  # numbers, or derivatives along several directions at once
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Motion:
     v: Any = AT_REST
     w: Any = AT_REST
 
-    def point(self, p: Any) -> Any:
+    def point(self, p: Vector) -> Any:
         """The global position of a point given in the body's frame."""
         return so3.add(self.r, so3.rotate(self.R, p))
 
@@ -79,7 +81,7 @@ def still(now: Instant, ends: tuple[int, ...]) -> View:
     return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within, now.states)
 
 
-def moving(now: View, accelerations: Any = None) -> View:
+def moving(now: View, accelerations: Sequence[Number] | None = None) -> View:
     """All bodies in motion, and time with them: second-order jets. accelerations: v' (global) and w' (body frame), 6
     rows per body; without them the velocities are frozen."""
     motions = {}
@@ -103,7 +105,7 @@ def waiting(now: Instant, ends: tuple[int, ...]) -> View:
     return replace(view, motions=at_rest, t=Jet(now.t, 1.0))
 
 
-def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocity_level: bool) -> View:
+def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Rates, velocity_level: bool) -> View:
     """One body moving with a unit velocity (6), or with it as the derivative of its velocity; time stands."""
     v, w = velocity[0:3], velocity[3:6]
     view = still(now, ends)
@@ -115,7 +117,7 @@ def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Any, velocit
     return replace(view, motions=view.motions | {body: m})
 
 
-def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Any]) -> View:
+def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Matrix]) -> View:
     """The R of every body moving along a matrix of its own (9 numbers each), which may lead off SO(3); time stands."""
     view = still(now, ends)
     motions = {i: replace(m, R=_duals(m.R, drifts[i])) for i, m in view.motions.items()}
@@ -133,20 +135,20 @@ def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_l
     return [list(row) for row in zip(*block, strict=True)]
 
 
-def _jets(values: Any, rates: Any) -> Any:
+def _jets(values: Vector, rates: Vector) -> Any:
     return tuple(Jet(x, dx) for x, dx in zip(values, rates, strict=True))
 
 
-def _duals(values: Any, rates: Any) -> Any:
+def _duals(values: Vector, rates: Rates) -> Any:
     return tuple(Dual(x, dx) for x, dx in zip(values, rates, strict=True))
 
 
-def _times_hat(R: Any, w: Any) -> Any:
+def _times_hat(R: Matrix, w: Rates) -> Any:
     """R hat(w): each row crossed with w."""
     return so3.cross(R[0:3], w) + so3.cross(R[3:6], w) + so3.cross(R[6:9], w)
 
 
-def inertia_times(inertia: Any, w: Any) -> Any:
+def inertia_times(inertia: Vector, w: Vector) -> Any:
     """J w, body frame, J by its elements xx yy zz xy xz yz."""
     xx, yy, zz, xy, xz, yz = inertia
     return (

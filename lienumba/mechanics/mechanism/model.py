@@ -144,7 +144,8 @@ class Quantity:
 
     bodies: what it is about; point: in the first body's frame; derivative: of the position of a point, 0, 1 or 2;
     relative_to: the body from which it is seen; frame: the body along whose axes it is given; target: rotation;
-    joint, driver: indices; about: the point (global) of a moment, None for the mass centre; value: of an expression.
+    joint, driver: indices; about: the point (global) of a moment, None for the mass centre; value: of an expression;
+    numbers: others that a type needs.
     """
 
     name: str
@@ -160,6 +161,7 @@ class Quantity:
     about: Vec3 | None = None
     value: Timed = 0.0
     units: str = "1"
+    numbers: dict[str, Timed] = field(default_factory=dict)  # a tuple for a vector
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ behind the last one the values there are kept.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import gather, maximum, minimum, where
-
-if TYPE_CHECKING:
-    import numpy as np
 
 HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
 HELD = 2  # columns: pieces with a value alone
@@ -24,19 +24,15 @@ INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
 class Numbers:
     """Numbers in memory, which kernels get by their address."""
 
-    def __init__(self, array: "np.ndarray") -> None:
+    def __init__(self, array: np.ndarray) -> None:
         self.array = array
 
     @property
     def address(self) -> float:
         """The number whose bits are the address."""
-        import numpy as np
-
         return float(np.array([self.array.ctypes.data], np.int64).view(np.float64)[0])
 
-    def gather(self, index: Any) -> Any:
-        import numpy as np
-
+    def gather(self, index: Number) -> Any:
         found = self.array[np.asarray(index).astype(np.int64)]
         return float(found) if found.ndim == 0 else found
 
@@ -55,8 +51,6 @@ class Table:
     @staticmethod
     def of(points: Sequence[float], values: Sequence[float], interpolation: str) -> "Table":
         """Through these points, which ascend; at least two."""
-        import numpy as np
-
         x, y = np.array(points, float), np.array(values, float)
         coefficients = {HOLD: _hold, LINEAR: _linear, CUBIC: _cubic}[interpolation](x, y)
         constant = np.zeros(coefficients.shape[1])
@@ -65,7 +59,7 @@ class Table:
         knots = (float(x[0]), float(x[-1])) if interpolation == CUBIC else tuple(x.tolist())
         return Table(Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[-1]))
 
-    def __call__(self, x: Any, within: Any) -> Any:
+    def __call__(self, x: Number, within: Number) -> Any:
         """The value at x, by the piece in which `within` lies."""
         piece = self.columns * self._within(lift(x).a, lift(within).a)
         start, value, *slopes = (gather(self.data, piece + float(n)) for n in range(self.columns))
@@ -75,7 +69,7 @@ class Table:
             value = value + c * power
         return value if slopes else where(d <= d, value, d)  # NaN stays NaN
 
-    def _within(self, x: Any, within: Any) -> Any:
+    def _within(self, x: Number, within: Number) -> Any:
         """The piece of x; where pieces do not meet smoothly, that of `within`. The last point still belongs to what is
         in front of it, but for values that are held."""
         if self.columns == HELD:
@@ -85,7 +79,7 @@ class Table:
         beyond = within > gather(self.data, self.columns * end)
         return where(edge < 1.0, 0.0, where(beyond, end, inside))
 
-    def _piece(self, x: Any) -> Any:
+    def _piece(self, x: Number) -> Any:
         """The number of the last piece that begins at or before x, by bisection; 0 if there is none."""
         i: Any = 0.0
         for n in reversed(range((self.pieces - 1).bit_length())):
@@ -94,23 +88,19 @@ class Table:
         return i
 
 
-def _hold(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
+def _hold(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return y[:-1, None]
 
 
-def _linear(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
+def _linear(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.column_stack([y[:-1], np.diff(y) / np.diff(x)])
 
 
-def _cubic(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
+def _cubic(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The twice differentiable spline whose third derivative does not jump at the second and the last but one point.
 
     Elementwise, so that no library decides on its bits. The slopes s solve a tridiagonal system.
     """
-    import numpy as np
-
     n, h = len(x), np.diff(x)
     m = np.diff(y) / h
     if n == 2:
@@ -132,10 +122,8 @@ def _cubic(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
     return np.column_stack([y[:-1], s[:-1], (m - s[:-1]) / h - bend, bend / h])
 
 
-def _tridiagonal(low: list[float], middle: list[float], high: list[float], right: list[float]) -> "np.ndarray":
+def _tridiagonal(low: list[float], middle: list[float], high: list[float], right: list[float]) -> np.ndarray:
     """Thomas' algorithm."""
-    import numpy as np
-
     for i in range(1, len(middle)):
         factor = low[i - 1] / middle[i - 1]
         middle[i] -= factor * high[i - 1]

@@ -3,6 +3,7 @@
 Elementwise: a run that has converged stays where it is, and no run sees another.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from lienumba.mechanics.start.least_norm import Entries, least
 from lienumba.mechanics.start.poses import Local, Poses, Rates
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.projection import ROUNDING
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, cos, maximum, where
 
 ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size of its joint, or speed of its points
@@ -136,7 +138,7 @@ class Closing:
         return x
 
 
-def _limited(x: list[Any], new: list[Any]) -> list[Any]:
+def _limited(x: Sequence[Number], new: Sequence[Number]) -> list[Any]:
     """The new x, or as much of the way there as turns no body by more than LONGEST_TURN."""
     turn = constraints.largest([b - a for c, (a, b) in enumerate(zip(x, new, strict=True)) if c % 6 >= 3])
     long = turn > LONGEST_TURN

@@ -1,10 +1,12 @@
 """Least changes that fulfil linear conditions, elementwise: numbers are floats or arrays of shape (runs,)."""
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import maximum, where
 
 ROUNDING = 1e-26  # of the largest diagonal: a row below is zero but for rounding
@@ -13,7 +15,7 @@ DEPENDENT = 1e-12  # a pivot below this fraction of its diagonal belongs to a ro
 Entries = dict[tuple[int, int], Any]
 
 
-def least(C: Entries, inverse: Entries, b: list[Any], size: int, damping: Any = 0.0) -> list[Any]:
+def least(C: Entries, inverse: Entries, b: Sequence[Number], size: int, damping: Number = 0.0) -> list[Any]:
     """The x of least x^T W x with C x = b, or the closest that dependent rows allow; `inverse`: entries of W^-1.
 
     damping: with some, all rows count, and rows that contradict each other meet halfway (Levenberg and Marquardt).
@@ -43,7 +45,7 @@ def least(C: Entries, inverse: Entries, b: list[Any], size: int, damping: Any = 
     return solution
 
 
-def _solved(S: list[dict[int, Any]], b: list[Any]) -> list[Any]:
+def _solved(S: list[dict[int, Number]], b: Sequence[Number]) -> list[Any]:
     """S^-1 b by L D L^T, in place, rows without a pivot left out; S: the lower triangle by column."""
     m = len(b)
     scale = [S[j].get(j, 0.0) for j in range(m)]

@@ -5,14 +5,17 @@ Position p (base frame), rotation R_rel, velocities u = (v_rel in the base frame
 What is free to be solved for is free in these terms, so that a body which moves carries along all that hangs on it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from lienumba.groups import so3
+from lienumba.groups.state import State
 from lienumba.mechanics.mechanism.model import GROUND, Pose, Start
 from lienumba.mechanics.start.least_norm import Entries
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import where
 
 ZERO = (0.0, 0.0, 0.0)
@@ -85,7 +88,7 @@ class Poses:
             done[i] = (*r, *so3.multiply(Q, R), *v, *w)
         return tuple(done)
 
-    def moved(self, local: tuple[Local, ...], x: list[Any], runs: np.ndarray) -> tuple[Local, ...]:
+    def moved(self, local: tuple[Local, ...], x: Sequence[Number], runs: np.ndarray) -> tuple[Local, ...]:
         """These runs (booleans) moved by x: a shift of p and a rotation of R_rel from the right, where free."""
         done = []
         for i, own in enumerate(local):
@@ -108,7 +111,7 @@ class Poses:
             for i, (n, o) in enumerate(zip(new, old, strict=True))
         )
 
-    def columns(self, C: Entries, bodies: tuple[Any, ...], local: tuple[Local, ...], free: frozenset[int]) -> Entries:
+    def columns(self, C: Entries, bodies: Sequence[State], local: tuple[Local, ...], free: frozenset[int]) -> Entries:
         """The free columns of C (global v, body frame w) in the terms of the start."""
         moves = [False] * len(local)
         for i in self.order:
@@ -164,7 +167,7 @@ def _columns(bodies: set[int], first: int) -> frozenset[int]:
     return frozenset(6 * i + first + c for i in bodies for c in range(3))
 
 
-def _three(x: list[Any], first: int) -> Any:
+def _three(x: Sequence[Number], first: int) -> Any:
     return (x[first], x[first + 1], x[first + 2])
 
 

@@ -5,7 +5,7 @@ frame), the rates are J u and the generalised forces J^T effort; the conservativ
 potential changes by dV/dt: both by jets.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,6 +19,7 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Force, Model
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.number import Number, Vector
 
 
 @dataclass(frozen=True)
@@ -116,13 +117,13 @@ def _acting(model: Model, force: Force, now: Instant) -> _Acting:
     return _Acting(J, rates, conservative, other)
 
 
-def _plus_dot(start: Any, a: Any, b: Any) -> Any:
+def _plus_dot(start: Number, a: Sequence[Number], b: Sequence[Number]) -> Any:
     for x, y in zip(a, b, strict=True):
         start = start + x * y
     return start
 
 
-def _slopes(kind: type[ForceLaw], given: Given, c: tuple[Any, ...]) -> Iterator[Any]:
+def _slopes(kind: type[ForceLaw], given: Given, c: Vector) -> Iterator[Any]:
     """-dV/dc along every coordinate."""
     for n, x in enumerate(c):
         yield -lift(kind.potential(given, (*c[:n], Jet(x, 1.0), *c[n + 1 :]))).b

@@ -18,7 +18,7 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
 from lienumba.numerics.jets import lift
-from lienumba.numerics.number import Vector
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 
 
@@ -81,7 +81,7 @@ def rows_of(model: Model) -> list[slice]:
 
 
 def residual(model: Model, now: Instant) -> list[Any]:
-    """Phi (m, or 1 for angles), every row; 0 where there is none."""
+    """Phi (m, or 1 for angles), every row; 0 where there is none (Terze et al. 2015, eqs. 10c, 25, 36, B.1)."""
     rows: list[Any] = []
     for c in constraints_of(model):
         rows += c.law(kinematics.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
@@ -89,7 +89,8 @@ def residual(model: Model, now: Instant) -> list[Any]:
 
 
 def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
-    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities."""
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities, the bias
+    (Terze et al. 2015, eqs. 11, 26, 37, B.2)."""
     rates: list[Any] = []
     biases: list[Any] = []
     for c in constraints_of(model):
@@ -100,8 +101,9 @@ def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
 
 
 def required(model: Model, now: Instant, damping: float | None = None) -> list[Any]:
-    """xi of every row: what C v' has to be. With damping (1/s) violations decay at this rate, critically damped
-    (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi where there is no Phi."""
+    """xi of every row: what C v' has to be (Terze et al. 2015, eqs. 12, 27, 35, 41, B.6). With damping (1/s) violations
+    decay at this rate, critically damped (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi
+    where there is no Phi."""
     rates, biases = rate_and_bias(model, now)
     if damping is None:
         return [-x for x in biases]
@@ -123,7 +125,7 @@ def time_rate(model: Model, now: Instant) -> list[Any]:
     return rates
 
 
-def derivative(model: Model, now: Instant, drifts: Sequence[Any]) -> list[Any]:
+def derivative(model: Model, now: Instant, drifts: Sequence[Matrix]) -> list[Any]:
     """Of Phi, along a matrix for the R of every body; 0 where there is no position."""
     rows: list[Any] = []
     for c in constraints_of(model):
@@ -137,7 +139,8 @@ def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:
 
 
 def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
-    """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5."""
+    """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5 (Terze et al.
+    2015, eqs. 28, 34, 40, B.5)."""
     entries: dict[tuple[int, int], Any] = {}
     first = 0
     for c in constraints_of(model):
@@ -149,7 +152,7 @@ def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
     return entries
 
 
-def loads(model: Model, now: Instant, multipliers: list[Any]) -> tuple[list[Any], list[Any]]:
+def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[list[Any], list[Any]]:
     """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
 
     A joint without points acts at the mass centre.
@@ -201,7 +204,7 @@ def _size(body: Body) -> Any:
     return sqrt(6.0 * (xx + yy + zz) / body.mass)
 
 
-def largest(rows: list[Any]) -> Any:
+def largest(rows: Sequence[Number]) -> Any:
     """The largest absolute value of finite rows; 0 of none."""
     worst: Any = absolute(rows[0]) if rows else 0.0
     for row in rows[1:]:

@@ -1,5 +1,9 @@
-"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power."""
+"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power.
 
+The paper's lambda is `mu`, `multipliers` or `Solution.mu` in the code.
+"""
+
+from collections.abc import Sequence
 from typing import Any
 
 from lienumba.groups import so3
@@ -7,13 +11,14 @@ from lienumba.mechanics.mechanism.kinematics import Instant, inertia_times
 from lienumba.mechanics.mechanism.model import Model, at_time
 from lienumba.mechanics.system import applied_forces, constraints, kkt
 from lienumba.numerics.jets import Jet, lift
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def mass_matrix(model: Model) -> kkt.Entries:
-    """The lower entries of M = diag(m I, J) that are not exactly zero."""
+    """The lower entries of M = diag(m I, J) that are not exactly zero (Terze et al. 2015, eqs. 30, 33)."""
     entries: kkt.Entries = {}
     for i, body in enumerate(model.bodies):
         for c in range(3):
@@ -34,13 +39,14 @@ def shapes(model: Model) -> kkt.Entries:
     return entries
 
 
-def gravity(model: Model, t: Any) -> Any:
+def gravity(model: Model, t: Number) -> Any:
     """Its three components (m/s^2, global) at time t."""
     return tuple(at_time(g, t) for g in model.gravity)
 
 
 def loads(model: Model, now: Instant) -> list[Any]:
-    """Q: weight (global), gyroscopic torque (body frame) and force laws of every body."""
+    """Q: weight (global), gyroscopic torque (body frame) and force laws of every body (Terze et al.
+    2015, eqs. 42 to 44)."""
     Q: list[Any] = []
     g = gravity(model, now.t)
     for body, x in zip(model.bodies, now.bodies, strict=True):
@@ -54,12 +60,12 @@ def accelerations(
     model: Model,
     structure: kkt.Structure,
     now: Instant,
-    mask: list[Any] | None = None,
-    expected: list[Any] | None = None,
+    mask: Sequence[Number] | None = None,
+    expected: Sequence[Number] | None = None,
     baumgarte: float | None = None,
 ) -> kkt.Solution:
-    """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`;
-    baumgarte: see `constraints.required`."""
+    """v' (global) and w' (body frame) of every body, and the multipliers (Terze et al. 2015, eq. 14); mask and
+    expected: see `kkt.solve`; baumgarte: see `constraints.required`."""
     C = constraints.jacobian(model, now)
     xi = constraints.required(model, now, baumgarte)
     return kkt.solve(structure, mass_matrix(model), C, loads(model, now), xi, mask, expected)
@@ -76,7 +82,7 @@ def energies(model: Model, now: Instant) -> tuple[Any, Any]:
     return kinetic, potential
 
 
-def power(model: Model, now: Instant, multipliers: list[Any]) -> Any:
+def power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:
     """What changes the energy (W): drivers by lambda.Phi_t or lambda.psi(q, 0, t), forces, and gravity that varies."""
     total: Any = applied_forces.power(model, now) if model.forces else 0.0
     for rate, mu in zip(constraints.time_rate(model, now), multipliers, strict=True):

@@ -13,26 +13,30 @@ unknowns are left, with the C of everything else, and in the place of 2 I the me
 det R stays positive: det(R (S + hat(w))) = det R (det S + w^T S w) with S = (I + (R^T R)^-1) / 2.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, kkt, projection
+from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, maximum, where
 
 Bodies = tuple[Any, ...]
 
 
-def correction(model: Model, structure: kkt.Structure, now: Instant, hat: Bodies, mask: list[Any]) -> kkt.Solution:
-    """x: the step from `now`, 6 k (shift of r; w); mu: of Phi, as a whole."""
+def correction(
+    model: Model, structure: kkt.Structure, now: Instant, hat: Bodies, mask: Sequence[Number]
+) -> kkt.Solution:
+    """Terze et al. 2015, eqs. 21, 22. x: the step from `now`, 6 k (shift of r; w); mu: of Phi, as a whole."""
     C = constraints.jacobian(model, now)
     mask = projection.position_mask(model, mask)
     return kkt.solve(structure, _metric(now.bodies), C, _pull(now.bodies, hat), _gap(model, now), mask)
 
 
 def chord_correction(
-    model: Model, by: kkt.Eliminated, now: Instant, hat: Bodies, mu: list[Any], mask: list[Any]
+    model: Model, by: kkt.Eliminated, now: Instant, hat: Bodies, mu: Sequence[Number], mask: Sequence[Number]
 ) -> kkt.Solution:
     """The same by an earlier elimination, from what is missing at `now` with the multipliers mu."""
     f = projection.without_reactions(model, now, _pull(now.bodies, hat), mu)
@@ -40,7 +44,7 @@ def chord_correction(
     return kkt.Solution(step.x, [a + b for a, b in zip(mu, step.mu, strict=True)], by)
 
 
-def placed(bodies: Bodies, x: list[Any]) -> Bodies:
+def placed(bodies: Bodies, x: Sequence[Number]) -> Bodies:
     """The state with its positions moved by the step x."""
     return tuple(
         so3.add(body[0:3], tuple(x[6 * i : 6 * i + 3]))
@@ -62,13 +66,13 @@ def violation(bodies: Bodies) -> Any:
     return worst
 
 
-def _turned(R: Any, w: Any) -> Any:
+def _turned(R: Matrix, w: Vector) -> Any:
     """(R + R^-T) / 2 + R hat(w)."""
     rows = zip(R, _inverse_transpose(R), so3.multiply(R, so3.hat(w)), strict=True)
     return tuple(0.5 * (a + b) + turn for a, b, turn in rows)
 
 
-def _inverse_transpose(R: Any) -> Any:
+def _inverse_transpose(R: Matrix) -> Any:
     """R^-T: its rows are the cross products of the rows of R, by det R."""
     x, y, z = R[0:3], R[3:6], R[6:9]
     rows = (so3.cross(y, z), so3.cross(z, x), so3.cross(x, y))

@@ -1,4 +1,5 @@
-"""[A C^T; C 0] [x; mu] = [f; g] by a sparse L D L^T, executed on whatever the numbers are.
+"""[A C^T; C 0] [x; mu] = [f; g] (Terze et al. 2015, eqs. 13, 29) by a sparse L D L^T, executed on whatever the numbers
+are.
 
 On symbols the elimination unrolls to exactly the operations that its pattern needs. The order of the blocks makes
 pivoting unnecessary (`lienumba.mechanics.system.elimination_order`). A row whose mask is 0 is left out: its multiplier
@@ -10,12 +11,14 @@ a correction, and what the weak equation says of the correction is faded out. (A
 usual remedy, forgets the constraint force instead, which costs energy.)
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of, rows_of
 from lienumba.mechanics.system.elimination_order import elimination_order
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
 
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
@@ -151,7 +154,7 @@ class _Factors:
     parts: list[dict[tuple[int, bool], Any]] = field(default_factory=list)  # of by_bodies: (body, whether it turns)
 
     @staticmethod
-    def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Any]) -> "_Factors":
+    def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Number]) -> "_Factors":
         size = len(order)
         place = {variable: position for position, variable in enumerate(order)}
         factors = _Factors(
@@ -167,7 +170,7 @@ class _Factors:
                 factors.column[low][high] = value
         return factors
 
-    def eliminate(self, j: int, pivot: Any) -> None:
+    def eliminate(self, j: int, pivot: Number) -> None:
         self.inverse[j] = 1.0 / pivot
         entries = sorted(self.column[j].items())
         scaled = [(i, value * self.inverse[j]) for i, value in entries]
@@ -200,7 +203,7 @@ class _Factors:
             least = minimum(part, least)
         return least
 
-    def forward(self, f: list[Any], g: list[Any], firm: list[Any]) -> list[Any]:
+    def forward(self, f: Sequence[Number], g: Sequence[Number], firm: Sequence[Number]) -> list[Any]:
         y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
         for j, variable in enumerate(self.order):
             if variable >= self.n:
@@ -209,7 +212,7 @@ class _Factors:
                 y[i] = y[i] - factor * y[j]
         return y
 
-    def backward(self, y: list[Any]) -> Vectors:
+    def backward(self, y: list[Number]) -> Vectors:
         for j in reversed(range(len(y))):
             y[j] = y[j] * self.inverse[j]
             for i, factor in self.column[j].items():
@@ -231,7 +234,7 @@ class Eliminated:
     margin: Any
 
     @staticmethod
-    def of(structure: Structure, A: Entries, C: Entries, mask: list[Any]) -> "Eliminated":
+    def of(structure: Structure, A: Entries, C: Entries, mask: Sequence[Number]) -> "Eliminated":
         """C: its masked rows are 0."""
         n = 6 * structure.bodies
         diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
@@ -255,7 +258,7 @@ class Eliminated:
             factors.eliminate(j, pivot)
         return Eliminated(structure, factors, sound, firm, margin)
 
-    def solve(self, f: list[Any], g: list[Any]) -> Solution:
+    def solve(self, f: Sequence[Number], g: Sequence[Number]) -> Solution:
         """g: of a masked row 0."""
         factors, every = self.factors, [1.0] * self.structure.rows
         if not self.structure.looped:
@@ -273,7 +276,7 @@ class Eliminated:
         columns = [x for column in self.factors.column for x in column.values()]
         return [*columns, *self.factors.inverse, *self.firm, self.sound, self.margin]
 
-    def with_numbers(self, numbers: list[Any]) -> "Eliminated":
+    def with_numbers(self, numbers: Sequence[Number]) -> "Eliminated":
         """The same with other numbers, in the order of `numbers`."""
         given = iter(numbers)
         column = [{i: next(given) for i in column} for column in self.factors.column]
@@ -287,10 +290,10 @@ def solve(
     structure: Structure,
     A: Entries,
     C: Entries,
-    f: list[Any],
-    g: list[Any],
-    mask: list[Any] | None = None,
-    expected: list[Any] | None = None,
+    f: Sequence[Number],
+    g: Sequence[Number],
+    mask: Sequence[Number] | None = None,
+    expected: Sequence[Number] | None = None,
 ) -> Solution:
     """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column).
 
@@ -306,7 +309,9 @@ def solve(
     return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
 
 
-def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: list[Any]) -> Vectors:
+def _rest(
+    A: Entries, C: Entries, f: Sequence[Number], g: Sequence[Number], x: Sequence[Number], mu: Sequence[Number]
+) -> Vectors:
     """What a solution leaves of the right-hand sides."""
     rest_f, rest_g = list(f), list(g)
     for (i, j), value in A.items():
@@ -319,7 +324,7 @@ def _rest(A: Entries, C: Entries, f: list[Any], g: list[Any], x: list[Any], mu: 
     return rest_f, rest_g
 
 
-def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: list[Any]) -> list[Any]:
+def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: Sequence[Number]) -> list[Any]:
     """The multipliers of minimum norm with the same C^T mu, over all rows: iterated Tikhonov regularisation of
     C A^-1 C^T. `A`, positive definite, does not change them; with lengths near those of the mechanism few directions
     are weak. What is weak all the same, near singular positions, is left over by the first shift for the second."""

@@ -5,13 +5,16 @@ Positions, in local coordinates about the unprojected q^:  r = r^ + x_r,  R = R^
 x is the total correction: adding up plain Gauss-Newton steps would miss the minimiser by O(x^2).
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.groups.state import State
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.system.dynamics import mass_matrix
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
@@ -20,7 +23,7 @@ LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
-def position_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
+def position_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
     """The largest violation (m, or 1) that is more than the rounding of its joint; 0 if there is none.
 
     counts: for each row whether it counts, above one half.
@@ -30,13 +33,13 @@ def position_violation(model: Model, now: Instant, counts: list[Any] | None = No
     return _worst(constraints.residual(model, now), rounding, counts)
 
 
-def velocity_violation(model: Model, now: Instant, counts: list[Any] | None = None) -> Any:
+def velocity_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
     """The largest rate of a violation (m/s or rad/s) beyond the rounding of its joint; 0 if there is none."""
     _, _, speed = constraints.sizes(model, now)
     return _worst(constraints.rate_and_bias(model, now)[0], [ROUNDING * v for v in speed], counts)
 
 
-def _worst(rows: list[Any], rounding: list[Any], counts: list[Any] | None) -> Any:
+def _worst(rows: Sequence[Number], rounding: Sequence[Number], counts: Sequence[Number] | None) -> Any:
     worst: Any = 0.0
     for row, limit, count in zip(rows, rounding, counts or [1.0] * len(rows), strict=True):
         violation = where(absolute(row) <= limit, 0.0, absolute(row))
@@ -44,7 +47,7 @@ def _worst(rows: list[Any], rounding: list[Any], counts: list[Any] | None) -> An
     return worst
 
 
-def placed(bodies: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:
+def placed(bodies: Sequence[State], x: Sequence[Number]) -> tuple[Any, ...]:
     """The state with its positions moved by the correction x (6 k: global shift, body-frame rotation)."""
     return tuple(
         so3.add(body[0:3], tuple(x[6 * i : 6 * i + 3]))
@@ -55,9 +58,10 @@ def placed(bodies: tuple[Any, ...], x: list[Any]) -> tuple[Any, ...]:
 
 
 def position_correction(
-    model: Model, structure: kkt.Structure, now: Instant, x: list[Any], mask: list[Any]
+    model: Model, structure: kkt.Structure, now: Instant, x: Sequence[Number], mask: Sequence[Number]
 ) -> kkt.Solution:
-    """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `now` is q^ moved by x."""
+    """The next total correction x+ from q^ (Terze et al. 2015, eqs. 21, 22):  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;
+    `now` is q^ moved by x."""
     C = constraints.jacobian(model, now)
     W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
     g = [-phi for phi in constraints.residual(model, now)]
@@ -67,7 +71,7 @@ def position_correction(
 
 
 def chord_correction(
-    model: Model, by: kkt.Eliminated, now: Instant, x: list[Any], mu: list[Any], mask: list[Any]
+    model: Model, by: kkt.Eliminated, now: Instant, x: Sequence[Number], mu: Sequence[Number], mask: Sequence[Number]
 ) -> kkt.Solution:
     """The next total correction and multipliers by an earlier elimination, which need not be that of `now`: it turns
     what x and mu leave of  W x + C^T mu = 0,  Phi = 0  into their changes. So the limit is the same."""
@@ -77,7 +81,7 @@ def chord_correction(
     return kkt.Solution(_sum(x, step.x), _sum(mu, step.mu), by)
 
 
-def without_reactions(model: Model, now: Instant, f: list[Any], mu: list[Any]) -> list[Any]:
+def without_reactions(model: Model, now: Instant, f: Sequence[Number], mu: Sequence[Number]) -> list[Any]:
     """f - C^T mu."""
     rest = list(f)
     for (row, column), entry in constraints.jacobian(model, now).items():
@@ -85,13 +89,13 @@ def without_reactions(model: Model, now: Instant, f: list[Any], mu: list[Any]) -
     return rest
 
 
-def position_mask(model: Model, mask: list[Any]) -> list[Any]:
+def position_mask(model: Model, mask: Sequence[Number]) -> list[Any]:
     """The mask without the rows that have no position."""
     levels = [c.level for c in constraints.constraints_of(model) for _ in c.kinds]
     return [m if level == "position" else 0.0 for m, level in zip(mask, levels, strict=True)]
 
 
-def masked(rows: list[Any], mask: list[Any]) -> list[Any]:
+def masked(rows: Sequence[Number], mask: Sequence[Number]) -> list[Any]:
     """0 in the rows that are left out."""
     return [m * row for m, row in zip(mask, rows, strict=True)]
 
@@ -101,11 +105,11 @@ def _weights(bodies: int) -> list[float]:
     return [1.0, 1.0, 1.0, 2.0, 2.0, 2.0] * bodies
 
 
-def _sum(x: list[Any], y: list[Any]) -> list[Any]:
+def _sum(x: Sequence[Number], y: Sequence[Number]) -> list[Any]:
     return [a + b for a, b in zip(x, y, strict=True)]
 
 
-def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:
+def counted(solution: kkt.Solution, mask: Sequence[Number], level: str) -> list[Any]:
     """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
     "position" level, and while none is faded: their rates follow from the others no better than positions do."""
     counts = [where(firm == 1.0, 1.0, 0.0) for firm in solution.firm]
@@ -116,7 +120,7 @@ def counted(solution: kkt.Solution, mask: list[Any], level: str) -> list[Any]:
     return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
 
 
-def lost(model: Model, now: Instant, counts: list[Any]) -> Any:
+def lost(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     """The largest violation of the rows that do not count, relative to the largest joint; 1 for angles."""
     reach = constraints.sizes(model, now)[0]
     lengths = [x for c in constraints.constraints_of(model) for x in c.kinds]
@@ -128,7 +132,7 @@ def lost(model: Model, now: Instant, counts: list[Any]) -> Any:
     return worst
 
 
-def lost_rate(model: Model, now: Instant, counts: list[Any]) -> Any:
+def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     """The largest violation (m/s or rad/s) of the rows that have no position and do not count."""
     worst: Any = 0.0
     rates, _ = constraints.rate_and_bias(model, now)
@@ -140,9 +144,10 @@ def lost_rate(model: Model, now: Instant, counts: list[Any]) -> Any:
 
 
 def velocity_correction(
-    model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: list[Any]
+    model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: Sequence[Number]
 ) -> kkt.Solution:
-    """The change x of all velocities with  W x + C^T mu = 0,  C (v + x) = -Phi_t;  W = M ("mass") or I."""
+    """The change x of all velocities (Terze et al. 2015, eq. 21, for velocities) with  W x + C^T mu = 0,  C (v + x) =
+    -Phi_t;  W = M ("mass") or I."""
     C = constraints.jacobian(model, now)
     identity = {(i, i): 1.0 for i in range(6 * structure.bodies)}
     W = mass_matrix(model) if weight == "mass" else identity

@@ -5,7 +5,6 @@ in the metric of the kinetic energy, so that the tolerance means the same whatev
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.projection import placed
+from lienumba.numerics.number import Vector
 
 NEGLIGIBLE = 1e-9  # singular values below this fraction of the largest count as zero
 INVOLVED = 1e-6  # a row takes part in a dependence from this component of the (unit) null vector on
@@ -174,7 +174,7 @@ def _scaled(model: Model, now: Instant) -> tuple[np.ndarray, np.ndarray]:
     return C / lengths[:, None], lengths
 
 
-def _tensor(inertia: tuple[Any, ...]) -> np.ndarray:
+def _tensor(inertia: Vector) -> np.ndarray:
     xx, yy, zz, xy, xz, yz = inertia
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 

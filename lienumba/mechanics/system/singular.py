@@ -3,11 +3,14 @@
 All runs at once, elementwise.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
+from lienumba.groups.state import State
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.numerics.number import Number
 from lienumba.numerics.operations import where
 
 Both = tuple[list[Any], list[Any]]
@@ -16,7 +19,7 @@ CORRECTIONS = 6
 PASSES = 3
 
 
-def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: list[Any]) -> Both:
+def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number]) -> Both:
     """The 6 k accelerations at `now`, and their 6 k time derivatives, to fourth order from those at -2, -1, 1 and 2
     steps of its motion."""
     fastest = constraints.largest([x for body in now.bodies for x in body[15:18]])
@@ -32,7 +35,7 @@ def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant,
 
 
 def _accelerations(
-    model: Model, structure: kkt.Structure, now: Instant, mask: list[Any], a: list[Any], dt: Any
+    model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number], a: Sequence[Number], dt: Number
 ) -> list[Any]:
     """Where the motion is after dt, to second order and back on the constraints."""
     t = now.t + dt
@@ -49,6 +52,6 @@ def _accelerations(
     return dynamics.accelerations(model, structure, Instant(_with(moved, v), t, now.angles), mask).x
 
 
-def _with(bodies: tuple[Any, ...], v: list[Any]) -> tuple[Any, ...]:
+def _with(bodies: Sequence[State], v: Sequence[Number]) -> tuple[Any, ...]:
     """The state with these velocities."""
     return tuple((*body[0:12], *v[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))

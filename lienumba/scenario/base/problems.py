@@ -2,17 +2,15 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, missing
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
-
-if TYPE_CHECKING:
-    import numpy as np
 
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)
@@ -23,9 +21,9 @@ class Report:
     """What the checks found: problems stop the scenario, warnings do not. `times`: from the start to the end of the
     run, where they are known, at which formulas of the time are looked at."""
 
-    problems: list[Any] = field(default_factory=list)
-    warnings: list[Any] = field(default_factory=list)
-    times: "np.ndarray | None" = None
+    problems: list[Problem] = field(default_factory=list)
+    warnings: list[Problem] = field(default_factory=list)
+    times: np.ndarray | None = None
 
     def add(self, place: str, rule: str, remedy: str = "", value: object = NOTHING, *, verb: str = "") -> None:
         """A problem."""

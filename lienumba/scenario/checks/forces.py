@@ -1,7 +1,6 @@
 """What is wrong with a force: the names it refers to and its numbers, one sentence each."""
 
 import re
-from dataclasses import replace
 from keyword import iskeyword
 
 from lienumba.keys.conversions import timed
@@ -48,7 +47,7 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
             if number.sign is not None and x is not None:
                 _check_sign(at, x, number.sign, report)
     for fault in checked.faults():
-        report.problems.append(replace(fault, place=f"{place}.{fault.place}" if fault.place else place))
+        report.problems.append(fault.below(place))
     effective = [key for key, number in checked.numbers().items() if number.effective]
     if effective and not checked.model_fields_set.intersection(effective):
         report.warn(

@@ -11,7 +11,6 @@ from lienumba.keys.formulas import (
 from lienumba.mechanics.elements.drivers import DRIVERS, POSITION, JointDriver, driver_form
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, find_coordinate
-from lienumba.words import show
 
 
 def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
@@ -44,11 +43,11 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
 def check_start(at: str, value: Any, orders: int, report: Report) -> None:
     """Check that a number that varies in time, or a list of them, has so many finite derivatives when it begins."""
     for where, x in numbers_at(at, value):
-        problem = not_finite_at_start(x, orders)
-        if problem is None and isinstance(x, str) and report.times is not None:
-            problem = not_finite_later(x, orders, report.times)
-        if problem is not None:
-            report.problems.append(f"{where} = {show(x)}: {problem}")
+        wrong = not_finite_at_start(x, orders)
+        if wrong is None and isinstance(x, str) and report.times is not None:
+            wrong = not_finite_later(x, orders, report.times)
+        if wrong is not None:
+            report.problems.append(wrong.at(where, x))
 
 
 def check_jumps(at: str, value: Any, prescribes_rate: bool, report: Report) -> None:
@@ -65,17 +64,15 @@ def check_function(at: str, text: str, function: Any, prescribes_rate: bool, rep
     a, b, c = derivatives(function, report.times)
     found = None if prescribes_rate else jump(a, b, report.times)
     if found is not None:
-        report.problems.append(
-            f"{at} = {show(text)}: jumps by {found[1]:.3g} at t = {found[0]:.6g}, and nothing can move at once; "
-            f"write a smooth transition, such as 0.5*(1 + tanh((t - {found[0]:.3g})/0.02))"
-        )
+        rule = f"jumps by {found[1]:.3g} at t = {found[0]:.6g}, and nothing can move at once"
+        remedy = f"write a smooth transition, such as 0.5*(1 + tanh((t - {found[0]:.3g})/0.02))"
+        report.add(at, rule, remedy, text)
         return
     found = jump(a, b, report.times) if prescribes_rate else jump(b, c, report.times)
     if found is not None:
-        report.warnings.append(
-            f"{at} = {show(text)}: the speed that it prescribes jumps by {found[1]:.3g} at t = {found[0]:.6g}, an "
-            "impact whose work nobody counts; smooth it with tanh, or expect an energy_residual"
-        )
+        rule = f"the speed that it prescribes jumps by {found[1]:.3g} at t = {found[0]:.6g}"
+        counts = "an impact whose work nobody counts"
+        report.warn(at, f"{rule}, {counts}", "smooth it with tanh, or expect an energy_residual", text)
 
 
 def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Report) -> None:
@@ -101,7 +98,7 @@ def check_driven_once(drivers: list[dict[str, Any]], joints: Tables, report: Rep
 def check_driven_body(place: str, name: Any, bodies: list[str], report: Report) -> None:
     """Check that a body is named that can move."""
     if name == GROUND:
-        report.problems.append(f'{place}.body = "{GROUND}": the ground does not move; name a body')
+        report.add(f"{place}.body", "the ground does not move", "name a body", GROUND)
     else:
         check_name(f"{place}.body", name, bodies, "a body", report)
 

@@ -1,7 +1,5 @@
 """What is wrong with a quantity: the names it refers to, and what its own name hides; one sentence each."""
 
-from dataclasses import replace
-
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
@@ -42,7 +40,7 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
     for key in kind.rotations:
         check_rotation(f"{place}.{key}", getattr(checked, key), report)
     for fault in checked.faults():
-        report.problems.append(replace(fault, place=f"{place}.{fault.place}" if fault.place else place))
+        report.problems.append(fault.below(place))
 
 
 def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:

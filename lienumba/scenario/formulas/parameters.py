@@ -19,7 +19,7 @@ from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError,
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
 from lienumba.scenario.base.toml import Keys
-from lienumba.words import listed, show
+from lienumba.words import listed
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
@@ -93,16 +93,8 @@ class Parameters:
         for tokens, formula in self.places.items():
             paths.put(model, list(tokens), formula.text)
 
-    def explain(self, problem: Any) -> Problem:
+    def explain(self, problem: Problem) -> Problem:
         """A problem of a number that the file writes as a formula has both."""
-        if isinstance(problem, str):  # TODO
-            for tokens, formula in self.places.items():
-                start = f"{paths.written(tokens)} = "
-                if problem.startswith(start) and not problem.startswith(f"{start}{show(formula.text)}"):
-                    rest = problem.removeprefix(start)
-                    shown = "" if rest.startswith(show(SMOOTH)) else " = "
-                    return Problem("", f"{start}{show(formula.text)}{shown}{rest.removeprefix(show(SMOOTH))}")
-            return Problem("", problem)
         made = next((f for tokens, f in self.places.items() if paths.written(tokens) == problem.place), None)
         if made is None or problem.value is NOTHING:
             return problem

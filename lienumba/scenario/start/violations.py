@@ -1,8 +1,9 @@
-"""What the start of a run does not fulfil, one sentence each: the joint, the size, the limit, what to free."""
+"""What the start of a run does not fulfil: the joint, the size, the limit, what to free."""
 
 from math import hypot, pi
-from typing import Any
+from typing import TYPE_CHECKING
 
+from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.formulas import LARGEST
 from lienumba.mechanics.elements import joints
@@ -13,20 +14,25 @@ from lienumba.mechanics.mechanism.model import Joint, Model, Start
 from lienumba.mechanics.start import joint_frames
 from lienumba.mechanics.start.assembly import Assembly, Condition
 from lienumba.mechanics.system import rank
+from lienumba.numerics.number import Number
 from lienumba.scenario.checks.joints import PARALLEL, sine
-from lienumba.words import listed, show
+from lienumba.words import listed
+
+if TYPE_CHECKING:
+    import numpy as np
 
 POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
 
-NOT_FINITE = (
-    "model: the start cannot be computed in finite numbers; look for positions, points, lengths or values of drivers "
-    "that are far too large or too small"
+NOT_FINITE = Problem(
+    "model",
+    "the start cannot be computed in finite numbers",
+    "look for positions, points, lengths or values of drivers that are far too large or too small",
 )
 
 
-def violations(done: Assembly, start: Start, run: int) -> list[str]:
+def violations(done: Assembly, start: Start, run: int) -> list[Problem]:
     """Of one run of an assembled start, or none if all is well."""
-    return _Run(done, start, run).sentences()
+    return _Run(done, start, run).problems()
 
 
 class _Run:
@@ -37,33 +43,33 @@ class _Run:
         self.model: Model = rank.nominal(done.model, run)
         self.now: Instant = done.instant(run)
 
-    def sentences(self) -> list[str]:
-        undefined = [s for j in range(len(self.model.joints)) for s in self.undefined(j)]
+    def problems(self) -> list[Problem]:
+        undefined = [x for j in range(len(self.model.joints)) for x in self.undefined(j)]
         if undefined:
             return undefined
         left = (self.done.position_violations[self.run], self.done.velocity_violations[self.run])
         if not all(abs(x) < LARGEST for numbers in (*self.now.bodies, *left) for x in numbers):
             return [NOT_FINITE]
-        found = [s for c in self.done.conditions for s in self.unmet(c)]
-        return found or [s for j in range(len(self.model.joints)) for s in self.upside_down(j)]
+        found = [x for c in self.done.conditions for x in self.unmet(c)]
+        return found or [x for j in range(len(self.model.joints)) for x in self.upside_down(j)]
 
     # ---------------------------------------------------------------- what has no meaning at this start
-    def undefined(self, index: int) -> list[str]:
+    def undefined(self, index: int) -> list[Problem]:
         joint, given = self.model.joints[index], self.start.joints[index].references
         at = f"model.joints.{joint.name}"
         if meaningless := JOINTS[joint.type].meaningless(joint):
-            return [f"{at}: {meaningless}"]
+            return [Problem(at, *meaningless)]
         if given is None or joint.frames is None:
             return []
         references = [[_number(x, self.run) for x in reference] for reference in given]
+        rule, remedy = "is parallel to the axis of the joint at the start", "give a direction across it"
         return [
-            f"{at}.references[{side}] = {show(reference)}: is parallel to the axis of the joint at the start; give a "
-            "direction across it"
+            Problem(f"{at}.references[{side}]", rule, remedy, reference)
             for side, (reference, frame) in enumerate(zip(references, joint.frames, strict=True))
             if sine(reference, list(frame[2])) < PARALLEL
         ]
 
-    def upside_down(self, index: int) -> list[str]:
+    def upside_down(self, index: int) -> list[Problem]:
         """The rows of directions vanish half a turn away, too."""
         joint, says = self.model.joints[index], self.start.joints[index]
         compared = JOINTS[joint.type].same_way if says.references else ()
@@ -73,13 +79,12 @@ class _Run:
         if all(so3.dot(joints.direction(joint, 0, a, n), joints.direction(joint, 1, b, n)) > 0.0 for n in compared):
             return []
         held = self.held(joint.bodies, POSE)
-        return [
-            f"model.joints.{joint.name}: its axes and references are half a turn apart at t = 0; turn round those of "
-            f"one body, or {f'correct the {held}' if held else f'give a {_guess(self.names(joint.bodies))}'}"
-        ]
+        other = f"correct the {held}" if held else f"give a {_guess(self.names(joint.bodies))}"
+        rule = "its axes and references are half a turn apart at t = 0"
+        return [Problem(f"model.joints.{joint.name}", rule, f"turn round those of one body, or {other}")]
 
     # ---------------------------------------------------------------- what is not met
-    def unmet(self, c: Condition) -> list[str]:
+    def unmet(self, c: Condition) -> list[Problem]:
         """Its position, else its velocity."""
         for left, limits, level in (
             (self.done.position_violations[self.run], self.done.position_limits[self.run], "position"),
@@ -92,10 +97,10 @@ class _Run:
             if bad:
                 worst = max(bad, key=lambda row: float(left[row]))
                 turning = c.kinds[worst - rows.start] == "r"
-                return [self.sentence(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
+                return [self.problem(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
         return []
 
-    def size(self, c: Condition, left: Any, worst: int, level: str) -> float:
+    def size(self, c: Condition, left: "np.ndarray", worst: int, level: str) -> float:
         """How far it is from being met: all rows of the worst one's kind beside it, as one distance or angle."""
         first = last = worst - c.rows.start
         while first > 0 and c.kinds[first - 1] == c.kinds[first]:
@@ -129,7 +134,7 @@ class _Run:
                 given.setdefault(listed(names), []).append(self.model.bodies[i].name)
         return ", the ".join(f"{names} of {listed(of)}" for names, of in given.items())
 
-    def sentence(self, c: Condition, level: str, size: float, limit: float, turning: bool) -> str:
+    def problem(self, c: Condition, level: str, size: float, limit: float, turning: bool) -> Problem:
         unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
         missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
         held = self.held(c.bodies, POSE if level == "position" else TWIST)
@@ -141,31 +146,27 @@ class _Run:
             remedy = f"it, or what drivers and other joints make of {self.names(c.bodies)}"
             if rest:
                 remedy = f"it or the {listed(rest)}, or omit one of them"
-            return (
-                f"model.joints.{c.name}.{c.what}: contradicts what else is given for the start, by {missed}; correct "
-                f"{remedy}"
-            )
+            rule = f"contradicts what else is given for the start, by {missed}"
+            return Problem(f"model.joints.{c.name}.{c.what}", rule, f"correct {remedy}")
         where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
         omit = f"or the {held}, or omit what shall be solved for"
         if c.what == "driver":
             remedy = omit if held else f"or what other drivers and joints make of {self.names(c.bodies)}"
             if level == "position" and self.turned(c) > 0.5 * pi and self.start.poses[c.bodies[0]].rotation is None:
                 remedy = f"or give a guess of the rotation of {self.names(c.bodies)} that is nearer to it"
-            return (
-                f"{where}: prescribes another {level} at t = 0 than the start has: they differ by {missed}; correct "
-                f"its value, {remedy}"
-            )
+            rule = f"prescribes another {level} at t = 0 than the start has: they differ by {missed}"
+            return Problem(where, rule, f"correct its value, {remedy}")
         if level == "velocity":
             happens = JOINTS[self.joint(c.name).type].parting(turning)
             remedy = f"correct the {held}, or omit what shall be solved for"
             if not held:
                 remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"
-            return f"{where}: the initial velocities contradict it: {happens} at {missed}; {remedy}"
+            return Problem(where, f"the initial velocities contradict it: {happens} at {missed}", remedy)
         happens, things = JOINTS[self.joint(c.name).type].unmet(turning)
         things += self.without_references(c.name)
         remedy = omit if held else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
         verb = "differ by" if turning else "miss by"
-        return f"{where}: {happens} at t = 0: they {verb} {missed}; correct the {things} {remedy}"
+        return Problem(where, f"{happens} at t = 0: they {verb} {missed}", f"correct the {things} {remedy}")
 
     def joint(self, name: str) -> Joint:
         return next(j for j in self.model.joints if j.name == name)
@@ -181,7 +182,7 @@ def _guess(bodies: str) -> str:
     return f"guess of position and rotation for {bodies}"
 
 
-def _number(x: Any, run: int) -> float:
+def _number(x: Number, run: int) -> float:
     """Of one run."""
     import numpy as np
 

@@ -130,9 +130,9 @@ class JointType(Section):
 
     # ---------------------------------------------------------------- what to say of a start that does not fit
     @classmethod
-    def meaningless(cls, joint: Joint) -> str:
-        """What is wrong with the numbers that the start decided, and the remedy; empty if nothing is."""
-        return ""
+    def meaningless(cls, joint: Joint) -> tuple[str, str] | None:
+        """What is wrong with the numbers that the start decided, and the remedy."""
+        return None
 
     @classmethod
     def missed(cls, joint: Joint, view: View, size: float, turning: bool) -> float:

@@ -178,13 +178,11 @@ class Distance(AtPoints):
         return {"length": sqrt(so3.dot(d, d))}
 
     @classmethod
-    def meaningless(cls, joint: Joint) -> str:
+    def meaningless(cls, joint: Joint) -> tuple[str, str] | None:
         if joint.numbers["length"] > 0.0:
-            return ""
-        return (
-            "its two points coincide at the start, so its length is 0 and it must be above 0; move a point or a body, "
-            "or use a spherical joint"
-        )
+            return None
+        rule = "its two points coincide at the start, so its length is 0 and it must be above 0"
+        return rule, "move a point or a body, or use a spherical joint"
 
     @classmethod
     def missed(cls, joint: Joint, view: View, size: float, turning: bool) -> float:

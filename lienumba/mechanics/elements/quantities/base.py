@@ -75,10 +75,12 @@ def name_of(to: str, *others: str, **field: Any) -> Any:
 class QuantityType(Section):
     """A quantity, as a scenario describes it.
 
-    reads_coordinates: whether it is of the coordinates of its joint, whose turns count then; singular: components that
-    have no derivative everywhere; rotations: keys that hold one.
+    example: values of keys that it needs beside names, for tests; reads_coordinates: whether it is of the coordinates
+    of its joint, whose turns count then; singular: components that have no derivative everywhere; rotations: keys that
+    hold one.
     """
 
+    example: ClassVar[Mapping[str, Any]] = {}
     reads_coordinates: ClassVar[bool] = False
     singular: ClassVar[tuple[str, ...]] = ()
     rotations: ClassVar[tuple[str, ...]] = ()

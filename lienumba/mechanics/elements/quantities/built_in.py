@@ -363,6 +363,8 @@ class Momentum(QuantityType):
 class Expression(QuantityType):
     """A formula of quantities, parameters, tables and the time."""
 
+    example: ClassVar[Mapping[str, Any]] = {"value": "2*t"}
+
     type: Literal["expression"]
     value: Timed = Field(description=f"a number {OR_FORMULA}, of other quantities and of parameters")
     units: str = Field(default="1", description='the units of the value as a text, such as "N m"')
