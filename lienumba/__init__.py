@@ -1,44 +1,53 @@
 """lienumba: constrained rigid multibody systems on Lie groups, thousands of runs at a time."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
+    from lienumba import analysis as analysis
     from lienumba.engine.disk.merge import merge as merge
+    from lienumba.engine.prepared import Prepared as Prepared
+    from lienumba.engine.prepared import prepare as prepare
     from lienumba.engine.replay import replay as replay
     from lienumba.engine.runner import run as run
     from lienumba.present.html.page import report as report
     from lienumba.scenario.system import System as System
 
 __version__ = "0.1.0"
-__all__ = ["ScenarioError", "System", "__version__", "merge", "replay", "report", "run"]
+__all__ = [
+    "Prepared",
+    "ScenarioError",
+    "System",
+    "__version__",
+    "analysis",
+    "merge",
+    "prepare",
+    "replay",
+    "report",
+    "run",
+]
+
+_MODULES = {  # of what is heavy, which is imported when it is first asked for
+    "Prepared": "lienumba.engine.prepared",
+    "System": "lienumba.scenario.system",
+    "merge": "lienumba.engine.disk.merge",
+    "prepare": "lienumba.engine.prepared",
+    "replay": "lienumba.engine.replay",
+    "report": "lienumba.present.html.page",
+    "run": "lienumba.engine.runner",
+}
 
 
-def __getattr__(name: str) -> Any:
-    """Import the heavy half of the package when it is first asked for."""
-    if name == "run":
-        from lienumba.engine.runner import run
+def __getattr__(name: str) -> object:
+    from importlib import import_module
 
-        return run
-    if name == "merge":
-        from lienumba.engine.disk.merge import merge
-
-        return merge
-    if name == "replay":
-        from lienumba.engine.replay import replay
-
-        return replay
-    if name == "report":
-        from lienumba.present.html.page import report
-
-        return report
     if name == "analysis":
-        from importlib import import_module
-
         return import_module("lienumba.analysis")
-    if name == "System":
-        from lienumba.scenario.system import System
+    if name not in _MODULES:
+        raise AttributeError(f"module 'lienumba' has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name]), name)
 
-        return System
-    raise AttributeError(f"module 'lienumba' has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return __all__

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.engine.cluster import connection
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
@@ -126,7 +128,7 @@ def run(
             return dataset
         with _computing(resolved, workers, dask) as compute:
             if output is None:
-                return in_memory(resolved, labels, compute, tell)
+                return in_memory(resolved, runs_of(resolved, labels), compute, tell)
             on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
     return read(Path(output))
 
@@ -152,15 +154,14 @@ def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Comp
         yield cluster
 
 
-def in_memory(resolved: Scenario, labels: Sequence[int], compute: "Compute", tell: "Tell") -> "xr.Dataset":
+def in_memory(resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.engine.memory import Memory
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
 
-    runs = runs_of(resolved, labels)
-    results, memory = Results(resolved, runs.nominal), Memory(labels)
+    results, memory = Results(resolved, runs.nominal), Memory(runs.labels.tolist())
     enough = stopping_of(resolved, results.numbers)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):
@@ -182,8 +183,6 @@ def on_disk(
     overwrite: bool,
 ) -> None:
     """Write the dataset of these runs, and of those that are there already."""
-    import numpy as np
-
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
@@ -256,8 +255,6 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
 
 def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
     """These runs, with their samples, where the scenario starts."""
-    import numpy as np
-
     from lienumba.engine.simulate import Runs
 
     nominal = check_initial(resolved)

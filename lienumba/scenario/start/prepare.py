@@ -48,8 +48,9 @@ class Prepared:
 @dataclass(frozen=True)
 class Nominal:
     """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
-    else the start; rank: there; built, assembled: what the scenario says, and what became of that."""
+    else the start; rank: there; built, assembled: what `scenario` says, and what became of that."""
 
+    scenario: Scenario
     model: Model
     now: Instant
     typical: Instant
@@ -81,10 +82,11 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     if problems and not _only_prescribed(done, start):
         raise ScenarioError(*problems)
     nominal, now = rank.nominal(done.model), done.instant(0)
-    unmet = rank.contradiction(nominal, now)
+    typical, found = now, rank.rank_of(nominal, now)
+    certain = found.rank == found.rows and not nominal.drivers  # then nothing can contradict itself
+    unmet = () if certain else rank.contradiction(nominal, now)
     if problems and not unmet:
         raise ScenarioError(*problems)
-    typical, found = now, rank.rank_of(nominal, now)
     if later := rank.on_the_way(nominal, now, found):
         typical, found = later, rank.rank_of(nominal, later)
     if unmet:
@@ -101,7 +103,7 @@ def _nominal_start(scenario: Scenario) -> Nominal:
         )
     _check_drivers(nominal, now)
     _check_forces(nominal, now)
-    return Nominal(nominal, now, typical, found, (model, start), done)
+    return Nominal(scenario, nominal, now, typical, found, (model, start), done)
 
 
 def _only_prescribed(done: Assembly, start: Start) -> bool:
@@ -214,7 +216,7 @@ def prepare(
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked
     runs = len(labels)
-    if runs == 1 and not samples:
+    if runs == 1 and not samples and nominal.scenario is scenario:
         (model, start), done = nominal.built, nominal.assembled
     else:
         with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
@@ -243,9 +245,11 @@ def _same_rank(done: Assembly, nominal: rank.Rank) -> "np.ndarray":
     import numpy as np
 
     same = np.ones(len(done.state), bool)
+    if not nominal.exchangeable:
+        return same
     varied: list[bool] = []
     map_numbers(done.model, lambda x, _: varied.append(np.ndim(x) > 0))
-    if nominal.exchangeable and any(varied):
+    if any(varied):
         for run in np.flatnonzero(done.good).tolist():
             same[run] = rank.rank_of(rank.nominal(done.model, run), done.instant(run)).rank <= nominal.rank
     return same

@@ -1,0 +1,208 @@
+"""A scenario made ready for loops: other numbers, the same program."""
+
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from lienumba.engine.runner import in_memory, usable_cores
+from lienumba.errors import ScenarioError
+from lienumba.scenario.base import paths
+from lienumba.scenario.base.arguments import check_labels
+from lienumba.scenario.reading.loading import MODEL_KEYS
+from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.start.prepare import check_initial, design
+from lienumba.words import listed, plural
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from lienumba.engine.simulate import Progress
+    from lienumba.scenario.start.prepare import Nominal
+
+SETTABLE = (*MODEL_KEYS, "model", "parameters")  # where a path of a number begins
+
+
+class Prepared:
+    """A scenario that is ready to run again and again with other numbers (see `lienumba.prepare`).
+
+    It may be used by any number of threads at once.
+
+    Attributes
+    ----------
+    scenario : str
+        What was prepared, as TOML with every default written out.
+    """
+
+    def __init__(self, resolved: Scenario) -> None:
+        self._resolved, self._written = resolved, resolved.to_dict()
+        self._nominal = check_initial(resolved)
+
+    @property
+    def scenario(self) -> str:
+        """What was prepared, as TOML with every default written out."""
+        return self._resolved.to_toml()
+
+    def run(
+        self,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        samples: Any = None,
+        runs: Sequence[int] | None = None,
+        workers: int | None = None,
+    ) -> "xr.Dataset":
+        """Simulate with other numbers, and return the dataset.
+
+        It has the bits, the labels and the attributes of `lienumba.run` of the scenario with these numbers. The first
+        call with a number that is exactly 0, 1 or -1 where it was not, or with other columns of samples, may have to
+        compile another program. A single run whose joints cannot be assembled with these numbers is data (`status`), as
+        every run that fails.
+
+        Parameters
+        ----------
+        parameters : mapping, optional
+            Numbers of the model by path, such as `{"parameters.kp": 40.0, "bodies.top.mass": 14.0}`.
+        samples : DataFrame, structured array or mapping, optional
+            Columns of numbers (runs,) by path, a row for each run, instead of the sweep of the scenario.
+        runs : sequence of int, optional
+            The labels of the runs to simulate; all by default. -1 is the nominal run.
+        workers : int, optional
+            Threads; by default one for each core.
+
+        Returns
+        -------
+        xarray.Dataset
+            In memory, its runs in the order of `runs`.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such path, or a number cannot be what it should be: a sentence for each.
+        """
+        from lienumba.engine.simulate import Runs, Threads
+
+        resolved = self._with(dict(parameters or {}), samples)
+        labels = list(resolved.labels if runs is None else runs)
+        check_labels(labels, resolved.data.sweep.runs)
+        nominal = self._start(resolved, labels)
+        import numpy as np
+
+        wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
+        return in_memory(resolved, wanted, Threads(resolved, workers or usable_cores()), _untold)
+
+    def _with(self, parameters: dict[str, Any], samples: Any) -> Scenario:
+        """The scenario with these numbers."""
+        for path, value in parameters.items():
+            _check(path, value)
+        if samples is None:
+            return resolve(self._written, overrides=parameters) if parameters else self._resolved
+        table = {"columns": _columns(samples)}
+        sweep = {"seed": self._resolved.data.sweep.seed, "sampler": "table", "table": table}
+        return resolve({**self._written, "sweep": sweep}, overrides=parameters)
+
+    def _start(self, resolved: Scenario, labels: Sequence[int]) -> "Nominal":
+        """The nominal start with these numbers; that of the scenario as it was where a single run does not fit."""
+        from lienumba.batch.statuses import SUCCESS
+        from lienumba.scenario.start.prepare import prepare
+
+        if resolved is self._resolved:
+            return self._nominal
+        try:
+            return check_initial(resolved)
+        except ScenarioError:
+            single = prepare(resolved, labels, nominal=self._nominal) if len(labels) == 1 else None
+            if single is None or single.codes[0] == SUCCESS:  # what is wrong is no matter of its joints
+                raise
+            return self._nominal
+
+
+def prepare(scenario: Any, *, overrides: Mapping[str, Any] | None = None, seed: int | None = None) -> Prepared:
+    """Make a scenario ready for loops, such as those of an optimisation.
+
+    It is read, traced, compiled and loaded once; each run then costs some milliseconds beside its steps. Files that it
+    names are read now, and not again.
+
+    Parameters
+    ----------
+    scenario : path, dict or System
+        What to simulate: a TOML file, its keys and values, or a `lienumba.System`.
+    overrides : mapping, optional
+        New values by path, such as `{"integrator.step": 1e-4}`.
+    seed : int, optional
+        Instead of `sweep.seed`.
+
+    Returns
+    -------
+    Prepared
+        Whose method `run` simulates with other numbers.
+
+    Raises
+    ------
+    ScenarioError
+        For bad input, with a sentence for each problem.
+    """
+    import warnings
+
+    from lienumba.engine.programs import compiled_of
+    from lienumba.scenario.start.prepare import prepare as prepare_runs
+
+    resolved = resolve(scenario, overrides=overrides, seed=seed)
+    if resolved.plan is not None:
+        raise ScenarioError("a study cannot be prepared, because its points are compared; run it, or leave study out")
+    for sentence in resolved.warnings:
+        warnings.warn(str(sentence), stacklevel=2)
+    prepared = Prepared(resolved)
+    compiled_of(resolved, prepare_runs(resolved, list(resolved.labels)[:1], nominal=prepared._nominal), True)
+    return prepared
+
+
+def _check(path: str, value: Any) -> None:
+    """A parameter is a number of the model, or several of them."""
+    try:
+        first = paths.parse(path)[0]
+    except paths.PathError as error:
+        raise ScenarioError.at(f"parameters: {path}", *error.args) from None
+    if first not in SETTABLE:
+        raise ScenarioError.at(
+            path, "is no number of the model", f'give it when you prepare: overrides = {{"{path}": ...}}', value
+        )
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    numbers = plain if isinstance(plain, list | tuple) else [plain]
+    while any(isinstance(x, list | tuple) for x in numbers):
+        numbers = [y for x in numbers for y in (x if isinstance(x, list | tuple) else [x])]
+    if not all(isinstance(x, Real) and not isinstance(x, bool) for x in numbers):
+        remedy = "give a number; what else is to change makes another scenario, which is to be prepared itself"
+        raise ScenarioError.at(path, "must be a number", remedy, value)
+
+
+def _columns(samples: Any) -> dict[str, list[float]]:
+    """The columns of a table of samples, whatever it is."""
+    import numpy as np
+
+    names = getattr(getattr(samples, "dtype", None), "names", None)  # of a structured array
+    names = list(samples) if names is None and hasattr(samples, "keys") else names
+    if not names:
+        what = "has no columns" if hasattr(samples, "keys") else f"is a {type(samples).__name__}"
+        raise ScenarioError(f"samples: {what}; give a DataFrame, a structured array, or columns by path in a dict")
+    found: dict[str, list[float]] = {}
+    for name in map(str, names):
+        try:
+            column = np.asarray(samples[name], float)
+        except (TypeError, ValueError):
+            raise ScenarioError.at(f"samples.{name}", "has what is no number", "correct it") from None
+        if column.ndim != 1 or not len(column):
+            raise ScenarioError.at(
+                f"samples.{name}", f"has the shape {column.shape}", "give one number for each run, in one dimension"
+            )
+        if not np.isfinite(column).all():
+            row = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise ScenarioError.at(f"samples.{name}", f"row {row} is {column[row]}", "give finite numbers")
+        found[name] = column.tolist()
+    lengths = {name: len(column) for name, column in found.items()}
+    if len(set(lengths.values())) > 1:
+        told = listed(f"{name} has {plural(number, 'row', 'rows')}" for name, number in lengths.items())
+        raise ScenarioError(f"samples: {told}; give all columns a row for each run")
+    return found
+
+
+def _untold(_: "Progress") -> None:
+    pass
