@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -56,19 +58,12 @@ INSIDE = {  # the floors of rooms, lowest first
         {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip
-HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "numpy"}
-LIGHT = [
-    "__init__.py",
-    "__main__.py",
-    "errors.py",
-    "cli",
-    "words.py",
-    "numerics",
-    "keys",
-    "scenario",
-    "engine/progress.py",
-    "sweep/distributions/registry.py",
-]
+HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway
+HELP = [  # what `--help` and `import lienumba` load: not even NumPy
+    "__init__.py", "__main__.py", "cli", "engine/__init__.py", "engine/progress.py", "errors.py", "present/__init__.py",
+    "present/terminal/__init__.py", "present/terminal/console.py", "words.py",
+]  # fmt: skip
+VALIDATE = ["groups", "keys", "mechanics", "numerics", "scenario", "sweep/distributions"]
 LONGEST = 500  # lines of a file
 MOST = 17  # modules of a folder
 MOST_ANY = 0.07  # of parameters may be anything
@@ -236,11 +231,26 @@ def test_every_public_function_of_the_mathematics_is_documented(path):
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
     name = str(path.relative_to(PACKAGE))
-    if not any(name == light or name.startswith(f"{light}/") for light in LIGHT):
+    light = [kind for kind in (HELP, VALIDATE) if any(name == x or name.startswith(f"{x}/") for x in kind)]
+    if not light:
         return
+    late = HEAVY | {"numpy"} if HELP in light else HEAVY
     top = ast.Module([n for n in ast.parse(path.read_text()).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
-    heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in HEAVY]
+    heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in late]
     assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
+
+
+@pytest.mark.parametrize("arguments", ["'--help'", "'run', '--help'", "'validate', 'scenarios/heavy_top.toml'"])
+def test_commands_that_must_answer_at_once_load_nothing_heavy(arguments):
+    code = (
+        f"import sys\nfrom lienumba.cli import app\ntry: app([{arguments}])\n"
+        "except SystemExit as end: assert not end.code\nprint(sorted(set(sys.modules) & set(sys.argv[1:])))"
+    )
+    late = HEAVY if "validate" in arguments else HEAVY | {"numpy"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *late], cwd=PACKAGE.parent, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_any_is_rare():

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import FULL, RUN
 from lienumba.words import show, suggestion
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NOT_OF_A_COMPONENT = (*RUN, FULL, "time")
 

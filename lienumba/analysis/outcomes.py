@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS, Status
 from lienumba.store.layout import RUN
 from lienumba.sweep.design import NOMINAL_RUN
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 BY_NAME = {status.name: status for status in STATUSES}
 LABELS_SHOWN = 5

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
 from lienumba.batch.statuses import GOOD, SUCCESS
@@ -13,10 +15,6 @@ from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
@@ -87,8 +85,6 @@ def summarise(ds: xr.Dataset) -> Summary:
     ScenarioError
         Where the dataset has no runs, or is of a study.
     """
-    import numpy as np
-
     if is_study(ds):
         raise ScenarioError("the dataset is of a study, which lienumba.analysis.orders sums up; give one of a sweep")
 
@@ -131,8 +127,6 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
 
 def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator[Quantiles]:
     """Of each number that every run has of a variable (runs, ...), over these runs; NaN is left out."""
-    import numpy as np
-
     if not which.any():
         return
     columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
@@ -164,8 +158,6 @@ def _reached_a_stored_time(ds: xr.Dataset, which: np.ndarray) -> bool:
 def _relative_drift(ds: xr.Dataset, good: np.ndarray) -> float | None:
     """The largest energy residual of a run by its largest kinetic energy: the largest of all good runs that have some
     stored."""
-    import numpy as np
-
     names = ["energy_residual", "kinetic_energy"]
     if any(name not in ds or ds[name].dims != (*RUN, "time") for name in names) or not good.any():
         return None

@@ -1,12 +1,9 @@
 """Whether two datasets say the same of a run, to the bit, as far as both say something."""
 
-from typing import TYPE_CHECKING
+import numpy as np
+import xarray as xr
 
 from lienumba.store.layout import FULL, VARIABLES
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 
 def of_run(ds: "xr.Dataset", label: int) -> "xr.Dataset":
@@ -20,8 +17,6 @@ def of_run(ds: "xr.Dataset", label: int) -> "xr.Dataset":
 def common(there: "xr.Dataset", here: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
     """Both, with what they have in common. The iterations since the stored time before are not: they belong to an
     interval between stored times."""
-    import xarray as xr
-
     counts = [name for name, spec in VARIABLES.items() if spec.count]
     names = [name for name in there.data_vars if name in here.data_vars and name not in counts]
     one, other = xr.align(there[names], here[names], join="inner")
@@ -35,8 +30,6 @@ def times_of(ds: "xr.Dataset") -> int:
 
 def first_difference(there: "xr.Dataset", here: "xr.Dataset") -> str:
     """Where two datasets of the same variables and labels first differ, in words; "" if they are the same."""
-    import numpy as np
-
     found = []
     for order, name in enumerate(map(str, there.data_vars)):
         dims, others = (tuple(map(str, ds[name].dims)) for ds in (there, here))
@@ -53,10 +46,8 @@ def first_difference(there: "xr.Dataset", here: "xr.Dataset") -> str:
     return _told(there[name], here[name], tuple(place))
 
 
-def _differ(a: "np.ndarray", b: "np.ndarray") -> "np.ndarray":
+def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Where bits differ; one NaN is like another."""
-    import numpy as np
-
     if a.dtype.kind != "f":
         return np.asarray(a != b)
     both = np.isnan(a) & np.isnan(b)

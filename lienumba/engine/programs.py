@@ -3,6 +3,8 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.groups.state import ELEMENT
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.resolve import Scenario
@@ -10,8 +12,6 @@ from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.batch.integrate import Batch, Pace
     from lienumba.integrators.tracing.augmented_state import AugmentedState
     from lienumba.integrators.tracing.compiled import Compiled
@@ -60,8 +60,6 @@ def compiled_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Compile
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
-    import numpy as np
-
     from lienumba.batch.integrate import Batch
     from lienumba.integrators.tracing.tracer import split
 
@@ -85,8 +83,6 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine
 
 def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
     """How a tolerance chooses steps. If it is not given, the first one turns no body by more than a small angle."""
-    import numpy as np
-
     from lienumba.batch.integrate import Pace
     from lienumba.integrators.methods import step_control
 
@@ -109,10 +105,8 @@ def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
     )  # fmt: skip
 
 
-def _augmented(prepared: Prepared, state: "AugmentedState") -> "np.ndarray":
+def _augmented(prepared: Prepared, state: "AugmentedState") -> np.ndarray:
     """What every run has beside its bodies and law states at the start (runs, rows)."""
-    import numpy as np
-
     from lienumba.mechanics.mechanism.kinematics import Instant
     from lienumba.mechanics.system.kkt import Structure
     from lienumba.mechanics.system.singular import limiting_accelerations

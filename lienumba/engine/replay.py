@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba import __version__
 from lienumba.engine.progress import shown
 from lienumba.errors import ScenarioError
@@ -138,8 +140,6 @@ def scenario_of(ds: "xr.Dataset") -> Scenario:
 
 def _dense(original: Scenario, every: float | None) -> Scenario:
     """The scenario that stores the whole course, at the times of the original and at many more."""
-    import numpy as np
-
     end, step = original.data.integrator.end_time, original.data.integrator.step
     if every is None:
         steps = INTERVALS if step is None else original.steps
@@ -166,8 +166,6 @@ def _simulated(
     dense: Scenario, original: Scenario, there: "xr.Dataset", run: int, tell: "Tell"
 ) -> "tuple[xr.Dataset, xr.Dataset]":
     """The whole course of a run, and what its own scenario keeps of it."""
-    import numpy as np
-
     from lienumba.engine.memory import Memory
     from lienumba.engine.results import Twice
     from lienumba.engine.simulate import Runs, Threads, simulate

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.engine.cluster import connection
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
@@ -181,8 +183,6 @@ def on_disk(
     overwrite: bool,
 ) -> None:
     """Write the dataset of these runs, and of those that are there already."""
-    import numpy as np
-
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
@@ -255,8 +255,6 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
 
 def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
     """These runs, with their samples, where the scenario starts."""
-    import numpy as np
-
     from lienumba.engine.simulate import Runs
 
     nominal = check_initial(resolved)

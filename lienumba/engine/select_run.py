@@ -3,16 +3,16 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isnan, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import FULL, RUN
 from lienumba.store.windows import windows
 from lienumba.words import plural, show, suggestion
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 PEAKS = ("_max", "_min")
 
@@ -119,8 +119,6 @@ def _peak(ds: "xr.Dataset", variable: str) -> Peak:
 
 def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[Peak]:
     """That of each window of runs; below 0 where all are NaN."""
-    import numpy as np
-
     dims = [str(dim) for dim in ds[variable].dims]
     for window in windows(ds, [variable], dims[0]):
         sizes = abs(window[variable].values.astype(float))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.movies import GIF, MP4, ffmpeg, write_gif, write_mp4
@@ -17,8 +19,6 @@ from lienumba.store.files import whole
 from lienumba.store.targets import check_target
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scene import Scene
 
 MOVIES = {GIF: write_gif, MP4: write_mp4}
@@ -86,7 +86,6 @@ def animate(
 
 def _frames(picture: Picture, progress: Callable[[int, int], None]) -> Iterator[np.ndarray]:
     """Each frame (height, width, 3) as bytes."""
-    import numpy as np
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     drawn, total = FigureCanvasAgg(picture.figure), len(picture.film.times)

@@ -10,10 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
-    import numpy as np
     from PIL.Image import Image
 
 GIF, MP4 = ".gif", ".mp4"

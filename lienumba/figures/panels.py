@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import xarray as xr
+
 from lienumba.analysis.panels.quantiles import (
     LEVELS,
     Histogram,
@@ -24,8 +27,6 @@ from lienumba.figures.canvas import COLORS, STYLES, Style
 from lienumba.words import plural
 
 if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -140,15 +141,11 @@ def _bands(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: 
 
 def _where_enough(shown: PanelSeries, quantiles: np.ndarray) -> np.ndarray:
     """Quantiles (..., times) where enough runs have a value."""
-    import numpy as np
-
     return np.where(shown.enough, quantiles, np.nan)
 
 
 def _positive(values: np.ndarray) -> np.ndarray:
     """What a logarithmic axis can show of values."""
-    import numpy as np
-
     return np.where(values > 0.0, values, np.nan)
 
 

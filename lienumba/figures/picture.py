@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 from math import ceil, cos, log10, radians, sin
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from lienumba.figures.canvas import COLORS, empty, lines
 from lienumba.figures.playing import Film, played
@@ -13,9 +15,6 @@ from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
 from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun, Scene
-
-if TYPE_CHECKING:
-    import numpy as np
 
 WIDTH, HEIGHT = 6.4, 4.8  # inches
 THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
@@ -52,8 +51,6 @@ class Picture:
 
     def show(self, frame: int) -> None:
         """Turn to a frame."""
-        import numpy as np
-
         time = self.film.times[frame]
         corners = np.concatenate([shape.at(frame) for shape in self.shapes])
         outward = normals(corners)
@@ -102,7 +99,6 @@ class Picture:
 
     def _fill(self, edges: np.ndarray) -> None:
         """Make the box as large as its corners and their labels allow."""
-        import numpy as np
         from mpl_toolkits.mplot3d.proj3d import proj_transform
 
         self.axes.set_box_aspect(edges, zoom=1.0)
@@ -114,7 +110,6 @@ class Picture:
 
     def _draw(self) -> None:
         """All that moves; where it is, `show` says."""
-        import numpy as np
         from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
         self.solids = Poly3DCollection([], zorder=SOLID, linewidths=0.2)
@@ -139,8 +134,6 @@ class Picture:
 
     def _places(self, ground: bool) -> np.ndarray:
         """Where joints are on the ground, or on bodies (frames, n, 3)."""
-        import numpy as np
-
         marks = [[x.place for x in run.mechanism.marks if (x.place.body == GROUND) == ground] for run in self.runs]
         return np.concatenate([run.at(places) for run, places in zip(self.runs, marks, strict=True)], axis=1)
 
@@ -171,8 +164,6 @@ class Picture:
 
 def _room(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """The box in which the runs move that reached their end, in no direction so thin that nothing could be read."""
-    import numpy as np
-
     boxes = [box(run) for run in runs if run.good] or [box(run) for run in runs]
     low, high = np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
     missing = np.maximum(SHORTEST_EDGE * (high - low).max() - (high - low), 0.0)

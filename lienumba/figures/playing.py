@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.scene import MovingRun
-
-if TYPE_CHECKING:
-    import numpy as np
 
 SHORTEST, LONGEST = 4.0, 8.0  # s, unless a duration is asked for
 MOST_FRAMES = 3000
@@ -29,8 +27,6 @@ class Film:
 
 def film(runs: Sequence[MovingRun], fps: int, duration: float | None) -> Film:
     """Frames from the start to the end of the longest run, in real time where that takes not too long."""
-    import numpy as np
-
     end = max(float(run.times[-1]) for run in runs)
     seconds = min(max(end, SHORTEST), LONGEST) if duration is None else duration
     if not 1 <= fps <= MOST_FPS:
@@ -49,8 +45,6 @@ def film(runs: Sequence[MovingRun], fps: int, duration: float | None) -> Film:
 def played(run: MovingRun, times: np.ndarray) -> MovingRun:
     """The run at these times (s): between those that it has, positions on straight lines and rotations about one axis;
     after its end it stays where it is."""
-    import numpy as np
-
     if len(run.times) == 1:
         return replace(
             run, times=times, positions=run.positions[[0] * len(times)], rotations=run.rotations[[0] * len(times)]

@@ -8,6 +8,8 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import xarray as xr
+
 from lienumba.analysis.outcomes import counts
 from lienumba.analysis.panels.quantiles import PanelSeries
 from lienumba.analysis.panels.run_windows import nominal_run
@@ -28,7 +30,6 @@ from lienumba.store.targets import check_target
 from lienumba.words import plural, show, suggestion
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 

@@ -6,16 +6,14 @@ Round bodies have light and dark quarters, so that their spin is seen.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.mechanics.elements.joints.base import ROD
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun
 from lienumba.scene.mechanism import ARM
 from lienumba.scene.solids import Face, Solid
-
-if TYPE_CHECKING:
-    import numpy as np
 
 THICKNESS = 0.012  # of arms and rods, of the size of the scene
 LIGHT = (0.35, -0.45, 0.82)  # where it comes from
@@ -41,8 +39,6 @@ class Shapes:
     ground."""
 
     def __init__(self, run: MovingRun, size: float) -> None:
-        import numpy as np
-
         self.run, self.thickness = run, THICKNESS * size
         self.parts = [_polyhedron(n, solid) for n, solid in enumerate(run.mechanism.solids)]
         for segment in run.mechanism.segments:
@@ -58,8 +54,6 @@ class Shapes:
 
     def at(self, frame: int) -> np.ndarray:
         """Their corners (n, 4, 3) in a frame in m."""
-        import numpy as np
-
         found = []
         for part in self.parts:
             r, R = self.run.positions[frame, part.body], self.run.rotations[frame, part.body]
@@ -71,8 +65,6 @@ class Shapes:
 
 def box(run: MovingRun) -> tuple[np.ndarray, np.ndarray]:
     """The corners (3,) of the box in which the bodies and joints of a run move."""
-    import numpy as np
-
     points = [run.at([mark.place for mark in run.mechanism.marks]).reshape(-1, 3)]
     for n, solid in enumerate(run.mechanism.solids):
         points.append(
@@ -84,8 +76,6 @@ def box(run: MovingRun) -> tuple[np.ndarray, np.ndarray]:
 
 def hiding(run: MovingRun) -> set[int]:
     """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
-    import numpy as np
-
     found = set()
     for n, solid in enumerate(run.mechanism.solids):
         low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
@@ -99,8 +89,6 @@ def hiding(run: MovingRun) -> set[int]:
 
 def normals(corners: np.ndarray) -> np.ndarray:
     """The outward unit normals (n, 3) of quadrilaterals (n, 4, 3)."""
-    import numpy as np
-
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     found: np.ndarray = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
     return found
@@ -108,16 +96,12 @@ def normals(corners: np.ndarray) -> np.ndarray:
 
 def shades(normals: np.ndarray) -> np.ndarray:
     """How much light falls on what has these normals (n, 3), from DARKEST to 1."""
-    import numpy as np
-
     found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT), 0.0, 1.0)
     return found
 
 
 def _polyhedron(body: int, solid: Solid) -> Polyhedron:
     """A body; the ends of a cylinder cut from their centres."""
-    import numpy as np
-
     if solid.kind != "cylinder":
         return Polyhedron(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
     *sides, bottom, top = solid.faces
@@ -139,8 +123,6 @@ def _tone(vertex: int, count: int) -> float:
 
 def _prism(first: np.ndarray, second: np.ndarray, thickness: float) -> np.ndarray:
     """The vertices (8, 3) of a square bar between two points (m)."""
-    import numpy as np
-
     along = second - first
     across = np.cross(along, np.eye(3)[abs(along).argmin()])
     across /= max(float(np.linalg.norm(across)), 1e-300)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
+
 from lienumba.analysis.labels import axis_label
 from lienumba.analysis.studies.orders import orders
 from lienumba.analysis.studies.study import curves
@@ -15,7 +18,6 @@ from lienumba.store.study_layout import ERRORS, typical
 from lienumba.words import show
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -26,8 +28,6 @@ IN_A_ROW = 6  # of the legend
 
 def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     """A row of panels for each of these variables, or for the position error."""
-    import numpy as np
-
     names = names or [name for name in (f"{name}_error" for name in ERRORS) if name in ds][:1]
     for name in names:
         if name == "status":
@@ -71,8 +71,6 @@ def _draw(ax: Axes, shown: Sequence[StudyLine]) -> None:
 
 def _slopes(ax: Axes, ds: xr.Dataset, error: str) -> None:
     """Dashed lines of whole slopes beside the curves that show them."""
-    import numpy as np
-
     found = orders(ds).sel(error=error)
     drawn: set[int] = set()
     for line, order, first, last in zip(

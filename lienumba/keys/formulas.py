@@ -2,15 +2,13 @@
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.errors import BadValueError
 from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 Function = Callable[[Number], Number]  # of the time
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
@@ -65,8 +63,6 @@ def constant(value: float | str | None) -> float | None:
 
 def at_start(value: Number | Function) -> tuple[float, float, float]:
     """A number or a function of time at t = 0: its value, rate and second derivative."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         x = lift(value(Jet(0.0, 1.0)) if callable(value) else value)
     return float(x.a), float(x.b), float(x.c)
@@ -83,20 +79,16 @@ def not_finite_at_start(value: object, orders: int) -> BadValueError | None:
     return None
 
 
-def derivatives(value: str | Function, times: "np.ndarray") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+def derivatives(value: str | Function, times: np.ndarray) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
     """A function of the time (or the text of its formula), its rate and its second derivative at these times."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         x = lift((Formula(value) if isinstance(value, str) else value)(Jet(times, 1.0)))
     a, b, c = (np.array(np.broadcast_to(np.asarray(y, float), times.shape)) for y in (x.a, x.b, x.c))
     return a, b, c
 
 
-def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") -> BadValueError | None:
+def not_finite_later(value: str | Function, orders: int, times: np.ndarray) -> BadValueError | None:
     """What is wrong with a function of the time, or the text of its formula, in the course of a run."""
-    import numpy as np
-
     for name, x in zip(("value", "rate", "second derivative"), derivatives(value, times)[:orders], strict=False):
         bad = ~(np.abs(x) < LARGEST)
         if bad.any():
@@ -106,10 +98,8 @@ def not_finite_later(value: str | Function, orders: int, times: "np.ndarray") ->
     return None
 
 
-def jump(x: "np.ndarray", rate: "np.ndarray", times: "np.ndarray") -> tuple[float, float] | None:
+def jump(x: np.ndarray, rate: np.ndarray, times: np.ndarray) -> tuple[float, float] | None:
     """Where a function changes by far more than its rate says on both sides: the time, and by how much."""
-    import numpy as np
-
     rates, spacing = np.abs(rate), times[1] - times[0]
     with np.errstate(all="ignore"):  # where it is not finite, `not_finite_later` says so
         steps = np.abs(np.diff(x))

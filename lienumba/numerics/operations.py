@@ -11,6 +11,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any, Protocol, TypeGuard, TypeVar
 
+import numpy as np
+
 from lienumba.numerics.number import Condition, Number
 
 Kernel = Callable[..., object]
@@ -88,8 +90,6 @@ def power_of_two(n: Number) -> Any:
         return math.ldexp(1.0, int(n)) if math.isfinite(n) else math.nan
     if hasattr(n, "power_of_two"):
         return n.power_of_two()
-    import numpy as np
-
     return np.where(np.isnan(_array(n)), np.nan, np.ldexp(1.0, np.nan_to_num(_array(n)).astype(np.int64)))
 
 
@@ -100,8 +100,6 @@ def where(condition: Condition, x: Number, y: Number) -> Any:
     for number in (x, y, condition):
         if hasattr(number, "where"):
             return number.where(condition, x, y)
-    import numpy as np
-
     return np.where(condition, _array(x), _array(y))
 
 

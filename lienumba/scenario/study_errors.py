@@ -4,12 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 from sys import float_info
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.numerics.operations import atan2
-
-if TYPE_CHECKING:
-    import numpy as np
 
 STATE = ("position", "rotation", "velocity", "angular_velocity")
 
@@ -23,7 +21,7 @@ class Truth:
     bodies: Mapping[str, Sequence[str]]
 
 
-def errors(states: "Mapping[str, np.ndarray]", truth: Truth, bodies: Sequence[str]) -> "dict[str, np.ndarray]":
+def errors(states: "Mapping[str, np.ndarray]", truth: Truth, bodies: Sequence[str]) -> dict[str, np.ndarray]:
     """Of each variable that is known, the distance (runs, times) of the body that is farthest off."""
     found = {}
     for name, known in truth.values.items():
@@ -32,7 +30,7 @@ def errors(states: "Mapping[str, np.ndarray]", truth: Truth, bodies: Sequence[st
     return found
 
 
-def distance(name: str, x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
+def distance(name: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The distance of two vectors (..., 3), or the angle (rad) between two rotations (..., 3, 3)."""
     if name != "rotation":
         return norm(x - y)
@@ -42,13 +40,13 @@ def distance(name: str, x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
     return angle
 
 
-def norm(x: "np.ndarray") -> "np.ndarray":
+def norm(x: np.ndarray) -> np.ndarray:
     """The length of vectors (..., 3), in an order of operations that no library chooses."""
     squared: np.ndarray = x[..., 0] * x[..., 0] + x[..., 1] * x[..., 1] + x[..., 2] * x[..., 2]
     length: np.ndarray = squared**0.5
     return length
 
 
-def rounding(truth: Truth) -> "dict[str, np.ndarray]":
+def rounding(truth: Truth) -> dict[str, np.ndarray]:
     """The unit of rounding of the largest value of each variable (runs,): nothing can be known better."""
     return {name: float_info.epsilon * norm(x).reshape(len(x), -1).max(axis=1) for name, x in truth.values.items()}

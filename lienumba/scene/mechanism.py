@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements.joints import JOINTS
@@ -15,9 +16,6 @@ from lienumba.mechanics.start import joint_frames
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import geometry
 from lienumba.scene.solids import Solid, equivalent
-
-if TYPE_CHECKING:
-    import numpy as np
 
 ARM = "arm"
 # How long an axis is drawn, relative to the size of the mechanism; where something slides along it, it is a rail.
@@ -66,7 +64,7 @@ class Mechanism:
 
 
 def mechanism(
-    scenario: Scenario, samples: Mapping[str, float], positions: "np.ndarray", rotations: "np.ndarray"
+    scenario: Scenario, samples: Mapping[str, float], positions: np.ndarray, rotations: np.ndarray
 ) -> Mechanism:
     """The mechanism of a run: with its samples, by path, and the poses of its bodies at the start, (k, 3) in m and
     (k, 3, 3) body to global, which say where a joint that is entered in the global frame is in each body.

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.select_run import check_run, worst
@@ -12,10 +14,6 @@ from lienumba.scenario.start.build import geometry
 from lienumba.store.layout import FULL, RUN
 from lienumba.store.windows import windows
 from lienumba.sweep.design import NOMINAL_RUN
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 POSE = ("position", "rotation")
 LAST = ("last_position", "last_rotation")
@@ -54,8 +52,6 @@ def shown_runs(
         for run in runs:
             check_run(ds, where, run)
         return [ShownRun(run, _status(ds, run)) for run in runs]
-    import numpy as np
-
     labels, moved = ds["run"].values, ds["end_time"].values > 0.0
     good = moved & np.isin(ds["status"].values, GOOD)
     first = _usual(ds, good)
@@ -85,10 +81,8 @@ def _status(ds: "xr.Dataset", run: int) -> str:
     return "" if code == 0 else f"{names[code]} at {float(ds['end_time'].sel(run=run)):.4g} s".replace("_", " ")
 
 
-def _usual(ds: "xr.Dataset", which: "np.ndarray") -> ShownRun | None:
+def _usual(ds: "xr.Dataset", which: np.ndarray) -> ShownRun | None:
     """The nominal run, or the one whose samples are nearest to the medians, in units of their spread."""
-    import numpy as np
-
     labels = ds["run"].values
     if not which.any():
         return None
@@ -103,11 +97,9 @@ def _usual(ds: "xr.Dataset", which: "np.ndarray") -> ShownRun | None:
     return ShownRun(label, "typical" if len(labels) > 1 else "")
 
 
-def _farthest(ds: "xr.Dataset", scenario: Scenario, run: int, good: "np.ndarray") -> int | None:
+def _farthest(ds: "xr.Dataset", scenario: Scenario, run: int, good: np.ndarray) -> int | None:
     """The run whose bodies are, at some time, farthest from where they are in another run: by the mean square distance
     of their mass points, |r - r'|^2 + tr((R - R') J (R - R')^T) / m  with  J = tr(I) / 2 - I."""
-    import numpy as np
-
     names, dim = _poses(ds)
     if not names or not has_bodies(ds, scenario) or run not in ds[dim].values:
         return None
@@ -138,10 +130,8 @@ def has_bodies(ds: "xr.Dataset", scenario: Scenario) -> bool:
     return "body" in ds.dims and ds["body"].values.tolist() == [body.name for body in scenario.data.model.bodies]
 
 
-def _second_moment(body: Body) -> "np.ndarray":
+def _second_moment(body: Body) -> np.ndarray:
     """J / m of a body in m^2, in its frame."""
-    import numpy as np
-
     xx, yy, zz, xy, xz, yz = body.inertia
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], float)
     return (0.5 * np.trace(inertia) * np.eye(3) - inertia) / float(body.mass)

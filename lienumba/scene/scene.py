@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
+
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.compare_runs import of_run
 from lienumba.engine.replay import again, scenario_of
@@ -16,9 +19,6 @@ from lienumba.store.files import check_whole
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-
     from lienumba.engine.simulate import Tell
 
 TURN = 2.0  # rad between two stored times, beyond which nobody can tell how a body got from one to the other
@@ -51,9 +51,9 @@ class MovingRun:
     why: str
     good: bool
     mechanism: Mechanism
-    times: "np.ndarray"
-    positions: "np.ndarray"
-    rotations: "np.ndarray"
+    times: np.ndarray
+    positions: np.ndarray
+    rotations: np.ndarray
 
     @property
     def label(self) -> str:
@@ -62,7 +62,7 @@ class MovingRun:
             return "nominal run"
         return f"run {self.run}" + (f" ({self.why})" if self.why else "")
 
-    def at(self, places: Sequence[Place]) -> "np.ndarray":
+    def at(self, places: Sequence[Place]) -> np.ndarray:
         """Places as the run has them.
 
         Parameters
@@ -75,8 +75,6 @@ class MovingRun:
         numpy.ndarray
             (T, places, 3) in m, global frame.
         """
-        import numpy as np
-
         found = np.empty((len(self.times), len(places), 3))
         for n, place in enumerate(places):
             found[:, n] = place.point
@@ -102,8 +100,8 @@ class Scene:
     """
 
     runs: tuple[MovingRun, ...]
-    low: "np.ndarray"
-    high: "np.ndarray"
+    low: np.ndarray
+    high: np.ndarray
     followed: bool
     remarks: tuple[str, ...]
 
@@ -173,8 +171,6 @@ def _moving(
     ds: "xr.Dataset", where: str, scenario: Scenario, choice: ShownRun, allow_code: bool, tell: "Tell"
 ) -> tuple[MovingRun, str]:
     """A run, and what is to be said of its course."""
-    import numpy as np
-
     there = of_run(ds, choice.run)
     poses, remark = _stored_poses(there) if has_bodies(there, scenario) else None, ""
     if poses is None or (_coarse(there) and (allow_code or not scenario.data.files)):
@@ -190,7 +186,7 @@ def _moving(
     return MovingRun(choice.run, choice.why, good, built, times, positions, rotations), remark
 
 
-def _along_time(there: "xr.Dataset", name: str) -> "np.ndarray | None":
+def _along_time(there: "xr.Dataset", name: str) -> np.ndarray | None:
     """The values (T, ...) of a variable of the one run that a dataset has, if its course is stored."""
     if name not in there or there[name].dims[1:2] != ("time",) or not there[name].shape[0]:
         return None
@@ -198,7 +194,7 @@ def _along_time(there: "xr.Dataset", name: str) -> "np.ndarray | None":
     return values
 
 
-def _stored_poses(there: "xr.Dataset") -> "tuple[np.ndarray, ...] | None":
+def _stored_poses(there: "xr.Dataset") -> tuple[np.ndarray, ...] | None:
     """Times, positions and rotations from the start on, if they are stored."""
     position, rotation = (_along_time(there, name) for name in POSE)
     if position is None or rotation is None or there["time"].values[0] != 0.0:
@@ -208,8 +204,6 @@ def _stored_poses(there: "xr.Dataset") -> "tuple[np.ndarray, ...] | None":
 
 def _coarse(there: "xr.Dataset") -> bool:
     """Whether a body turns too far between two stored times, as far as is known."""
-    import numpy as np
-
     rates = _along_time(there, "angular_velocity")
     if rates is None:
         return False
@@ -223,10 +217,8 @@ def _travels(run: MovingRun) -> bool:
     return run.mechanism.free and bool(abs(path - path[0]).max() > FAR * _size(run))
 
 
-def _centre(run: MovingRun) -> "np.ndarray":
+def _centre(run: MovingRun) -> np.ndarray:
     """The mass centre of the mechanism (T, 1, 3)."""
-    import numpy as np
-
     return np.average(run.positions, axis=1, weights=run.mechanism.masses)[:, None]
 
 
@@ -240,7 +232,7 @@ def _followed(run: MovingRun) -> MovingRun:
     return replace(run, positions=run.positions - _centre(run))
 
 
-def box(runs: Sequence[MovingRun]) -> "tuple[np.ndarray, np.ndarray]":
+def box(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """The box in which bodies and joints of these runs are.
 
     Parameters
@@ -253,8 +245,6 @@ def box(runs: Sequence[MovingRun]) -> "tuple[np.ndarray, np.ndarray]":
     low, high : numpy.ndarray
         Its corners, (3,) in m, global frame.
     """
-    import numpy as np
-
     low, high = [], []
     for run in runs:
         radii = np.array([solid.radius for solid in run.mechanism.solids])[:, None]

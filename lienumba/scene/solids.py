@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
 SIDES = 24  # of a cylinder
 ALIKE = 0.05  # of two moments: what differs by less is drawn as round
@@ -20,7 +19,7 @@ class Solid:
     polygons, as indices of vertices; the two ends of a cylinder are its last two faces."""
 
     kind: str
-    vertices: "np.ndarray"
+    vertices: np.ndarray
     faces: tuple[Face, ...]
 
     @property
@@ -39,8 +38,6 @@ def equivalent(mass: float, inertia: tuple[float, ...]) -> Solid:
     A cylinder if exactly two principal moments are alike, else a box: of a box with edges a, b, c
     I1 = m (b^2 + c^2) / 12, so a^2 = 6 (I2 + I3 - I1) / m; of a cylinder I1 = m r^2 / 2, I2 = m (3 r^2 + h^2) / 12.
     """
-    import numpy as np
-
     xx, yy, zz, xy, xz, yz = inertia
     moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], float))
     if np.linalg.det(axes) < 0.0:
@@ -57,30 +54,24 @@ def equivalent(mass: float, inertia: tuple[float, ...]) -> Solid:
     return Solid("cylinder", edges * _ring() @ turned.T, _CYLINDER)
 
 
-def _axis_of_symmetry(moments: "np.ndarray") -> int | None:
+def _axis_of_symmetry(moments: np.ndarray) -> int | None:
     """The principal axis about which the other two are alike, if there is just one."""
     low, middle, high = moments
     first, second = middle - low < ALIKE * high, high - middle < ALIKE * high
     return None if first == second else (2 if first else 0)
 
 
-def _thick(edges: "np.ndarray") -> "np.ndarray":
+def _thick(edges: np.ndarray) -> np.ndarray:
     """No edge far shorter than the longest one."""
-    import numpy as np
-
     return np.maximum(edges, THINNEST * edges.max())
 
 
 def _corners() -> Any:
-    import numpy as np
-
     return np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 def _ring() -> Any:
     """The vertices of a cylinder of diameter 1 and height 1 about z."""
-    import numpy as np
-
     turns = [2.0 * pi * k / SIDES for k in range(SIDES)]
     return np.array([[0.5 * cos(u), 0.5 * sin(u), z] for z in (-0.5, 0.5) for u in turns])
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
 from lienumba.store.layout import CHUNK_BYTES, FULL
 
 if TYPE_CHECKING:
     import netCDF4
-    import numpy as np
 
 CACHE_BYTES = 4 * CHUNK_BYTES  # of each variable: runs are read and written in their order; HDF5's default is far more
 
@@ -23,7 +24,7 @@ def small_caches(file: netCDF4.Dataset) -> None:
             variable.set_var_chunk_cache(CACHE_BYTES)
 
 
-class RecordColumns(dict[str, "np.ndarray"]):
+class RecordColumns(dict[str, np.ndarray]):
     """Records of a table, column by column."""
 
     @property

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.compiler.memo import Memo, content
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 SERIES = ("run", "time")
@@ -109,8 +110,6 @@ def dataset(
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
-    import numpy as np
-
     labels: dict[str, np.ndarray] = {
         "run": np.asarray(runs, dtype=np.int64),
         FULL: np.asarray(full_runs, dtype=np.int64),
@@ -166,7 +165,6 @@ def _frame(
 
 def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str], total: int) -> dict[str, xr.Variable]:
     """The samples (runs,) of each varied path, by path."""
-    import numpy as np
     import xarray as xr
 
     columns = {path: np.asarray(samples, dtype=np.float64) for path, samples in inputs.items()}
@@ -204,16 +202,12 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
 
 def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
     """An array in the type that it has in memory; a count below 0 is none."""
-    import numpy as np
-
     if spec.count:
         array = np.where(array < 0, np.nan, array)
     return np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
 
 
 def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, object]:
-    import numpy as np
-
     fill_value = NO_COUNT if spec.count else np.nan if spec.dtype == "float64" else None
     run_bytes = int(np.prod(shape[1:])) * np.dtype(spec.dtype).itemsize
     runs_per_chunk = max(min(CHUNK_BYTES // max(run_bytes, 1), total), 1)
@@ -233,8 +227,6 @@ def texts(units: str, long_name: str) -> dict[str, str]:
 
 
 def _flags() -> dict[str, object]:
-    import numpy as np
-
     from lienumba.batch.statuses import STATUSES
 
     return {

@@ -16,12 +16,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.store.files import WriteError, folder_of, settle, to_disk
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.store.stream import Source
 
 Json = dict[str, Any]
@@ -39,15 +39,11 @@ class Shard:
         self.path, self.labels, self.dtype, self.offset = path, labels, dtype, offset
 
     def read(self, part: slice) -> Any:
-        import numpy as np
-
         first = self.offset + part.start * self.dtype.itemsize
         return np.fromfile(self.path, self.dtype, part.stop - part.start, offset=first)
 
     def column(self, name: str) -> np.ndarray:
         """One field of all records, and no more of the file than that."""
-        import numpy as np
-
         records = np.memmap(self.path, self.dtype, "r", self.offset, len(self.labels))
         return np.array(records[name])
 
@@ -131,8 +127,6 @@ class Shards:
 
     def flush(self) -> None:
         """Write what is not yet on the disk."""
-        import numpy as np
-
         try:
             if self.pending and not self.exists:
                 self.folder.mkdir(exist_ok=True)
@@ -174,8 +168,6 @@ class Shards:
             self._lock = None
 
     def _save(self, table: str, records: np.ndarray) -> Shard:
-        import numpy as np
-
         stream = io.BytesIO()
         np.save(stream, records, allow_pickle=False)
         content, labels = stream.getbuffer(), records[LABEL].copy()
@@ -215,8 +207,6 @@ class Shards:
 
 def labels_of(sources: Sequence[Source]) -> np.ndarray:
     """The runs that any of these has, ascending."""
-    import numpy as np
-
     every = [np.empty(0, np.int64), *(source.labels for source in sources)]
     return np.unique(np.concatenate(every))
 
@@ -227,8 +217,6 @@ def _checksum(content: bytes | memoryview) -> str:
 
 def _sound(path: Path, checksum: str) -> Shard | None:
     """A shard; None if it is damaged."""
-    import numpy as np
-
     try:
         content = path.read_bytes()
         if _checksum(content) != checksum:

@@ -11,12 +11,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 from lienumba.store.files import NETCDF, WriteError, discard, partial_of, settle
 from lienumba.store.finished import small_caches
 from lienumba.store.layout import FULL, NO_COUNT
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
     Records = Mapping[str, np.ndarray]  # columns by name; a structured array is one, too
@@ -44,8 +45,6 @@ class SourceSlice:
 
 def slices(labels: np.ndarray, sources: Sequence[Source]) -> list[SourceSlice]:
     """From which source each of these runs (labels, ascending) comes, in their order; of several the first counts."""
-    import numpy as np
-
     place = np.full(len(labels), -1, np.int64)  # of the record in its source
     origin = np.full(len(labels), -1, np.int64)
     for n in reversed(range(len(sources))):
@@ -151,8 +150,6 @@ def _parts(piece: SourceSlice) -> Iterator[Records]:
 
 def _as_stored(values: np.ndarray, dtype: np.dtype[np.generic]) -> np.ndarray:
     """As the file holds them: counts as integers, and no count as -1."""
-    import numpy as np
-
     if dtype.kind == "i" and values.dtype.kind == "f":
         return np.where(np.isnan(values), NO_COUNT, values).astype(dtype)
     return values

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.store import layout
 from lienumba.store.layout import RUN, Variable
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 CASE = "case"  # the dimension of several grids
@@ -70,7 +71,6 @@ def dataset(
     attributes: Mapping[str, str | int | float],
 ) -> xr.Dataset:
     """The labelled dataset of arrays (runs, points of each dimension of the grid); times have no runs."""
-    import numpy as np
     import xarray as xr
 
     dims = tuple(dict.fromkeys(coordinate.dim for coordinate in grid))
@@ -105,8 +105,6 @@ def grid_of(ds: xr.Dataset) -> dict[str, str]:
 
 def typical(ds: xr.Dataset, name: str) -> xr.DataArray:
     """The median of a variable over the runs that succeeded, at every point; NaN where none did."""
-    import numpy as np
-
     good = np.where(ds["status"].values == 0, ds[name].values, np.nan)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # points without a good run

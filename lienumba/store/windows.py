@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.store.layout import RUN
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 WINDOW_BYTES = 8 * 2**20

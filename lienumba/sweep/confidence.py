@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
+if TYPE_CHECKING:
     Numbers = float | np.ndarray
     Counts = int | np.ndarray
 
 
 def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
     """Of a mean, by Student's t: exact for normal values, and nearly so for the mean of many others; n above 1."""
-    import numpy as np
     from scipy import stats
 
     return stats.t.ppf(0.5 + 0.5 * confidence, n - 1) * deviation / np.sqrt(n)
@@ -23,7 +22,6 @@ def ranks(n: Counts, probability: float, confidence: float) -> tuple[np.ndarray,
     """The places, from 0, of the two of n sorted values between which a quantile lies: by the binomial distribution of
     how many values it exceeds, which assumes nothing of how they are distributed. Below 0, or from n on: there is none.
     """
-    import numpy as np
     from scipy import stats
 
     tail, below = 0.5 * (1.0 - confidence), stats.binom(n, probability)

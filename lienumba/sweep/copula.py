@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import sqrt
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.errors import BadValueError
-
-if TYPE_CHECKING:
-    import numpy as np
 
 Rows = Sequence[Sequence[float]]
 ROUNDING = 1e-10  # relative to the largest diagonal element
@@ -53,8 +51,6 @@ def _dot(a: Sequence[float], b: Sequence[float], n: int) -> float:
 
 
 def _indefinite(matrix: Rows) -> MatrixError:
-    import numpy as np
-
     least = float(np.linalg.eigvalsh(np.array(matrix, float))[0])
     return MatrixError(
         f"is not positive semi-definite (its smallest eigenvalue is {least:.3g}), so nothing varies like this",
@@ -82,6 +78,4 @@ def correlated(u: Mapping[str, np.ndarray], names: Sequence[str], matrix: Rows) 
 
 
 def _inside(u: np.ndarray) -> np.ndarray:
-    import numpy as np
-
     return np.clip(u, 5e-324, 1.0 - 2.0**-53)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba.errors import Problem, ScenarioError
 from lienumba.sweep.copula import Rows, correlated
 from lienumba.sweep.distributions.base import NUMBER
@@ -13,8 +15,6 @@ from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.samplers.streams import BLOCK
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.sweep.distributions.base import Distribution
     from lienumba.sweep.table import SampleTable
 
@@ -37,8 +37,6 @@ def design_table(
     nominal: of each varied path a number, or as many as it has columns; count: the runs of the whole sweep; correlate:
     names of streams with the correlations of their normal scores.
     """
-    import numpy as np
-
     labels = np.asarray(runs, dtype=np.int64)
     sampled = labels != NOMINAL_RUN
     drawn = labels[sampled]
@@ -70,8 +68,6 @@ def design_table(
 
 def _drawn(kind: Distribution, u: Sequence[np.ndarray], nominal: Any) -> Sequence[Any]:
     """The columns of a distribution, block by block."""
-    import numpy as np
-
     if len(u) == 0 or len(u[0]) == 0:
         return kind.draw(u, nominal)
     with np.errstate(all="ignore"):  # a run with what is no number is marked

@@ -6,12 +6,9 @@ every operation is one correctly rounded NumPy operation, and NumPy never fuses 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import numpy as np
 
 from lienumba.numerics.operations import exp
-
-if TYPE_CHECKING:
-    import numpy as np
 
 # M. J. Wichura, Algorithm AS 241: the percentage points of the normal distribution, Applied Statistics 37
 # (1988): numerators and denominators for |u - 1/2| <= 0.425, for sqrt(-log u) <= 5, and beyond; constant first.
@@ -61,8 +58,6 @@ ATANH_SERIES = tuple(2.0 / (2 * k + 1) for k in range(12))  # log m = s P(s^2), 
 
 def inverse(u: np.ndarray) -> np.ndarray:
     """x with P(X <= x) = u for the standard normal X; 0 < u < 1."""
-    import numpy as np
-
     q = u - 0.5
     centre = q * _ratio(CENTRE, 0.180625 - q * q)
     tail_area = np.minimum(u, 1.0 - u)
@@ -77,8 +72,6 @@ def probability(x: np.ndarray) -> np.ndarray:
 
     M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions (1964), 26.2.11 and 26.2.14.
     """
-    import numpy as np
-
     size = np.abs(x)
     density = exp(-0.5 * (size * size)) / SQRT_2PI
     near = np.minimum(size, SERIES_END)
@@ -108,8 +101,6 @@ def _polynomial(coefficients: tuple[float, ...], x: np.ndarray) -> np.ndarray:
 
 
 def _log(x: np.ndarray) -> np.ndarray:
-    import numpy as np
-
     mantissa, exponent = np.frexp(x)
     low = mantissa < SQRT_HALF
     mantissa = np.where(low, 2.0 * mantissa, mantissa)

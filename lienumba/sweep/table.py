@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lienumba.errors import ScenarioError
 from lienumba.sweep.distributions.base import Finite
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 class SampleTable(BaseModel):
@@ -32,8 +30,6 @@ class SampleTable(BaseModel):
 
     def indices(self, labels: np.ndarray) -> np.ndarray:
         """The rows of these runs; a ScenarioError where there is none."""
-        import numpy as np
-
         own = np.arange(self.rows()) if self.runs is None else np.array(self.runs)
         order = np.argsort(own)
         if not len(own) and len(labels):

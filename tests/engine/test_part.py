@@ -15,6 +15,7 @@ from lienumba import ScenarioError
 from lienumba.cli import app
 from lienumba.engine.disk import merge
 from lienumba.engine.part import Part
+from lienumba.store import provenance
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import top
 
@@ -142,8 +143,10 @@ def test_code_is_run_only_if_it_is_allowed(tmp_path: Path) -> None:
 def test_other_versions_are_refused(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     older = tmp_path / "older.nc"
     monkeypatch.setattr(lienumba, "__version__", "0.0.9")
+    provenance.versions.cache_clear()
     lienumba.run(top(), runs=[39], output=older).close()
     monkeypatch.undo()
+    provenance.versions.cache_clear()
     assert refused(folder / "part1.nc", older, "-o", tmp_path / "all.nc").startswith(
         f"{older}: was made by lienumba 0.0.9, but {folder / 'part1.nc'} by {lienumba.__version__}, "
     )

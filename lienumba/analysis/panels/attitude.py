@@ -7,26 +7,19 @@ start. Angles are between 0 and 180 degrees, 2 asin(|a - b|/2), which is exact w
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
 NOMINAL, MEAN, START = "the nominal run", "their mean directions", "the start"
 
 
 def angles(directions: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """The angles (degrees) between unit vectors (..., 3) and others that broadcast to them."""
-    import numpy as np
-
     half: np.ndarray = 0.5 * np.linalg.norm(directions - reference, axis=-1)
     return np.degrees(2.0 * np.arcsin(np.minimum(half, 1.0)))
 
 
 def mean_directions(total: np.ndarray) -> np.ndarray:
     """The mean directions of unit vectors whose sums (..., 3) these are; NaN where the sum is 0."""
-    import numpy as np
-
     length = np.linalg.norm(total, axis=-1, keepdims=True)
     with np.errstate(invalid="ignore"):
         mean: np.ndarray = total / length

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.panels import attitude, run_windows
 from lienumba.analysis.panels.select_panels import FEW, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 MOST_PEAKS = 120  # times at which violations are shown
@@ -78,8 +76,6 @@ class Histogram:
 
 def time_series(ds: xr.Dataset, panel: Panel) -> PanelSeries:
     """The time series of a panel."""
-    import numpy as np
-
     which = run_windows.shown_runs(ds, panel)
     labels = ds[panel.dim].values
     starts = np.arange(0, ds.sizes["time"], _together(ds, panel))
@@ -100,8 +96,6 @@ def _together(ds: xr.Dataset, panel: Panel) -> int:
 
 def _largest(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """The largest of the values (..., times) from each start on; NaN where there is none."""
-    import numpy as np
-
     if len(starts) == values.shape[-1]:
         return values
     found: np.ndarray = np.fmax.reduceat(values, starts, axis=-1)
@@ -121,8 +115,6 @@ def ended_early(shown: Sequence[PanelSeries]) -> str:
 
 def histograms(ds: xr.Dataset, panel: Panel) -> list[Histogram]:
     """What each run has once of a panel, line by line; of a time series the last value."""
-    import numpy as np
-
     which = run_windows.shown_runs(ds, panel)
     failed = np.isin(ds[panel.dim].values[which], ds["run"].values[~ds["status"].isin(GOOD).values])
     found = []
@@ -151,8 +143,6 @@ def label(ds: xr.Dataset, panel: Panel) -> str:
 
 def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarray:
     """Quantiles (levels, times) of values (runs, times) at each time, over the runs that have one."""
-    import numpy as np
-
     ordered = np.sort(values.T, axis=1)  # NaN last
     last = np.maximum(np.isfinite(ordered).sum(axis=1) - 1, 0)
     at = np.multiply.outer(np.asarray(levels), last)
@@ -165,8 +155,6 @@ def quantiles(values: np.ndarray, levels: Sequence[float] = LEVELS) -> np.ndarra
 def bins(found: Sequence[Histogram]) -> np.ndarray:
     """The edges of a histogram of all of these: one thin bar of a constant; around whole numbers if they are few; of
     positive numbers of many magnitudes in equal ratios; else as many as Rice's rule says, 2 n^(1/3)."""
-    import numpy as np
-
     every = np.concatenate([one.values for one in found])
     low, high = float(every.min()), float(every.max())
     if high - low <= ROUNDING * max(abs(low), abs(high)):
@@ -184,8 +172,6 @@ def _one_line(
     label: str, values: np.ndarray, labels: np.ndarray, nominal: np.ndarray | None, survivors: np.ndarray
 ) -> TimeSeries:
     """Of values (runs, times), of which so many (times,) are known."""
-    import numpy as np
-
     kept = range(len(values)) if len(values) <= FEW else np.linspace(0, len(values) - 1, SAMPLES).astype(int)
     each = {int(labels[n]): values[n].copy() for n in kept}
     going = np.flatnonzero(np.isfinite(values[:, survivors <= FEW]).any(axis=1)) if len(values) > FEW else ()
@@ -195,8 +181,6 @@ def _one_line(
 
 def _nominal(ds: xr.Dataset, panel: Panel) -> list[np.ndarray | None]:
     """Each line of the nominal run (times,)."""
-    import numpy as np
-
     at = run_windows.nominal_run(ds, panel)
     if at is None or (panel.angles and run_windows.reference(ds, panel) == attitude.NOMINAL):
         return [None for _ in panel.lines]

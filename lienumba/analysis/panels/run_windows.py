@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.panels import attitude
@@ -13,10 +15,6 @@ from lienumba.store.layout import FULL
 from lienumba.store.windows import windows
 from lienumba.sweep.design import NOMINAL_RUN
 
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-
 MOST_VALUES = 2**22  # of one line, over all runs and times
 BLOCK = 64  # consecutive runs
 
@@ -24,8 +22,6 @@ BLOCK = 64  # consecutive runs
 def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
     """The runs that a panel shows, along its dimension (runs,): the good ones, of an input all that were sampled; where
     these have more values than a picture needs, blocks of them that are evenly spread over the sweep."""
-    import numpy as np
-
     which = of_sweep(ds) if panel.sampled else good_runs(ds)
     if panel.dim == FULL:
         which = np.isin(ds[FULL].values, ds["run"].values[which])
@@ -38,8 +34,6 @@ def shown_runs(ds: xr.Dataset, panel: Panel) -> np.ndarray:
 
 def nominal_run(ds: xr.Dataset, panel: Panel) -> int | None:
     """The index of the nominal run, if it is not the only one and, but for an input, good."""
-    import numpy as np
-
     labels, good = ds[panel.dim].values, ds["run"].values[ds["status"].isin(GOOD).values]
     own = np.flatnonzero(labels == NOMINAL_RUN)
     shown = panel.sampled or NOMINAL_RUN in good
@@ -56,8 +50,6 @@ def reference(ds: xr.Dataset, panel: Panel) -> str:
 def values(ds: xr.Dataset, panel: Panel, which: np.ndarray) -> list[np.ndarray]:
     """The values (runs, times) of each line for some of the runs, NaN where a run has none; one time of
     what each run has once."""
-    import numpy as np
-
     here = ds if panel.over_time else ds.isel(time=slice(-1, None)) if "time" in ds.dims else ds
     of = _angles(here, panel, which) if panel.angles else _plain(here, panel.lines, panel.dim, which)
     return [np.where(np.isfinite(line), line, np.nan) for line in of]
@@ -65,8 +57,6 @@ def values(ds: xr.Dataset, panel: Panel, which: np.ndarray) -> list[np.ndarray]:
 
 def _plain(ds: xr.Dataset, lines: Sequence[PanelLine], dim: str, which: np.ndarray) -> list[np.ndarray]:
     """The values (runs, times, ...) of each line."""
-    import numpy as np
-
     found = []
     for name in dict.fromkeys(line.variable for line in lines):
         own = [line for line in lines if line.variable == name]
@@ -89,8 +79,6 @@ def _columns(
 
 def _angles(ds: xr.Dataset, panel: Panel, which: np.ndarray) -> list[np.ndarray]:
     """The angles (runs, times) of the axes of a body from their reference."""
-    import numpy as np
-
     kind = reference(ds, panel)
     if kind == attitude.START:
         return [attitude.angles(x, x[:, :1]) for x in _plain(ds, panel.lines, panel.dim, which)]

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.analysis.labels import axis_label, words
@@ -19,10 +21,6 @@ from lienumba.batch.statuses import GOOD
 from lienumba.mechanics.system.output_variables import kept_largest
 from lienumba.store.layout import FULL, VARIABLES
 from lienumba.words import plural
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 STATUS = "status"
 ROTATIONS = ("rotation", "last_rotation")
@@ -173,8 +171,6 @@ def _violations(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _moves(ds: xr.Dataset, panel: Panel) -> bool:
     """Whether anything over the time changes, or is not the same in all runs, as far as the first few tell."""
-    import numpy as np
-
     good = ds["run"].values[good_runs(ds)]
     first = np.flatnonzero(np.isin(ds[panel.dim].values, good))[:FEW]
     for line in panel.lines:
@@ -188,8 +184,6 @@ def _moves(ds: xr.Dataset, panel: Panel) -> bool:
 
 def _worst(ds: xr.Dataset) -> Iterator[Panel]:
     """Drift and violations where there is no time series: the largest of each run, if not the same in all."""
-    import numpy as np
-
     for name in kept_largest():
         if name in ds:
             values = ds[name].values[good_runs(ds)]
@@ -199,8 +193,6 @@ def _worst(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _results(ds: xr.Dataset) -> Iterator[Panel]:
     """What each run came to, if not all to the same: one number to a panel, at the last time, or once in a run."""
-    import numpy as np
-
     by_variable = {str(x): components(ds[x]) for x in ds.data_vars if _has_runs(ds, str(x)) and "run" in ds[x].dims}
     for output in outputs.read(ds, outputs.default_outputs(ds), None, good_runs(ds)):
         values = output.values[np.isfinite(output.values)]
@@ -225,8 +217,6 @@ def _input(samples: xr.DataArray) -> Panel:
 
 def _strengths(ds: xr.Dataset, names: Sequence[str]) -> list[float]:
     """How much the first result depends on each input: absolute rank correlations."""
-    import numpy as np
-
     from lienumba.analysis.sensitivities.ranks import standard_ranks
 
     which = np.flatnonzero(good_runs(ds))[:RANKED]

@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.components import components, dims_of, matching, places
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import VARIABLES
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 FAILED = "failed"
 STATUS = "status"
@@ -44,8 +43,6 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
 
     sampled: bool (runs,).
     """
-    import numpy as np
-
     good = ds[STATUS].isin(GOOD).values & sampled
     by_variable = {FAILED: [FAILED]} | {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
     asked = [output for name in names for output in _matching(name, by_variable)]
@@ -117,8 +114,6 @@ def _read(
     variable: xr.DataArray, names: list[str], wanted: Iterable[str], at: int, good: np.ndarray
 ) -> Iterator[Output]:
     """These components of a variable; only what they need of it is read."""
-    import numpy as np
-
     time = float(variable["time"].values[at]) if "time" in variable.dims else nan
     here = variable.isel(time=at) if "time" in variable.dims else variable
     at_place = dict(zip(names, places(variable), strict=True))

@@ -12,10 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
 CONFIDENCE = 0.95
 TENTH = 0.1
@@ -37,7 +35,6 @@ class Tornado:
 
 def standard_ranks(x: np.ndarray) -> np.ndarray:
     """The ranks of values (n,), equal ones sharing theirs, with mean 0 and length 1; NaN if all are equal."""
-    import numpy as np
     from scipy.stats import rankdata
 
     ranks = rankdata(x) - 0.5 * (len(x) + 1)
@@ -47,7 +44,6 @@ def standard_ranks(x: np.ndarray) -> np.ndarray:
 
 def rank_interval(r: float, n: int) -> tuple[float, float]:
     """The 95 % interval of a rank correlation r of n independent runs."""
-    import numpy as np
     from scipy.special import ndtri
 
     half = ndtri(0.5 + 0.5 * CONFIDENCE) * ((1.0 + 0.5 * r * r) / (n - 3)) ** 0.5 if n > 3 else np.inf
@@ -58,7 +54,6 @@ def rank_interval(r: float, n: int) -> tuple[float, float]:
 
 def tornado(x: np.ndarray, y: np.ndarray) -> Tornado:
     """The tornado of outputs y (n,) over an input x (n,); NaN where the tenths of a discrete input are one."""
-    import numpy as np
     from scipy.special import stdtrit
 
     ends = np.quantile(x, (TENTH, 1.0 - TENTH))

@@ -5,7 +5,10 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.sensitivities import outputs, sobol
 from lienumba.analysis.sensitivities.outputs import Output
@@ -18,10 +21,6 @@ from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
 from lienumba.sweep.samplers import INDICES, SAMPLERS
 from lienumba.words import plural
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 FEWEST = 4  # runs, which give the first interval of a rank correlation
 ROUNDING = 1e-12  # of the largest value of a variable: what varies by less is constant
@@ -134,8 +133,6 @@ def _plan(
     labels: np.ndarray, sweep: Tables, samples: dict[str, np.ndarray]
 ) -> tuple[np.ndarray, sobol.Rows | None, list[str]]:
     """The runs (indices) that count for ranks, the rows of Sobol' indices if there are any, and what to say of it."""
-    import numpy as np
-
     every, sampler = np.flatnonzero(labels >= 0), SAMPLERS.get(sweep.get("sampler", ""))
     in_rows = sampler is not None and sampler.sobol_indices
     rows = sobol.rows_of(labels, sweep, samples) if in_rows else None
@@ -153,8 +150,6 @@ def _plan(
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
     """Why an output cannot be analysed."""
-    import numpy as np
-
     values = output.values[runs]
     values = values[np.isfinite(values)]
     if len(values) < FEWEST:
@@ -174,9 +169,6 @@ def _dataset(
     ds: xr.Dataset, found: list[Output], inputs: dict[str, np.ndarray], runs: np.ndarray, rows: sobol.Rows | None
 ) -> xr.Dataset:
     """What was found of every output and input, labelled."""
-    import numpy as np
-    import xarray as xr
-
     names = list(dict.fromkeys([*inputs, *(rows.inputs if rows is not None else ())]))
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
     of_output = {name: np.zeros(len(found), int if name in COUNTS else float) for name in OF_OUTPUT}

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.store import files
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ENDINGS = (".csv", ".nc")
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.analysis.labels import named, time_label
 from lienumba.analysis.sensitivities.sensitivity import CHOSEN, OF_BOTH
 from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.words import plural
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TORNADO = ("rank correlation", "10 %", "90 %", "mean below", "mean above", "change")
 

@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.scenario.base.toml import Tables
 from lienumba.sweep.distributions.registry import class_of
-
-if TYPE_CHECKING:
-    import numpy as np
 
 RESAMPLES = 200
 SEED = 2010  # of the resampling: the same dataset gives the same intervals
@@ -77,8 +75,6 @@ def rows_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarray]
 
 
 def _table(labels: np.ndarray, d: int) -> np.ndarray:
-    import numpy as np
-
     runs = np.flatnonzero(labels >= 0)
     rows, row = np.unique(labels[runs] // (d + 2), return_inverse=True)
     table = np.full((len(rows), d + 2), -1)
@@ -88,8 +84,6 @@ def _table(labels: np.ndarray, d: int) -> np.ndarray:
 
 def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) -> bool:
     """Whether each run has its numbers from A or B as it should, and a row those that are kept in common."""
-    import numpy as np
-
     table = rows.table[(rows.table >= 0).all(axis=1)]
     for path in (*rows.inputs, *kept):
         source = np.zeros(table.shape[1], int)  # the run of its row from which each has the input
@@ -104,8 +98,6 @@ def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) ->
 
 def indices(values: np.ndarray, rows: Rows) -> Indices | None:
     """First and total indices of an output (runs,), of the complete rows alone; None if there are too few."""
-    import numpy as np
-
     y = np.where(rows.table >= 0, values[rows.table], np.nan)
     y = y[np.isfinite(y).all(axis=1)].T
     n = y.shape[1]
@@ -126,7 +118,6 @@ def _estimate(y: np.ndarray) -> np.ndarray:
     SciPy wants n to be a power of 2. Rows at the mean of A and B add nothing to any sum, and the estimators are ratios
     of such: filled up with them, n rows give what n rows alone would.
     """
-    import numpy as np
     from scipy.stats import sobol_indices
 
     d, samples, n = y.shape[0] - 2, y.shape[1], y.shape[2]

@@ -7,7 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.errors import ScenarioError
@@ -15,16 +18,12 @@ from lienumba.store.layout import FULL, RUN, texts
 from lienumba.store.windows import windows
 from lienumba.words import show, suggestion
 
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-
 BLOCK_BYTES = 2**27
 STORED = (*RUN, FULL)  # dimensions along which a file has chunks
 KEPT_BYTES = 2**30  # of what is on the disk, at a time: most files are read once
 COUNT = texts("1", "runs that have a value")
 
-Found = dict[str, "np.ndarray"]
+Found = dict[str, np.ndarray]
 Described = Mapping[str, tuple[Sequence[str], Mapping[str, Any]]]  # by name, dimensions behind the labels; attributes
 
 
@@ -43,8 +42,6 @@ class RunStatistics:
     what each of them has at a label; new: those of what is found, which `x` must not have."""
 
     def __init__(self, x: xr.DataArray, dim: str, *core: str, new: Sequence[str] = ()) -> None:
-        import numpy as np
-
         check_numbers(x, dim, *core)
         if dim in core:
             others = [f'"{name}"' for name in x.dims if name not in core]
@@ -58,8 +55,6 @@ class RunStatistics:
         self.counted = of_sweep(x, dim) if dim in STORED else np.ones(x.sizes[dim], bool)
 
     def blocks(self) -> Iterator[Block]:
-        import numpy as np
-
         length, rest = self.sizes[0] if self.dims else 1, prod(self.sizes[1:])
         runs = self.x[self.dim].values[self.counted]
         core = [self.x.sizes[name] for name in self.core]
@@ -76,8 +71,6 @@ class RunStatistics:
 
     def _all_runs(self, labels: slice) -> np.ndarray:
         """Of some labels along the first dimension the values of all runs that count (labels, ..., runs, ...)."""
-        import numpy as np
-
         x = self.x.isel({self.dims[0]: labels}) if self.dims else self.x.expand_dims("label")
         dims = (*(self.dims or ("label",)), self.dim, *self.core)
         shape = [x.sizes[name] for name in dims]
@@ -92,23 +85,17 @@ class RunStatistics:
 
     def gather(self, work: Callable[[Block], Found]) -> Found:
         """What is found at all labels (labels, ...), by name."""
-        import numpy as np
-
         found = [work(block) for block in self.blocks()]
         return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
     def place(self, number: int) -> str:
         """A label, by its number, for people."""
-        import numpy as np
-
         indices = np.unravel_index(number, self.sizes) if self.dims else ()
         return ", ".join(f"{name} {self.x[name].values[k]}" for name, k in zip(self.dims, indices, strict=True))
 
     def labelled(self, found: Found, described: Described, labels: Mapping[str, object] | None = None) -> xr.Dataset:
         """What was found with its dimensions and attributes, and how many runs there are; labels: of dimensions that
         `x` does not have."""
-        import xarray as xr
-
         order = [str(name) for name in self.x.dims if name in self.dims]
         data = {"runs": xr.Variable((), int(self.counted.sum()), texts("1", "runs, with those that have no value"))}
         for name, (dims, attributes) in described.items():
@@ -121,8 +108,6 @@ class RunStatistics:
 
 def check_numbers(x: object, *dims: str) -> None:
     """Refuse what is no variable of numbers with these dimensions."""
-    import xarray as xr
-
     if not isinstance(x, xr.DataArray) or x.dtype.kind not in "biuf":
         raise ScenarioError(f'{_kind(x)} has no numbers to compare; give one variable, such as ds["position"]')
     for dim in dims:
@@ -145,8 +130,6 @@ def _name(x: xr.DataArray) -> str:
 
 
 def _kind(x: object) -> str:
-    import xarray as xr
-
     if isinstance(x, xr.DataArray):
         return f"{_name(x)} of type {x.dtype}"
     return "a whole dataset" if isinstance(x, xr.Dataset) else f"an object of type {type(x).__name__}"
@@ -154,8 +137,6 @@ def _kind(x: object) -> str:
 
 def check_probability(name: str, value: float) -> None:
     """Refuse what is no number between 0 and 1."""
-    import numpy as np
-
     single = not isinstance(value, Sequence) and np.ndim(value) == 0
     if not single or np.asarray(value).dtype.kind not in "iuf" or not 0.0 < value < 1.0:
         raise ScenarioError(f"{name} = {show(value)}: must be above 0 and below 1, such as 0.95")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.statistics.blockwise import (
     COUNT,
@@ -16,10 +19,6 @@ from lienumba.analysis.statistics.blockwise import (
 )
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 AXIS = "axis"
 OTHER = "_2"  # behind the name of the second dimension of a covariance
@@ -61,8 +60,6 @@ def covariance(x: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
 
 def moments(vectors: np.ndarray) -> Found:
     """The covariance of vectors (labels, runs, size), and how many there are; NaN is none."""
-    import numpy as np
-
     finite = np.isfinite(vectors).all(axis=-1)
     count = finite.sum(axis=1)
     mean = np.where(finite[..., None], vectors, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
@@ -102,8 +99,6 @@ def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.
         known: of no more runs than there are axes it is NaN, with freedom 0, since so few always lie in a plane; of few
         it holds less than asked for.
     """
-    import numpy as np
-    import xarray as xr
     from scipy.special import chdtri, gamma
 
     check_probability("probability", probability)
@@ -140,8 +135,6 @@ def ellipsoid(cov: xr.Dataset | xr.DataArray, probability: float = 0.997) -> xr.
 
 def _counted(cov: xr.DataArray | xr.Dataset) -> tuple[Any, xr.DataArray | None]:
     """A covariance, and of how many runs it is, if that is known."""
-    import xarray as xr
-
     if isinstance(cov, xr.Dataset) and {"covariance", "count"} <= set(cov):
         return cov["covariance"], cov["count"]
     return cov, None
@@ -161,8 +154,6 @@ def _pair(cov: xr.DataArray) -> tuple[str, str]:
 
 def _principal(cov: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Variances (..., size), the largest first and none below 0, and their directions (..., size, size) in columns."""
-    import numpy as np
-
     C = cov.values
     finite = np.isfinite(C).all(axis=(-2, -1))[..., None]
     C = np.where(finite[..., None], C, np.eye(C.shape[-1]))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, RunStatistics, check_probability
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
 from lienumba.sweep.confidence import half_width, ranks
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 CONFIDENCE = 0.95
 KEPT = ("units", "frame")  # attributes of the variable that its statistics have, too
@@ -43,8 +42,6 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
     runs = RunStatistics(x, dim)
 
     def work(block: Block) -> Found:
-        import numpy as np
-
         finite = np.isfinite(block.values)
         count = finite.sum(axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -90,9 +87,6 @@ def quantile_interval(
         `value` between `low` and `high`, in the unit of `x`, over the `count` of the `runs` that have a value there,
         with the dimension `quantile` unless `q` is one number.
     """
-    import numpy as np
-    import xarray as xr
-
     check_probability("confidence", confidence)
     single = isinstance(q, str) or (not isinstance(q, Sequence) and np.ndim(q) == 0)
     wanted: list[Any] = [q] if single else list(q)  # type: ignore[arg-type]
@@ -120,7 +114,6 @@ def quantile_interval(
 
 def _quantile(ordered: np.ndarray, count: np.ndarray, q: float, confidence: float) -> Found:
     """Of sorted values (labels, runs), of which the first `count` (labels,) are known."""
-    import numpy as np
 
     def at(place: np.ndarray) -> np.ndarray:
         inside = np.clip(place, 0, np.maximum(count - 1, 0))

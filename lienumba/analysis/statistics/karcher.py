@@ -16,12 +16,10 @@ Proc. AMS 139 (2011)). Otherwise minima are sought from starts all over the grou
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.groups import so3
-
-if TYPE_CHECKING:
-    import numpy as np
 
 UNIQUE, BEST, SEVERAL, NOT_CONVERGED, NONE = range(5)
 QUARTER, HALF = 0.5 * 3.141592653589793, 3.141592653589793  # turns, rad
@@ -47,8 +45,6 @@ class Mean:
 def mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Mean:
     """The mean of rotations, nine numbers (labels, runs), at each label over the runs that are known; margin (labels,):
     how well angles to them are known (rad)."""
-    import numpy as np
-
     q = np.stack(so3.to_quaternion(R), axis=-1)
     weights = _weights(finite)
     p, _, arrived = descend(_chordal(q, weights)[:, None], q, weights)
@@ -78,8 +74,6 @@ def _only(angles: np.ndarray, finite: np.ndarray, margin: np.ndarray) -> np.ndar
     g(x) = (x/2) cot(x/2), before the cut locus; behind it by at least d^2 - 4 pi (a + d - pi), which is that of the
     opposite direction. The tangents add up to 0. From twice the mean angle on, the triangle inequality says it.
     """
-    import numpy as np
-
     weights, farthest = _weights(finite), angles.max(axis=1)
     sure: np.ndarray = farthest < QUARTER - margin
     near = HALF - farthest
@@ -97,8 +91,6 @@ def _only(angles: np.ndarray, finite: np.ndarray, margin: np.ndarray) -> np.ndar
 
 def angles(R: so3.Matrix3, p: np.ndarray, finite: np.ndarray) -> np.ndarray:
     """From rotations p (labels, 4) to R, nine numbers (labels, runs); 0 where these are not known."""
-    import numpy as np
-
     back = so3.transpose(so3.from_quaternion(tuple(x[:, None] for x in p.T)))
     u = so3.log(so3.multiply(back, R))
     return np.where(finite, so3.dot(u, u) ** 0.5, 0.0)
@@ -109,8 +101,6 @@ def descend(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """From starts p (labels, starts, 4) to minima for rotations q (labels, runs, 4): these, their costs, and whether
     they were reached."""
-    import numpy as np
-
     away = np.ones(p.shape[:2], bool)
     for _ in range(steps):
         step, cost = _step(p, q, weights)
@@ -126,8 +116,6 @@ def descend(
 
 def _step(p: np.ndarray, q: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The mean of the logarithms at p, on the sphere, and the cost there (rad^2)."""
-    import numpy as np
-
     cosine, weights = p @ np.swapaxes(q, -1, -2), weights[:, None]
     near = np.minimum(abs(cosine), 1.0)  # of the two quaternions of a rotation the nearer one
     angle = np.arccos(near)
@@ -141,8 +129,6 @@ def _step(p: np.ndarray, q: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray
 def _chordal(q: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """The mean in the space of matrices (F. L. Markley et al., Averaging quaternions, J. Guid. Control Dyn. 30 (2007)),
     which is near where the spread is small (labels, 4)."""
-    import numpy as np
-
     chords: np.ndarray = np.linalg.eigh(np.swapaxes(q, 1, 2) @ (weights[..., None] * q))[1][..., -1]
     return chords
 
@@ -151,8 +137,6 @@ def _search(q: np.ndarray, finite: np.ndarray, first: np.ndarray, equal: np.ndar
     """The best minimum from many starts (labels, 4), `first` among them, and what is known of it. Starts are the best
     points of a grid; of those that lie best after some steps, far from one another, the best go on to their minima.
     Of many runs, some are asked where to start. equal (labels,): costs that differ by less, relative, are the same."""
-    import numpy as np
-
     few, of_few = (q, finite) if q.shape[1] <= FEW else _some(q, finite)
     weights, weights_few = _weights(finite), _weights(of_few)
     p = _best(np.broadcast_to(_grid(), (len(q), GRID, 4)), few, weights_few, STARTS)
@@ -168,16 +152,12 @@ def _search(q: np.ndarray, finite: np.ndarray, first: np.ndarray, equal: np.ndar
 
 
 def _weights(finite: np.ndarray) -> np.ndarray:
-    import numpy as np
-
     weights: np.ndarray = finite / np.maximum(finite.sum(axis=1, keepdims=True), 1)
     return weights
 
 
 def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int, apart: float = 0.0) -> np.ndarray:
     """Those of the points p (labels, points, 4) whose costs are least, one of those that are not `apart` (rad)."""
-    import numpy as np
-
     cost = _step(p, q, weights)[1]
     p = np.take_along_axis(p, np.argsort(cost, axis=1, kind="stable")[..., None], 1)
     if apart > 0.0:
@@ -190,8 +170,6 @@ def _best(p: np.ndarray, q: np.ndarray, weights: np.ndarray, most: int, apart: f
 def _some(q: np.ndarray, finite: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Some of the runs that are known at each label: evenly by their places in an order that is the runs' own, so that
     it does not matter in which order they come."""
-    import numpy as np
-
     key = np.where(finite, sum(abs(q[..., k]) * 3.0 ** (0.5 * k) for k in range(4)), np.inf)
     count = np.maximum(finite.sum(axis=1, keepdims=True), FEW)
     which = np.argsort(key, axis=1, kind="stable")
@@ -201,8 +179,6 @@ def _some(q: np.ndarray, finite: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _grid() -> np.ndarray:
     """Rotations all over the group (GRID, 4): super-Fibonacci spirals (M. Alexa, CVPR 2022)."""
-    import numpy as np
-
     s = np.arange(GRID) + 0.5
     low, high = (s / GRID) ** 0.5, (1.0 - s / GRID) ** 0.5
     a, b = 2.0 * np.pi * s / 2.0**0.5, 2.0 * np.pi * s / 1.533751168755204288118041

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.statistics import karcher
 from lienumba.analysis.statistics.blockwise import COUNT, STORED, Block, Found, RunStatistics, check_numbers
@@ -12,10 +15,6 @@ from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.store.layout import RUN, texts
 from lienumba.words import show, suggestion
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 MATRIX = ("axis", "body_axis")
 FRAMES = ("body", "global")
@@ -47,8 +46,6 @@ def rotation_error(R: xr.DataArray, reference: xr.DataArray | np.ndarray) -> xr.
     xarray.DataArray
         The angle in rad, from 0 to pi, as exact beside these as elsewhere.
     """
-    import xarray as xr
-
     _check_matrices(R)
     reference = _matching(R, _one_or_labelled("reference", reference))
     _check(reference)
@@ -65,8 +62,6 @@ def rotation_error(R: xr.DataArray, reference: xr.DataArray | np.ndarray) -> xr.
 
 
 def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
-    import xarray as xr
-
     A, B = (x.transpose(..., *MATRIX) for x in xr.broadcast(R, reference))
     u = so3.log(so3.multiply(so3.transpose(_nine(B.values)), _nine(A.values)))
     return A.isel(axis=0, body_axis=0, drop=True).copy(data=so3.dot(u, u) ** 0.5).rename("rotation_error")
@@ -90,8 +85,6 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
         proved to be the only mean, "best_found" where runs spread too far for that, "several_means" where others are as
         good (of opposite rotations, say), "no_runs" where it is NaN.
     """
-    import numpy as np
-
     _check_matrices(R)
     runs = RunStatistics(R, dim, *MATRIX)
 
@@ -111,8 +104,6 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
 
 
 def _mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Found:
-    import numpy as np
-
     found, count = karcher.mean(R, finite, margin), finite.sum(axis=1)
     square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
     return {
@@ -146,9 +137,6 @@ def rotation_covariance(
         `covariance` (..., axis, axis_2) in rad^2, by n - 1 about the mean vector, over the `count` of the `runs` that
         have a value there, NaN of fewer than two; `status` is that of the mean.
     """
-    import numpy as np
-    import xarray as xr
-
     if frame not in FRAMES:
         raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
     _check_matrices(R)
@@ -174,8 +162,6 @@ def rotation_covariance(
 def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
     """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
     not known, which are, and how well angles between them are known (labels,), rad."""
-    import numpy as np
-
     rounded = np.finfo(np.result_type(runs.x.dtype, np.float32)).eps
     for here in _pieces(len(block.values), block.values.size // 9):
         first = block.first + here.start
@@ -197,16 +183,12 @@ def _pieces(labels: int, rotations: int) -> Iterator[slice]:
 
 def _nine(R: np.ndarray) -> so3.Matrix3:
     """Matrices (..., 3, 3) as nine numbers (...)."""
-    import numpy as np
-
     return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
 
 
 def _rotations(R: np.ndarray, place: Callable[[tuple[int, ...]], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
     """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
     of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
-    import numpy as np
-
     nine = _nine(R)
     finite = np.isfinite(sum(nine))
     nine = tuple(np.where(finite, x, one) for x, one in zip(nine, so3.IDENTITY, strict=True))
@@ -231,9 +213,6 @@ def _check(R: xr.DataArray) -> None:
 
 def _one_or_labelled(name: str, given: object) -> Any:
     """A variable of rotations: that of a mean, one that was given, or of one 3x3 matrix."""
-    import numpy as np
-    import xarray as xr
-
     if isinstance(given, xr.Dataset) and "mean" in given:
         return given["mean"]
     if isinstance(given, xr.DataArray | xr.Dataset):
@@ -249,9 +228,6 @@ def _one_or_labelled(name: str, given: object) -> Any:
 
 def _at_labels(runs: RunStatistics, mean: xr.DataArray) -> np.ndarray:
     """A mean at every label (labels, 3, 3)."""
-    import numpy as np
-    import xarray as xr
-
     _check_matrices(mean)
     if runs.dim in mean.dims:
         raise ScenarioError(f"mean: has the dimension {runs.dim}; give one rotation for all runs")
@@ -265,8 +241,6 @@ def _at_labels(runs: RunStatistics, mean: xr.DataArray) -> np.ndarray:
 
 def _matching(x: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
     """The other, without coordinates that are no labels; its labels must be those of x."""
-    import numpy as np
-
     _check_matrices(other)
     for name in set(x.dims) & set(other.dims):
         both = name in x.coords and name in other.coords
@@ -283,8 +257,6 @@ def _check_matrices(R: xr.DataArray) -> None:
 
 
 def _flags() -> dict[str, Any]:
-    import numpy as np
-
     return {
         "flag_values": np.array(list(STATUSES), dtype=np.int8),
         "flag_meanings": " ".join(name for name, _ in STATUSES.values()),

@@ -13,15 +13,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.studies.study import REFINING, check_study, curves, other_dims, steps_of
 from lienumba.errors import ScenarioError
 from lienumba.store.study_layout import ERRORS, TRUSTED, typical
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 CONFIDENCE = 0.95
 FEWEST = 3  # points that say how sure an order is
@@ -55,9 +53,6 @@ def orders(ds: xr.Dataset) -> xr.Dataset:
         `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or tolerance; of
         several grids `curve`.
     """
-    import numpy as np
-    import xarray as xr
-
     check_study(ds)
     lines = curves(ds)
     if not lines:
@@ -103,8 +98,6 @@ def _all_succeeded(ds: xr.Dataset) -> np.ndarray:
 def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
     """The order of errors over steps (s, each once), as said at the top of this file; floor: the errors of the
     reference."""
-    import numpy as np
-
     with np.errstate(invalid="ignore"):
         usable = np.flatnonzero((errors > TRUSTED * floor) & (errors > 0.0) & (steps > 0.0) & np.isfinite(errors))
     h, first = np.unique(steps[usable], return_index=True)
@@ -138,8 +131,6 @@ class Regression:
 
     @staticmethod
     def of(columns: np.ndarray, y: np.ndarray) -> Regression:
-        import numpy as np
-
         Q, R = np.linalg.qr(columns)
         inverse = np.linalg.inv(R)
         found = inverse @ (Q.T @ y)

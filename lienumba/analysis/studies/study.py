@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.store.study_layout import CASE, ERRORS, grid_of, is_study, typical
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 REFINING = ("integrator.step", "integrator.tolerance")  # paths that make steps smaller, or begin so
 COSTS = ("steps", "rejected_steps", "evaluations")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.studies.orders import orders
@@ -13,10 +15,6 @@ from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.batch.statuses import GOOD, STATUSES, Status
 from lienumba.store.study_layout import ERRORS, TRUSTED, grid_of, typical
 from lienumba.words import plural
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 STEP, EVALUATIONS, TIME = "step", "evaluations", "time_per_run"
 COSTS = {  # words and unit
@@ -86,8 +84,6 @@ def order_table(ds: xr.Dataset) -> TextTable:
 
 def point_table(ds: xr.Dataset, most: int) -> TextTable:
     """Errors and costs of the first so many points."""
-    import numpy as np
-
     found, labels = work_precision(ds), labels_of(ds)
     flat = {str(name): x.values.ravel() for name, x in found.data_vars.items()}
     errors = error_names(ds)
@@ -126,8 +122,6 @@ def lines(ds: xr.Dataset, name: str, cost: str, logarithmic: bool = True) -> lis
 
 def doubtful(ds: xr.Dataset, error: str) -> float:
     """The error below which the reference says little; 0 if there is none."""
-    import numpy as np
-
     floor = typical(ds, f"reference_{error}_error").values
     return TRUSTED * float(floor[np.isfinite(floor)].max(initial=0.0))
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.engine.results import Piece
     from lienumba.scenario.resolve import Scenario
     from lienumba.scenario.start.prepare import Nominal
@@ -40,13 +40,11 @@ def dask_setup(_: object) -> None:
 
 
 def compute(
-    shelf: list[str], wanted: Mapping[str, str], fixed: bool, labels: "np.ndarray", samples: "Mapping[str, np.ndarray]"
+    shelf: list[str], wanted: Mapping[str, str], fixed: bool, labels: np.ndarray, samples: "Mapping[str, np.ndarray]"
 ) -> "Piece":
     """What these runs give; shelf: where the scheduler has the text of the scenario; wanted: versions."""
     check_versions(wanted)
     from time import thread_time
-
-    import numpy as np
 
     from lienumba.engine.programs import compiled_of
     from lienumba.engine.results import joined

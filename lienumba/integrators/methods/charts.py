@@ -23,7 +23,7 @@ MUELLER = Reference(
 )  # fmt: skip
 
 Coordinates = Vector
-Field = Vector  # F of eq. (15) for one element: v (global), w (body frame), v', w'
+Field = Vector  # F (Terze et al. 2015, eq. 15) for one element: v (global), w (body frame), v', w'
 
 
 class Chart(Protocol):
@@ -64,8 +64,8 @@ GROUPS: Registry[Any] = Registry("group", lambda chart: chart.__name__)
 @GROUPS.add
 @dataclass(frozen=True)
 class R3xSO3:
-    """The paper's: x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F), its series cut behind ad^terms or in
-    closed form for None."""
+    """The paper's (Terze et al. 2015, eqs. 17 to 19): x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F),
+    its series cut behind ad^terms or in closed form for None."""
 
     terms: int | None
     size: int = state.ALGEBRA

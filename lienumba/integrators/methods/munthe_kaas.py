@@ -1,5 +1,8 @@
 """One step of the bodies' states in a chart, for any explicit tableau: with exponential coordinates it is that of
-Runge-Kutta-Munthe-Kaas on the state-space group (Terze et al. 2015, eq. 20)."""
+Runge-Kutta-Munthe-Kaas on the state-space group (Terze et al. 2015, eq. 20).
+
+The paper's f*_i are the `slopes` here, its u_i the coordinates `u` of a stage, w_n those of the end of the step.
+"""
 
 from collections.abc import Callable, Sequence
 
@@ -14,7 +17,7 @@ Slopes = Sequence[Coordinates]  # of each body, about where it was
 
 
 def slope(chart: Chart, x: Bodies, u: Slopes, F: Callable[[Bodies], Sequence[Field]]) -> Slopes:
-    """u' of eq. (19) at u about x: how the coordinates of all bodies move where they move by F."""
+    """u' at u about x (Terze et al. 2015, eq. 19): how the coordinates of all bodies move where they move by F."""
     at = tuple(chart.moved(body, z) for body, z in zip(x, u, strict=True))
     return tuple(chart.slope(*each) for each in zip(x, u, at, F(at), strict=True))
 
@@ -62,7 +65,7 @@ def step(
     stage: Callable[[Bodies, Slopes, Number], Slopes],
     first: Slopes = (),
 ) -> tuple[Bodies, Number, Number, list[list[Coordinates]]]:
-    """One step of size h from x at time t.
+    """One step of size h from x at time t (Terze et al. 2015, eq. 20).
 
     `stage(x, u, t)` is the slope at u about x, which is exactly zero in the first stage; first: that of each body where
     it is known. Returns the new state, the largest squared rotation of a stage (rad^2), the sum of squares of the move,

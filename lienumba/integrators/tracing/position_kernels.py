@@ -48,8 +48,7 @@ def _iteration(tracer: Tracer) -> "_Iteration":
     mu: list[Number] = list(graph.inputs("extra", mu_rows, behind + x_rows))
     if mu:
         mu = projection.masked(mu, projection.position_mask(model, mask))
-    kind = _Local if tracer.method.position == "local" else _Embedded
-    return kind(tracer, graph, model, augmented, mask, hat, now, x, mu)
+    return FORMS[tracer.method.position](tracer, graph, model, augmented, mask, hat, now, x, mu)
 
 
 @dataclass(frozen=True)
@@ -127,3 +126,6 @@ class _Embedded(_Iteration):
 
     def violation(self, now: Instant, counts: list[Number]) -> Number:
         return maximum(embedded.violation(now.bodies), super().violation(now, counts))
+
+
+FORMS: dict[str, type[_Iteration]] = {"local": _Local, "embedded": _Embedded}  # by `Method.position`

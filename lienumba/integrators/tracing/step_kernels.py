@@ -42,17 +42,17 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes have a time of their
     own, also what the continuous extension needs."""
     stages, count, queued = tracer.tableau.stages, tracer.sizes.stages, tracer.method.queued
-    stage = _stage(tracer, "stage")
+    stage = _stage(tracer, first=False)
     if stage.counts()["operations"] * count > INLINE:
         used = [s for s, row in enumerate(stages) if any(row) and s != count]
-        kernels = {"stage": stage, "first": _stage(tracer, "first"), "advance": _advance(tracer)}
+        kernels = {"stage": stage, "first": _stage(tracer, first=True), "advance": _advance(tracer)}
         kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
         return kernels | _combinations(tracer, used if queued else used[: count - 1])
     if not queued:
         return {"step": _inline(tracer)}
     kernels = {"stage": stage} if tracer.tableau.more else {}
     kernels |= _combinations(tracer, range(count + 1, len(stages)))
-    return kernels | {"first": _stage(tracer, "first"), "step": _inline(tracer)}
+    return kernels | {"first": _stage(tracer, first=True), "step": _inline(tracer)}
 
 
 def _clock(graph: Graph) -> tuple[Number, Number, Number]:
@@ -100,8 +100,8 @@ def _inline(tracer: Tracer) -> Kernel:
     return tracer.kernel("step", outputs, rows)
 
 
-def _stage(tracer: Tracer, name: str) -> Kernel:
-    """The slopes of all bodies at u about x, or with the name "first" at x; extra: u.
+def _stage(tracer: Tracer, first: bool) -> Kernel:
+    """The slopes of all bodies at u about x (Terze et al. 2015, eq. 19), or of the first stage, at x; extra: u.
 
     Its outputs go to the rows of one stage among those of all; behind them stands what it reports, with accelerations
     that are carried on but not in the slopes.
@@ -109,11 +109,11 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     graph, model = tracer.graph()
     sizes, reports = tracer.sizes, _Reports()
     t, h, within = _clock(graph)
-    node = 0.0 if name == "first" else graph.input("clock", layout.NODE)
+    node = 0.0 if first else graph.input("clock", layout.NODE)
     F = _vector_field(tracer, model, tracer.augmented_rows(graph), reports, h, within, node)
     chart, every = tracer.chart, range(tracer.elements)
     zero = munthe_kaas.origin(chart)
-    u = tuple(zero if name == "first" else graph.inputs("extra", chart.size, chart.size * i) for i in every)
+    u = tuple(zero if first else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.augmented.masks else [])]
     rows = [layout.slope_row(sizes, i, 0) + c for i in every for c in range(chart.size)]
@@ -121,7 +121,7 @@ def _stage(tracer: Tracer, name: str) -> Kernel:
     if tracer.reports_accelerations:
         said += reports.accelerations
         rows += [layout.acceleration_row(sizes, 0) + c for c in range(6 * tracer.k)]
-    return tracer.kernel(name, (*flat(f), *said), rows)
+    return tracer.kernel("first" if first else "stage", (*flat(f), *said), rows)
 
 
 def _finish(tracer: Tracer) -> Kernel:
@@ -170,8 +170,8 @@ def _vector_field(
     tracer: Tracer, model: Model, augmented: Vector, reports: _Reports, h: Number, within: Number,
     node: Number | None = None,
 ) -> VectorField:  # fmt: skip
-    """F of eq. (15): velocities and accelerations at a state; what each stage reports is noted aside. h: of the step;
-    within: the time in its middle; node: c of the stage; by default that of the stages as they come."""
+    """F (Terze et al. 2015, eq. 15): velocities and accelerations at a state; what each stage reports is noted aside.
+    h: of the step; within: the time in its middle; node: c of the stage; by default that of the stages as they come."""
     mask = tracer.augmented.mask(augmented, tracer.structure.rows)
 
     def F(state: Sequence[State], t: Number) -> Sequence[Algebra]:

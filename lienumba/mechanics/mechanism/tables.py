@@ -7,14 +7,13 @@ behind the last one the values there are kept.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import gather, maximum, minimum, where
-
-if TYPE_CHECKING:
-    import numpy as np
 
 HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
 HELD = 2  # columns: pieces with a value alone
@@ -25,19 +24,15 @@ INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
 class Numbers:
     """Numbers in memory, which kernels get by their address."""
 
-    def __init__(self, array: "np.ndarray") -> None:
+    def __init__(self, array: np.ndarray) -> None:
         self.array = array
 
     @property
     def address(self) -> float:
         """The number whose bits are the address."""
-        import numpy as np
-
         return float(np.array([self.array.ctypes.data], np.int64).view(np.float64)[0])
 
     def gather(self, index: Number) -> Any:
-        import numpy as np
-
         found = self.array[np.asarray(index).astype(np.int64)]
         return float(found) if found.ndim == 0 else found
 
@@ -56,8 +51,6 @@ class Table:
     @staticmethod
     def of(points: Sequence[float], values: Sequence[float], interpolation: str) -> "Table":
         """Through these points, which ascend; at least two."""
-        import numpy as np
-
         x, y = np.array(points, float), np.array(values, float)
         coefficients = {HOLD: _hold, LINEAR: _linear, CUBIC: _cubic}[interpolation](x, y)
         constant = np.zeros(coefficients.shape[1])
@@ -95,23 +88,19 @@ class Table:
         return i
 
 
-def _hold(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
+def _hold(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return y[:-1, None]
 
 
-def _linear(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
+def _linear(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.column_stack([y[:-1], np.diff(y) / np.diff(x)])
 
 
-def _cubic(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
+def _cubic(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The twice differentiable spline whose third derivative does not jump at the second and the last but one point.
 
     Elementwise, so that no library decides on its bits. The slopes s solve a tridiagonal system.
     """
-    import numpy as np
-
     n, h = len(x), np.diff(x)
     m = np.diff(y) / h
     if n == 2:
@@ -133,10 +122,8 @@ def _cubic(x: "np.ndarray", y: "np.ndarray") -> "np.ndarray":
     return np.column_stack([y[:-1], s[:-1], (m - s[:-1]) / h - bend, bend / h])
 
 
-def _tridiagonal(low: list[float], middle: list[float], high: list[float], right: list[float]) -> "np.ndarray":
+def _tridiagonal(low: list[float], middle: list[float], high: list[float], right: list[float]) -> np.ndarray:
     """Thomas' algorithm."""
-    import numpy as np
-
     for i in range(1, len(middle)):
         factor = low[i - 1] / middle[i - 1]
         middle[i] -= factor * high[i - 1]

@@ -81,7 +81,7 @@ def rows_of(model: Model) -> list[slice]:
 
 
 def residual(model: Model, now: Instant) -> list[Any]:
-    """Phi (m, or 1 for angles), every row; 0 where there is none."""
+    """Phi (m, or 1 for angles), every row; 0 where there is none (Terze et al. 2015, eqs. 10c, 25, 36, B.1)."""
     rows: list[Any] = []
     for c in constraints_of(model):
         rows += c.law(kinematics.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
@@ -89,7 +89,8 @@ def residual(model: Model, now: Instant) -> list[Any]:
 
 
 def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
-    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities."""
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities, the bias
+    (Terze et al. 2015, eqs. 11, 26, 37, B.2)."""
     rates: list[Any] = []
     biases: list[Any] = []
     for c in constraints_of(model):
@@ -100,8 +101,9 @@ def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
 
 
 def required(model: Model, now: Instant, damping: float | None = None) -> list[Any]:
-    """xi of every row: what C v' has to be. With damping (1/s) violations decay at this rate, critically damped
-    (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi where there is no Phi."""
+    """xi of every row: what C v' has to be (Terze et al. 2015, eqs. 12, 27, 35, 41, B.6). With damping (1/s) violations
+    decay at this rate, critically damped (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi
+    where there is no Phi."""
     rates, biases = rate_and_bias(model, now)
     if damping is None:
         return [-x for x in biases]
@@ -137,7 +139,8 @@ def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:
 
 
 def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
-    """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5."""
+    """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5 (Terze et al.
+    2015, eqs. 28, 34, 40, B.5)."""
     entries: dict[tuple[int, int], Any] = {}
     first = 0
     for c in constraints_of(model):

@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import floor
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import Jet, lift
-
-if TYPE_CHECKING:
-    import numpy as np
 
 SAME = 1e-9  # of a time: rounding
 
@@ -19,7 +18,7 @@ SAME = 1e-9  # of a time: rounding
 class Discontinuity:
     """The times at which a + b t reaches any of these knots; a and b are floats, or arrays (runs,)."""
 
-    knots: "np.ndarray"
+    knots: np.ndarray
     a: Any = 0.0
     b: Any = 1.0
 
@@ -27,10 +26,8 @@ class Discontinuity:
         """That of some of the runs (indices or a slice)."""
         return Discontinuity(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
 
-    def times(self, runs: int) -> "np.ndarray":
+    def times(self, runs: int) -> np.ndarray:
         """(runs, n), in s; not finite where it never gets there."""
-        import numpy as np
-
         a, b = (np.broadcast_to(x, (runs,))[:, None] for x in (self.a, self.b))
         with np.errstate(all="ignore"):
             times: np.ndarray = (self.knots - a) / b
@@ -40,8 +37,6 @@ class Discontinuity:
 def discontinuities(model: Model, end: float) -> list[Discontinuity]:
     """The points of tables whose argument is a straight line in t, the times at which such lines are compared, and the
     samples of laws, of runs to this end."""
-    import numpy as np
-
     found = []
     for formula, numbers, state in _formulas(model):
         lines = [(line, numbers[name].knots) for name, line in formula.table_calls()]

@@ -1,4 +1,7 @@
-"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power."""
+"""The equations of motion: M v' + C^T lambda = Q, C v' = xi (Terze et al. 2015, eqs. 10-15), energy and power.
+
+The paper's lambda is `mu`, `multipliers` or `Solution.mu` in the code.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +18,7 @@ INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def mass_matrix(model: Model) -> kkt.Entries:
-    """The lower entries of M = diag(m I, J) that are not exactly zero."""
+    """The lower entries of M = diag(m I, J) that are not exactly zero (Terze et al. 2015, eqs. 30, 33)."""
     entries: kkt.Entries = {}
     for i, body in enumerate(model.bodies):
         for c in range(3):
@@ -42,7 +45,8 @@ def gravity(model: Model, t: Number) -> Any:
 
 
 def loads(model: Model, now: Instant) -> list[Any]:
-    """Q: weight (global), gyroscopic torque (body frame) and force laws of every body."""
+    """Q: weight (global), gyroscopic torque (body frame) and force laws of every body (Terze et al.
+    2015, eqs. 42 to 44)."""
     Q: list[Any] = []
     g = gravity(model, now.t)
     for body, x in zip(model.bodies, now.bodies, strict=True):
@@ -60,8 +64,8 @@ def accelerations(
     expected: Sequence[Number] | None = None,
     baumgarte: float | None = None,
 ) -> kkt.Solution:
-    """v' (global) and w' (body frame) of every body, and the multipliers; mask and expected: see `kkt.solve`;
-    baumgarte: see `constraints.required`."""
+    """v' (global) and w' (body frame) of every body, and the multipliers (Terze et al. 2015, eq. 14); mask and
+    expected: see `kkt.solve`; baumgarte: see `constraints.required`."""
     C = constraints.jacobian(model, now)
     xi = constraints.required(model, now, baumgarte)
     return kkt.solve(structure, mass_matrix(model), C, loads(model, now), xi, mask, expected)

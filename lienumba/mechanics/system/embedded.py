@@ -29,7 +29,7 @@ Bodies = tuple[Any, ...]
 def correction(
     model: Model, structure: kkt.Structure, now: Instant, hat: Bodies, mask: Sequence[Number]
 ) -> kkt.Solution:
-    """x: the step from `now`, 6 k (shift of r; w); mu: of Phi, as a whole."""
+    """Terze et al. 2015, eqs. 21, 22. x: the step from `now`, 6 k (shift of r; w); mu: of Phi, as a whole."""
     C = constraints.jacobian(model, now)
     mask = projection.position_mask(model, mask)
     return kkt.solve(structure, _metric(now.bodies), C, _pull(now.bodies, hat), _gap(model, now), mask)

@@ -1,4 +1,5 @@
-"""[A C^T; C 0] [x; mu] = [f; g] by a sparse L D L^T, executed on whatever the numbers are.
+"""[A C^T; C 0] [x; mu] = [f; g] (Terze et al. 2015, eqs. 13, 29) by a sparse L D L^T, executed on whatever the numbers
+are.
 
 On symbols the elimination unrolls to exactly the operations that its pattern needs. The order of the blocks makes
 pivoting unnecessary (`lienumba.mechanics.system.elimination_order`). A row whose mask is 0 is left out: its multiplier

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
+
+import numpy as np
 
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements.quantities import Observed
@@ -13,9 +15,6 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics
 from lienumba.numerics.number import Number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 @dataclass(frozen=True)
@@ -84,14 +83,10 @@ class OutputVariable:
 
 
 def _work(record: Record) -> np.ndarray:
-    import numpy as np
-
     return np.where(np.isnan(record["energy"]), np.nan, record.work())
 
 
 def _energy_residual(record: Record) -> np.ndarray:
-    import numpy as np
-
     energy = record["energy"]
     with np.errstate(invalid="ignore"):  # a run may start with more energy than a number can hold
         residual: np.ndarray = energy - record["work"] - energy[:, :1]

@@ -60,7 +60,8 @@ def placed(bodies: Sequence[State], x: Sequence[Number]) -> tuple[Any, ...]:
 def position_correction(
     model: Model, structure: kkt.Structure, now: Instant, x: Sequence[Number], mask: Sequence[Number]
 ) -> kkt.Solution:
-    """The next total correction x+ from q^:  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;  `now` is q^ moved by x."""
+    """The next total correction x+ from q^ (Terze et al. 2015, eqs. 21, 22):  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;
+    `now` is q^ moved by x."""
     C = constraints.jacobian(model, now)
     W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
     g = [-phi for phi in constraints.residual(model, now)]
@@ -145,7 +146,8 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
 def velocity_correction(
     model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: Sequence[Number]
 ) -> kkt.Solution:
-    """The change x of all velocities with  W x + C^T mu = 0,  C (v + x) = -Phi_t;  W = M ("mass") or I."""
+    """The change x of all velocities (Terze et al. 2015, eq. 21, for velocities) with  W x + C^T mu = 0,  C (v + x) =
+    -Phi_t;  W = M ("mass") or I."""
     C = constraints.jacobian(model, now)
     identity = {(i, i): 1.0 for i in range(6 * structure.bodies)}
     W = mass_matrix(model) if weight == "mass" else identity

@@ -9,12 +9,11 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from lienumba.present.html.markup import Markup, element, folded, join
-
-if TYPE_CHECKING:
-    import numpy as np
 
 Json = dict[str, Any]  # what plotly.js and the scripts of the page read
 COLORS = 7  # of the palette, --c0 to --c6
@@ -83,8 +82,6 @@ def dash(n: int) -> str:
 
 def packed(values: np.ndarray, kind: str = "f8") -> dict[str, str]:
     """Numbers as plotly.js reads them; NaN and infinity are such numbers too."""
-    import numpy as np
-
     shape = {"shape": ", ".join(map(str, values.shape))} if values.ndim > 1 else {}
     return {"dtype": kind, "bdata": b64encode(np.ascontiguousarray(values, KINDS[kind]).tobytes()).decode(), **shape}
 
@@ -115,8 +112,6 @@ def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, shade: str, **own: ob
 def logarithmic(values: Iterable[np.ndarray]) -> Json:
     """A logarithmic axis over whole powers of ten, which hold the positive ones of these; over few of them 2 and 5 of
     each are told too."""
-    import numpy as np
-
     every = np.concatenate([x[np.isfinite(x) & (x > 0.0)] for x in values] or [np.ones(1)])
     low, high = (np.log10(every.min()), np.log10(every.max())) if len(every) else (0.0, 0.0)
     ends = [float(np.floor(low - 1e-9)), float(np.ceil(high + 1e-9))]

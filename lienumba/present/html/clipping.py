@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.scene import MovingRun, Scene, box
 from lienumba.words import listed
-
-if TYPE_CHECKING:
-    import numpy as np
 
 FAR = 1e3  # sizes of the mechanism from where it started
 
 
 def within(found: Scene) -> Scene:
     """The scene with each run up to where one of its bodies is FAR away, and a remark on those that are cut."""
-    import numpy as np
-
     starts = [box([replace(run, positions=run.positions[:1])]) for run in found.runs]
     low, high = np.median(starts, axis=0)
     middle, most = 0.5 * (low + high), FAR * float((high - low).max())
@@ -37,8 +33,6 @@ def within(found: Scene) -> Scene:
 
 def _near(run: MovingRun, middle: np.ndarray, most: float) -> MovingRun:
     """The run before a body is farther than `most` (m) along an axis from the middle, or its attitude unknown."""
-    import numpy as np
-
     near = (abs(run.positions - middle).max(axis=(1, 2)) <= most) & np.isfinite(run.rotations).all(axis=(1, 2, 3))
     count = len(near) if near.all() else int(near.argmin())
     return replace(run, times=run.times[:count], positions=run.positions[:count], rotations=run.rotations[:count])

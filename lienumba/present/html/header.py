@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.analysis.outcomes import Counts, counts
 from lienumba.analysis.studies.study_rows import headline
@@ -14,9 +15,6 @@ from lienumba.present.html.markup import Markup, element, join, number
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def header(ds: xr.Dataset) -> Markup:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.analysis.panels.quantiles import Histogram, bins
 from lienumba.present.html import chart
@@ -12,17 +13,12 @@ from lienumba.present.html.markup import element, number
 from lienumba.present.html.sensitivity import Column, Columns
 from lienumba.words import listed
 
-if TYPE_CHECKING:
-    import numpy as np
-
 MOST_INPUTS = 12  # histograms
 MOST_OUTPUTS = 9
 
 
 def sections(columns: Columns) -> Iterator[Section]:
     """Of outputs, and of inputs."""
-    import numpy as np
-
     groups = (
         ("outputs", "What came out", columns.outputs, MOST_OUTPUTS, 0),
         ("inputs", "What was drawn", columns.inputs, MOST_INPUTS, 2),
@@ -45,8 +41,6 @@ def sections(columns: Columns) -> Iterator[Section]:
 
 def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
     """The runs of the sweep as bars; the nominal one as a line."""
-    import numpy as np
-
     finite = np.isfinite(one.values)
     sampled, nominal = one.values[finite & (labels >= 0)], one.values[finite & (labels < 0)]
     missing = int((labels >= 0).sum()) - len(sampled)

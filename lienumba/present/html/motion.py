@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
+
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.present.html.chart import Json, Section, packed, section
@@ -20,9 +23,6 @@ from lienumba.scene import MovingRun, Scene, scene
 from lienumba.scene.solids import Solid
 
 if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-
     from lienumba.engine.simulate import Tell
 
 BYTES = 3_000_000  # of all frames
@@ -95,8 +95,6 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
 
 
 def _run(run: MovingRun, most: int, followed: bool) -> Json:
-    import numpy as np
-
     kept = frames(run.times, run.rotations, max(most // (run.positions.shape[1] * POSE), 2))
     mechanism = run.mechanism
     vertices = [solid.vertices for solid in mechanism.solids]
@@ -141,8 +139,6 @@ def _halves(solid: Solid) -> list[int]:
 def frames(times: np.ndarray, rotations: np.ndarray, most: int) -> np.ndarray:
     """The indices of at most `most` times, first and last among them: evenly spread, and more of them where bodies turn
     fast; rotations (T, k, 3, 3)."""
-    import numpy as np
-
     if len(times) <= 2:
         return np.arange(len(times))
     relative = np.einsum("...ij,...ij->...", rotations[1:], rotations[:-1])  # the trace of R_n^T R_n+1
@@ -155,7 +151,6 @@ def frames(times: np.ndarray, rotations: np.ndarray, most: int) -> np.ndarray:
 
 def quaternions(rotations: np.ndarray) -> np.ndarray:
     """The quaternions w x y z (..., 4) of rotations (..., 3, 3), the largest element positive."""
-    import numpy as np
     from scipy.spatial.transform import Rotation
 
     xyzw = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat()
@@ -165,8 +160,6 @@ def quaternions(rotations: np.ndarray) -> np.ndarray:
 
 def _view(extent: np.ndarray, gravity: Sequence[float | str]) -> tuple[np.ndarray, np.ndarray]:
     """From where one looks at a box of this extent, and what is up: against gravity, else z."""
-    import numpy as np
-
     pull = np.array([x if isinstance(x, int | float) else 0.0 for x in gravity])
     vertical = int(abs(pull).argmax()) if pull.any() else 2
     up = np.zeros(3)

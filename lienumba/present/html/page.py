@@ -13,14 +13,14 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+import xarray as xr
+
 from lienumba import __version__
 from lienumba.present.html import plotly_js
 from lienumba.present.html.chart import Section
 from lienumba.present.html.markup import Markup, element, join
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from lienumba.engine.simulate import Progress, Tell
 
 ENDINGS = (".html", ".htm")

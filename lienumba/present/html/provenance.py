@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import counts
@@ -13,9 +14,6 @@ from lienumba.present.html.markup import Markup, element, facts, folded, join, t
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import plural, show
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_NAMES = 12
 VERSIONS = ("python", "numba", "llvmlite", "numpy", "scipy", "xarray", "netcdf4")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import xarray as xr
+
 from lienumba.present.html import histograms, motion, sensitivity, study, summary, time_series
 from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
@@ -13,8 +15,6 @@ from lienumba.present.html.provenance import provenance
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from lienumba.engine.simulate import Tell
     from lienumba.scene import Scene
 

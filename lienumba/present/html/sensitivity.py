@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.labels import time_label, unit_label
 from lienumba.analysis.sensitivities import outputs
@@ -13,10 +15,6 @@ from lienumba.analysis.sensitivities.sensitivity_rows import OutputRows, sensiti
 from lienumba.errors import ScenarioError
 from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.markup import Markup, element, sentence
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 MOST_POINTS = 1500  # of the scatter
 MOST_NUMBERS = 40_000  # of all columns together
@@ -49,8 +47,6 @@ class Columns:
 
 def columns(ds: xr.Dataset) -> Columns:
     """The inputs, and the outputs that say most."""
-    import numpy as np
-
     labels = ds["run"].values
     inputs = [
         Column(str(name), unit_label(str(x.attrs.get("units", ""))), "", x.values)
@@ -90,8 +86,6 @@ TITLE = "What depends on what"
 
 def _numbers(outputs: Sequence[OutputRows]) -> Json:
     """What was found of each output (rows) and input (columns)."""
-    import numpy as np
-
     numbers = {name: np.array([row.numbers[name] for x in outputs for row in x.inputs]) for name in NUMBERS}
     return {
         "outputs": [
@@ -104,8 +98,6 @@ def _numbers(outputs: Sequence[OutputRows]) -> Json:
 
 def _points(ds: xr.Dataset, read: Columns, out: Sequence[str], given: Sequence[str]) -> Json:
     """The runs of the scatter, evenly over the sweep: as many as a screen shows."""
-    import numpy as np
-
     runs = np.flatnonzero(read.labels >= 0)
     most = max(min(MOST_POINTS, MOST_NUMBERS // (len(out) + len(given))), 200)
     kept = runs[np.unique(np.linspace(0, len(runs) - 1, most).round().astype(int))]

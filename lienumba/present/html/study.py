@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.studies.study_rows import (
@@ -24,9 +25,6 @@ from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element, table, text_table
 from lienumba.store.study_layout import ERRORS
 from lienumba.words import plural
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_ROWS = 300
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x", "star")

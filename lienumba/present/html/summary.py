@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import Counts, counts
@@ -11,9 +12,6 @@ from lienumba.analysis.summary import Quantiles, Summary, summarise
 from lienumba.analysis.summary_rows import QuantileRows, largest, not_unique, quantile_rows
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.markup import Markup, element, folded, join, number, sentence, table
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_ROWS = 300  # of the folded table
 

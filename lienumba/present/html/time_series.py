@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
 
 from lienumba.analysis.panels import quantiles, run_windows
 from lienumba.analysis.panels.quantiles import TimeSeries
@@ -14,10 +16,6 @@ from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element
 from lienumba.store.layout import FULL, VARIABLES
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 MOST_TIMES = 400  # of a line: more than the pixels of its chart
 CHECKS = (
@@ -120,8 +118,6 @@ def _unit(panel: Panel) -> str:
 
 def _kept(times: int) -> np.ndarray:
     """The indices of evenly spread times, the first and the last among them."""
-    import numpy as np
-
     return np.unique(np.linspace(0, times - 1, MOST_TIMES).round().astype(int))
 
 
@@ -153,8 +149,6 @@ class Pen:
     def bands(self, series: TimeSeries, n: int, enough: np.ndarray) -> Iterator[Json]:
         """Bands and median of one line while there are runs enough, then the runs that are left; of what is logarithmic
         median and largest."""
-        import numpy as np
-
         group: Json = {"legendgroup": str(n)}
         shade, many = chart.color(n), np.flatnonzero(enough[self.kept])
         low, lower, median, upper, high = (self.shown(x)[many] for x in series.quantiles)
@@ -189,8 +183,6 @@ class Pen:
 
     def shown(self, values: np.ndarray) -> np.ndarray:
         """Those that are kept; nothing where a logarithm has no value."""
-        import numpy as np
-
         here = values[self.kept]
         return np.where(here > 0.0, here, np.nan) if self.logarithmic else here
 

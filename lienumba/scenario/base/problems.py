@@ -2,17 +2,15 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, missing
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
-
-if TYPE_CHECKING:
-    import numpy as np
 
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)
@@ -25,7 +23,7 @@ class Report:
 
     problems: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
-    times: "np.ndarray | None" = None
+    times: np.ndarray | None = None
 
     def add(self, place: str, rule: str, remedy: str = "", value: object = NOTHING, *, verb: str = "") -> None:
         """A problem."""

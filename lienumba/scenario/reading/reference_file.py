@@ -5,13 +5,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.words import listed, show
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 AT = "study.reference.file"
@@ -47,8 +48,6 @@ def read(
     samples: "Mapping[str, np.ndarray]",
 ) -> Truth:
     """The states of these bodies, runs and times; a ScenarioError where the file has others."""
-    import numpy as np
-
     from lienumba.store.files import read as opened
 
     file = str(reference["file"])
@@ -78,8 +77,6 @@ def _check_bodies(file: str, ds: "xr.Dataset", bodies: Sequence[str]) -> None:
 
 def _times(file: str, ds: "xr.Dataset", times: Sequence[float]) -> list[int]:
     """The index of each of these times."""
-    import numpy as np
-
     known = ds["time"].values
     found = [int(np.argmin(np.abs(known - time))) for time in times]
     for time, index in zip(times, found, strict=True):

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
 from lienumba.scenario.base.toml import Keys, table_in
@@ -94,7 +96,6 @@ def _csv(path: Path) -> Columns:
 def _netcdf(path: Path) -> Columns:
     """The sampled inputs of a dataset, and its runs."""
     import netCDF4
-    import numpy as np
 
     with netCDF4.Dataset(path) as file:
         inputs = [name for name, x in file.variables.items() if getattr(x, "role", None) == "input"]

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, StrictBool
 
 from lienumba.errors import ScenarioError
 from lienumba.words import listed, number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.sweep.distributions.base import INERTIA, Distribution, Finite
 from lienumba.words import number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 SQRT_HALF = 0.7071067811865476
 HALVINGS, TERMS = 7, 9  # exp(S) = exp(S/2^7)^(2^7); entries of S stay below 10

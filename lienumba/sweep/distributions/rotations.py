@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from lienumba.errors import BadValueError, ScenarioError
@@ -15,8 +16,6 @@ from lienumba.sweep.distributions.base import ROTATION, VECTOR, Distribution, Fi
 from lienumba.words import Written, number
 
 if TYPE_CHECKING:
-    import numpy as np
-
     Arrays = Sequence[np.ndarray]
 
 TWO_PI = 6.283185307179586

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from lienumba.errors import BadValueError, ScenarioError
@@ -14,8 +15,6 @@ from lienumba.words import Written, listed, number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import numpy as np
 
 FARTHEST = 35.0  # standard deviations from the mean; beyond, no probability is left that a double could hold
 MEAN = Field(default=None, description="the mean (or omit it: the nominal value)")
@@ -81,8 +80,6 @@ class TruncatedNormal(Scalar):
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        import numpy as np
-
         from lienumba.sweep.normal import inverse, probability
 
         scale = self.scale(nominal)
@@ -146,8 +143,6 @@ class Triangular(Scalar):
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        import numpy as np
-
         scale = self.scale(nominal)
         low, high = sorted((self.low * scale, self.high * scale))
         mode = self.located(self.mode, nominal)
@@ -193,8 +188,6 @@ class Choice(Scalar):
         return self
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        import numpy as np
-
         weights = np.array(self.weights or [1.0] * len(self.values))
         ends = np.cumsum(weights)
         last = int(np.flatnonzero(weights)[-1])

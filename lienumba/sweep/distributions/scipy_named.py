@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import ConfigDict, Field, StrictStr, model_validator
 
 from lienumba.errors import BadValueError
 from lienumba.sweep.distributions.base import Finite, Scalar
 from lienumba.words import Written, number
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 class SciPy(Scalar):
@@ -60,7 +58,6 @@ class SciPy(Scalar):
         return f"{self.scipy} of scipy.stats{f' with {given}' if given else ''}{multiples}"
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
-        import numpy as np
         from scipy import stats
 
         found: Any = getattr(stats, self.scipy)
