@@ -268,6 +268,15 @@ def test_a_joint_that_is_written_wrong(keys: dict[str, object], sentence: str) -
         resolve(data)
 
 
+def test_a_joint_of_which_a_sample_would_be_none() -> None:
+    radius = {"distribution": "uniform", "low": -1.0, "high": 3.0}
+    sentence = (
+        'sweep.vary."joints.ring.radius".low = -1.0: allows values of 0 or below, which no joint of this type has'
+    )
+    with JOINTS.temporarily(OnRing), pytest.raises(ScenarioError, match=re.escape(sentence)):
+        resolve(bead() | {"sweep": {"runs": 20, "vary": {"joints.ring.radius": radius}}})
+
+
 def test_a_joint_that_does_not_fit_its_start() -> None:
     data = bead()
     data["model"]["bodies"][0] |= {"position": [1.8, 0, 0], "rotation": [1, 0, 0, 0]}

@@ -120,8 +120,7 @@ class Driver:
 
 @dataclass(frozen=True)
 class Force:
-    """A force law on bodies; see `lienumba.mechanics.system.applied_forces` for the types and the numbers that each
-    has.
+    """A force law on bodies; see `lienumba.mechanics.elements.forces` for the types and the numbers that each has.
 
     rest: what the start decides where it is omitted (a free length; the relative rotation of a bushing, 9 numbers).
     """

@@ -4,7 +4,9 @@ from math import erfc, sqrt
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
+from lienumba.keys.facts import facts, is_positive
 from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
@@ -15,8 +17,6 @@ from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
-# Numbers that must be above 0 in every run, and who says so.
-POSITIVE = {"mass": "no body has", "length": "no rod has"}
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 
 
@@ -64,7 +64,11 @@ def refused_below(path: str, model: Keys) -> str:
         law = FORCES.get(str(paths.get(model, tokens[:2]).get("type")))
         number = law.numbers().get(str(tokens[2])) if law is not None else None
         return number.sign.refused if number is not None and number.sign is not None else ""
-    return POSITIVE.get(str(tokens[-1]), "") if tokens[0] in ("bodies", "joints") and "parameters" not in tokens else ""
+    if tokens[0] == "joints" and len(tokens) == 3:
+        kind, key = JOINTS.get(str(paths.get(model, tokens[:2]).get("type"))), str(tokens[2])
+        own = facts(kind, Own).get(key) if kind is not None else None
+        return own.refused if kind is not None and own is not None and is_positive(kind, key) else ""
+    return "no body has" if tokens[0] == "bodies" and tokens[2:] == ["mass"] else ""
 
 
 def _sample(given: Distribution, u: float, nominal: object) -> float:

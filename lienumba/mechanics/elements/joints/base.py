@@ -27,10 +27,11 @@ AXIS, RAIL, ROD, NOTHING = "axis", "rail", "rod", ""  # what is drawn of a joint
 class Own(Unit):
     """Of a key: a number that the residual finds in `joint.numbers`; where it is omitted, `at_start` says what it is.
 
-    example: of its value.
+    example: of its value; refused: what a value of 0 or below would be where it must be above 0: "which <refused>".
     """
 
     example: float = 1.0
+    refused: str = "no joint of this type has"
 
 
 class JointType(Section):

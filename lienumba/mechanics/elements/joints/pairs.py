@@ -161,7 +161,7 @@ class Distance(AtPoints):
     row_kinds = "m"
 
     type: Literal["distance"]
-    length: Annotated[Positive | None, Own("m", 0.5)] = Field(
+    length: Annotated[Positive | None, Own("m", 0.5, "no rod has")] = Field(
         default=None, description="the distance of the two points in m, above 0 (or omit it: as at the start)"
     )
 
