@@ -1,4 +1,5 @@
-"""`--quick`: the cheap tests of every room, by what tests/costs.csv says of them; `--costs` writes that file anew.
+"""`--quick`: the cheap tests of every room, by what tests/costs.csv says of them; `--costs` writes that file anew,
+`--quick --costs` only what turned out dearer: what tests share is made by the first of them that runs.
 
 Of every function the first case, if it is cheap, and as many more as take little together; of every room at least one
 test. What costs.csv does not name, such as a new test, is cheap.
@@ -26,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--costs"):
-        config.pluginmanager.register(Costs())
+        config.pluginmanager.register(Costs(read() if config.getoption("--quick") else {}))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -60,18 +61,21 @@ def read() -> dict[str, tuple[float, float]]:
         return {row["function"]: (float(row["first"]), float(row["others"])) for row in csv.DictReader(file)}
 
 
-def write(costs: dict[str, float]) -> None:
-    """costs: of every test, in the order in which they ran."""
+def write(costs: dict[str, float], least: dict[str, tuple[float, float]]) -> None:
+    """costs: of every test, in the order in which they ran; least: of functions, which do not get cheaper than this."""
     functions: dict[str, list[float]] = {}
     for test, seconds in costs.items():
         functions.setdefault(test.partition("[")[0], []).append(seconds)
+    found = dict(least)
+    for function, (first, *others) in functions.items():
+        known, each = least.get(function, (0.0, 0.0))
+        mean = sum(others) / len(others) if others else 0.0
+        if function in least or first + sum(others) >= TOLD:
+            found[function] = max(first, known), max(mean, each)
     with COSTS.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(("function", "first", "others"))
-        for function, (first, *others) in sorted(functions.items()):
-            if first + sum(others) >= TOLD:
-                mean = sum(others) / len(others) if others else 0.0
-                rows.writerow((function, f"{first:.2f}", f"{mean:.3f}"))
+        rows.writerows((function, f"{first:.2f}", f"{each:.3f}") for function, (first, each) in sorted(found.items()))
 
 
 def spent() -> float:
@@ -83,8 +87,8 @@ def spent() -> float:
 class Costs:
     """What each test takes, from all workers."""
 
-    def __init__(self) -> None:
-        self.last, self.costs = 0.0, dict[str, float]()
+    def __init__(self, least: dict[str, tuple[float, float]]) -> None:
+        self.least, self.last, self.costs = least, 0.0, dict[str, float]()
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self) -> Iterator[Any]:
@@ -103,4 +107,4 @@ class Costs:
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if not hasattr(session.config, "workerinput"):
-            write(self.costs)
+            write(self.costs, self.least)

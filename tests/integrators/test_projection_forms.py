@@ -118,7 +118,7 @@ def test_a_chord_iteration_does_not_eliminate(position: str) -> None:
     assert full.kernels["position"].counts() == first
     assert later["operations"] < 0.85 * first["operations"]
     assert later["divide"] == (0 if position == "local" else 2)  # of R^-T
-    assert (full.kept, chord.kept > 20) == (0, True)
+    assert (full.sizes.chord, chord.sizes.chord > 20) == (0, True)
 
 
 # ---------------------------------------------------------------- all of it, on all kinds of mechanisms
