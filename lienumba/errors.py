@@ -86,14 +86,32 @@ class ScenarioError(Exception):
 
     @classmethod
     def at(cls, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> Self:
-        """One problem."""
+        """The error of one problem.
+
+        Parameters
+        ----------
+        place : str
+            Of a key, as the file has it.
+        rule : str
+            Which the value breaks.
+        remedy : str
+            What to do.
+        value : object
+            What stands there.
+        """
         return cls(Problem(place, rule, remedy, value))
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
 
     def inside(self, place: str) -> Self:
-        """The same, where all of which it tells is a part of something else, which is at this place."""
+        """The same, where all of which it tells is a part of something else.
+
+        Parameters
+        ----------
+        place : str
+            Of that, such as a file or a point of a study.
+        """
         return type(self)(*(x.inside(place) for x in self.problems))
 
 
