@@ -54,4 +54,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a title may hold what this terminal's encoding cannot show
+    if sys.argv[1:2] == ["run"] and not any(word.startswith("--dask") for word in sys.argv):
+        # xarray would import it, which takes a quarter of a second, to ask whether arrays of NumPy are dask's
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     app()
