@@ -86,18 +86,23 @@ class ScenarioError(Exception):
 
     @classmethod
     def at(cls, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> Self:
-        """The error of one problem.
+        """One problem.
 
         Parameters
         ----------
         place : str
-            Of a key, as the file has it.
+            The path of the key, as the file has it.
         rule : str
-            Which the value breaks.
+            What it breaks.
         remedy : str
-            What to do.
+            What to do instead.
         value : object
-            What stands there.
+            What stands there, if a value belongs to it.
+
+        Returns
+        -------
+        ScenarioError
+            Of this problem.
         """
         return cls(Problem(place, rule, remedy, value))
 
@@ -110,7 +115,12 @@ class ScenarioError(Exception):
         Parameters
         ----------
         place : str
-            Of that, such as a file or a point of a study.
+            Where that is, such as a point of a study.
+
+        Returns
+        -------
+        ScenarioError
+            Whose sentences begin with the place.
         """
         return type(self)(*(x.inside(place) for x in self.problems))
 
