@@ -23,14 +23,19 @@ SETTABLE = (*MODEL_KEYS, "model", "parameters")  # where a path of a number begi
 
 
 class Prepared:
-    """A scenario that is ready to run again and again with other numbers (see `lienumba.prepare`).
+    """A scenario that is ready to run again and again with other numbers; made by `lienumba.prepare`.
 
     It may be used by any number of threads at once.
+
+    Parameters
+    ----------
+    resolved : Scenario
+        What was prepared.
 
     Attributes
     ----------
     scenario : str
-        What was prepared, as TOML with every default written out.
+        The same, as TOML with every default written out.
     """
 
     def __init__(self, resolved: Scenario) -> None:

@@ -227,7 +227,7 @@ class Results:
     ) -> "xr.Dataset":
         """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
         data = self.resolved.data
-        model, named = self.model, data.model.model_dump()
+        model, named = self.model, dict(data.model)
         return layout.dataset(
             variables=arrays,
             times=self.resolved.times,

@@ -112,7 +112,7 @@ def run(
     if resolved.plan is not None:
         _check_study(resume, dask)
     if dask is not None:
-        connection.check(dask, workers)
+        connection.check_dask(dask, workers)
     if output is not None:
         check_dataset_target(output, overwrite, resume)
     elif resume:

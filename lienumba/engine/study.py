@@ -61,7 +61,7 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
         name: np.stack([np.broadcast_to(found[n][name], len(labels)) for n in range(len(found))], axis=1)
         for name in found[0]
     }
-    model = data.model.model_dump()
+    model = dict(data.model)
     return study_layout.dataset(
         {name: x.reshape(*x.shape[:-1], *plan.shape) for name, x in (arrays | times).items()},
         labels,

@@ -83,7 +83,7 @@ def plan_of(raw: Keys, base: "Scenario", resolve: "Callable[[Keys], Scenario]") 
         raise ScenarioError(*problems)
     references = _references(study.reference, solved, attempt)
     shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
-    model = base.data.model.model_dump()
+    model = dict(base.data.model)
     return Plan(found, shape, coordinates(study.grid, model), references)
 
 

@@ -38,7 +38,7 @@ def cite_scenario(scenario: "Scenario") -> str:
     from lienumba.scenario.base.units import units
     from lienumba.store.provenance import versions
 
-    model = scenario.data.model.model_dump()
+    model = dict(scenario.data.model)
     vary = {path: units(path, model) for path in scenario.data.sweep.vary}
     return _text(_source(scenario.to_dict(), vary, versions()), datetime.now(UTC).year)
 

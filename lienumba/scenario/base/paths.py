@@ -180,7 +180,9 @@ def _with(node: object, values: Mapping[Tokens, object]) -> object:
         return with_values(node, values)
     below = _grouped(values)
     if isinstance(node, list):
-        found = {position_in(node, token): inner for token, inner in below.items()}
+        found: dict[int, dict[Tokens, object]] = {}
+        for token, inner in below.items():  # an item may be given by its name and by its index
+            found.setdefault(position_in(node, token), {}).update(inner)
         return [_with(item, found[i]) if i in found else item for i, item in enumerate(node)]
     assert isinstance(node, dict), "the path of a number"
     return {**node, **{key: _with(node.get(key), inner) for key, inner in below.items()}}
@@ -199,12 +201,14 @@ def numeric_paths(model: Keys) -> list[str]:
     found: list[str] = []
 
     def walk(node: object, tokens: list[Token]) -> None:
+        if isinstance(node, BaseModel):
+            node = dict(node)
         if isinstance(node, dict):
             for key, item in node.items():
                 walk(item, [*tokens, key])
         elif isinstance(node, list):
             for index, item in enumerate(node):
-                name = item.get("name") if isinstance(item, dict) else None
+                name = name_of(item)
                 walk(item, [*tokens, index if name is None else name])
         elif (isinstance(node, float | int) and not isinstance(node, bool)) or _is_constant(node, tokens):
             found.append(text_of(tokens))

@@ -1,10 +1,10 @@
 """The units of a scenario's numbers, by their paths."""
 
-from typing import Any
-
-from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
-from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
+from lienumba.mechanics.elements.drivers import DriverType, JointDriver
+from lienumba.mechanics.elements.forces.base import AlongJoint, ForceLaw
+from lienumba.mechanics.elements.joints import coordinate_kinds
+from lienumba.mechanics.elements.joints.base import JointType
+from lienumba.mechanics.elements.joints.couplings import Coupling
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 
@@ -22,35 +22,26 @@ SETTINGS = {
 
 
 def units(path: str, model: Keys) -> str:
-    """The units of the number at a canonical path of a resolved scenario's model; "1" for quaternions and axes."""
+    """The units of the number at a canonical path of a model that is checked; "1" for quaternions and axes."""
     tokens = paths.parse(path)
     keys = [token for token in tokens if isinstance(token, str)]
-    if keys[0] == "parameters":
-        return "1"  # nobody says
     key = keys[-1]
-    if "parameters" in keys or "states" in keys:
-        return "1"
-    if keys[0] not in ("joints", "drivers", "forces"):
-        return UNITS.get(key, "1")
-    item = paths.get(model, tokens[:2])
-    if keys[0] == "joints":
-        return JOINTS[item["type"]].unit(key, _coupled(item, model))
-    if keys[0] == "drivers":
-        driven = _coordinate(item["joint"], item["coordinate"], model) if "joint" in item else None
-        return DRIVERS[driver_form(item) or ""].unit(key, driven)
-    if keys[0] == "forces":
-        number = FORCES[item["type"]].numbers().get(key)
-        if number is not None:
-            return number.units_of(_coordinate(item["joint"], item["coordinate"], model) if "joint" in item else None)
+    if keys[0] == "parameters" or "parameters" in keys or "states" in keys:
+        return "1"  # nobody says
+    item = paths.get(model, tokens[:2]) if keys[0] in ("joints", "drivers", "forces") else None
+    if isinstance(item, Coupling):
+        kinds = item.coordinates or (None, None)
+        return item.unit(key, tuple(_coordinate(*x, model) for x in zip(item.joints, kinds, strict=True)))
+    if isinstance(item, JointType):
+        return item.unit(key, ())
+    if isinstance(item, DriverType):
+        driven = _coordinate(item.joint, item.coordinate, model) if isinstance(item, JointDriver) else None
+        return item.unit(key, driven)
+    if isinstance(item, ForceLaw) and (number := item.numbers().get(key)) is not None:
+        of_joint = _coordinate(item.joint, item.coordinate, model) if isinstance(item, AlongJoint) else None
+        return number.units_of(of_joint)
     return UNITS.get(key, "1")
 
 
 def _coordinate(joint: str, kind: str | None, model: Keys) -> str:
     return kind or coordinate_kinds(paths.get(model, ["joints", joint, "type"]))[0]
-
-
-def _coupled(item: dict[str, Any], model: Keys) -> tuple[str, ...]:
-    """The kinds of the coordinates that a joint couples."""
-    joints: list[str] = item.get("joints", [])
-    kinds: list[str | None] = item.get("coordinates") or [None] * len(joints)
-    return tuple(_coordinate(name, kind, model) for name, kind in zip(joints, kinds, strict=True))

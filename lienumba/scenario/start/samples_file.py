@@ -45,7 +45,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[In
     samples = draw(scenario, labels)
     if not samples:
         raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
-    model = scenario.data.model.model_dump()
+    model = dict(scenario.data.model)
     of = {path: units(path, model) for path in samples}
     if target.suffix.lower() == CSV:
         _write_csv(labels, samples, target)

@@ -3,7 +3,9 @@
 import pytest
 
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import PathError
+from lienumba.scenario.base.paths import PathError, with_values
+from lienumba.scenario.resolve import resolve
+from tests.rigs.scenario_example import example
 
 MODEL = {
     "gravity": [0.0, 0.0, -9.81],
@@ -63,3 +65,15 @@ def test_put_replaces_the_value_and_nothing_else() -> None:
 @pytest.mark.parametrize("text", ['sweep.vary."bodies.a.mass".std', "sweep.vary.bodies.a.mass.std"])
 def test_a_varied_path_is_one_key_even_without_quotes(text: str) -> None:
     assert paths.parse(text) == ["sweep", "vary", "bodies.a.mass", "std"]
+
+
+def test_values_take_their_places_in_a_copy() -> None:
+    model = resolve(example()).data.model
+    changed = with_values(
+        model,
+        {("bodies", "top", "mass"): 2.0, ("bodies", 0, "position", 1): 3.0, ("bodies", "top", "rotation"): [0, 1]},
+    )
+    (top,) = changed.bodies
+    assert (top.mass, top.position, top.rotation) == (2.0, [0.0, 3.0, 0.0], [0, 1])
+    assert (model.bodies[0].mass, model.bodies[0].position) == (15.0, [0.0, 1.0, 0.0])
+    assert changed.joints is model.joints

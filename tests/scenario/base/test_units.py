@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from lienumba.mechanics.elements.joints.couplings import Coupler
 from lienumba.scenario.base.paths import numeric_paths
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import resolve
@@ -81,13 +82,13 @@ def mechanism() -> dict[str, Any]:
 def test_units(path: str, expected: str) -> None:
     model = mechanism()["model"]
     del model["joints"][3]  # couples a coordinate to itself: known to `units`, refused by `resolve`
-    named = resolve(mechanism() | {"model": model}).data.model.model_dump()
-    named["joints"].append({"name": "mesh", "type": "coupler", "joints": ["slide", "slide"], "coordinates": None})
-    assert units(path, named) == expected
+    named = resolve(mechanism() | {"model": model}).data.model
+    named.joints.append(Coupler(name="mesh", type="coupler", joints=["slide", "slide"], ratio=2.0))
+    assert units(path, dict(named)) == expected
 
 
 def test_every_number_of_a_model_has_units() -> None:
     data = mechanism()
     del data["model"]["joints"][3]
-    named = resolve(data).data.model.model_dump()
+    named = dict(resolve(data).data.model)
     assert all(units(path, named) for path in numeric_paths(named))
