@@ -86,14 +86,42 @@ class ScenarioError(Exception):
 
     @classmethod
     def at(cls, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> Self:
-        """One problem."""
+        """One problem.
+
+        Parameters
+        ----------
+        place : str
+            The path of the key, as the file has it.
+        rule : str
+            What it breaks.
+        remedy : str
+            What to do instead.
+        value : object
+            What stands there, if a value belongs to it.
+
+        Returns
+        -------
+        ScenarioError
+            Of this problem.
+        """
         return cls(Problem(place, rule, remedy, value))
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
 
     def inside(self, place: str) -> Self:
-        """The same, where all of which it tells is a part of something else, which is at this place."""
+        """The same, where all of which it tells is a part of something else.
+
+        Parameters
+        ----------
+        place : str
+            Where that is, such as a point of a study.
+
+        Returns
+        -------
+        ScenarioError
+            Whose sentences begin with the place.
+        """
         return type(self)(*(x.inside(place) for x in self.problems))
 
 

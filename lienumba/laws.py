@@ -17,6 +17,7 @@ from typing import Any
 
 from lienumba.groups import so3
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS
+from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
 
 __all__ = [
@@ -40,11 +41,11 @@ class Vector:
     __slots__ = ("x", "y", "z")
     __array_ufunc__ = None
 
-    def __init__(self, x: Any, y: Any, z: Any) -> None:
+    def __init__(self, x: Number, y: Number, z: Number) -> None:
         self.x, self.y, self.z = x, y, z
 
     @staticmethod
-    def of(numbers: "Vector | Sequence[Any]") -> "Vector":
+    def of(numbers: "Vector | Sequence[Number]") -> "Vector":
         """A vector of three numbers.
 
         Parameters
@@ -59,7 +60,7 @@ class Vector:
         """
         return Vector(*numbers)
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[Number]:
         return iter((self.x, self.y, self.z))
 
     def __len__(self) -> int:
@@ -76,7 +77,7 @@ class Vector:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def where(self, condition: Any, x: Any, y: Any) -> "Vector":
+    def where(self, condition: Condition, x: "Vector | Sequence[Number]", y: "Vector | Sequence[Number]") -> "Vector":
         """Choose between two vectors.
 
         Parameters
@@ -100,24 +101,24 @@ class Vector:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> "Vector":
+    def __sub__(self, other: "Vector | Sequence[Number]") -> "Vector":
         return Vector(*so3.subtract(tuple(self), tuple(other)))
 
-    def __rsub__(self, other: Any) -> "Vector":
+    def __rsub__(self, other: "Vector | Sequence[Number]") -> "Vector":
         return Vector.of(other) - self
 
     def __neg__(self) -> "Vector":
         return Vector(-self.x, -self.y, -self.z)
 
-    def __mul__(self, number: Any) -> "Vector":
+    def __mul__(self, number: Number) -> "Vector":
         return Vector(*so3.scale(number, tuple(self)))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, number: Any) -> "Vector":
+    def __truediv__(self, number: Number) -> "Vector":
         return Vector(self.x / number, self.y / number, self.z / number)
 
-    def dot(self, other: Any) -> Any:
+    def dot(self, other: "Vector | Sequence[Number]") -> Number:
         """The scalar product.
 
         Parameters
@@ -132,7 +133,7 @@ class Vector:
         """
         return so3.dot(tuple(self), tuple(other))
 
-    def cross(self, other: Any) -> "Vector":
+    def cross(self, other: "Vector | Sequence[Number]") -> "Vector":
         """The vector product.
 
         Parameters
@@ -147,7 +148,7 @@ class Vector:
         """
         return Vector(*so3.cross(tuple(self), tuple(other)))
 
-    def norm(self) -> Any:
+    def norm(self) -> Number:
         """The length. At length 0 it has no derivative.
 
         Returns
@@ -183,9 +184,9 @@ class Load:
 
     kind: str
     target: int
-    value: tuple[Any, ...]
+    value: tuple[Number, ...]
     frame: str = "global"
-    at: tuple[Any, ...] = (0.0, 0.0, 0.0)
+    at: tuple[Number, ...] = (0.0, 0.0, 0.0)
     coordinate: str = ""
 
 
@@ -209,11 +210,11 @@ class Body:
 
     index: int
     position: Vector
-    rotation: tuple[Any, ...]
+    rotation: tuple[Number, ...]
     velocity: Vector
     angular_velocity: Vector
 
-    def point(self, p: Vector | Sequence[Any]) -> Vector:
+    def point(self, p: Vector | Sequence[Number]) -> Vector:
         """The position of a point of the body.
 
         Parameters
@@ -228,7 +229,7 @@ class Body:
         """
         return self.position + self.to_global(p)
 
-    def velocity_of(self, p: Vector | Sequence[Any]) -> Vector:
+    def velocity_of(self, p: Vector | Sequence[Number]) -> Vector:
         """The velocity of a point of the body.
 
         Parameters
@@ -243,7 +244,7 @@ class Body:
         """
         return self.velocity + self.to_global(self.angular_velocity.cross(p))
 
-    def to_global(self, v: Vector | Sequence[Any]) -> Vector:
+    def to_global(self, v: Vector | Sequence[Number]) -> Vector:
         """Turn a vector from the body's axes to the global ones.
 
         Parameters
@@ -258,7 +259,7 @@ class Body:
         """
         return Vector(*so3.rotate(self.rotation, tuple(v)))
 
-    def to_body(self, v: Vector | Sequence[Any]) -> Vector:
+    def to_body(self, v: Vector | Sequence[Number]) -> Vector:
         """Turn a vector from the global axes to the body's.
 
         Parameters
@@ -274,7 +275,7 @@ class Body:
         return Vector(*so3.rotate_back(self.rotation, tuple(v)))
 
     def force(
-        self, value: Vector | Sequence[Any], at: Vector | Sequence[Any] = (0.0, 0.0, 0.0), frame: str = "global"
+        self, value: Vector | Sequence[Number], at: Vector | Sequence[Number] = (0.0, 0.0, 0.0), frame: str = "global"
     ) -> Load:
         """A force on the body.
 
@@ -299,7 +300,7 @@ class Body:
         """
         return Load("force", self.index, tuple(value), _checked(frame), tuple(at))
 
-    def torque(self, value: Vector | Sequence[Any], frame: str = "global") -> Load:
+    def torque(self, value: Vector | Sequence[Number], frame: str = "global") -> Load:
         """A torque on the body.
 
         Parameters
@@ -335,16 +336,16 @@ class Joint:
         In m and m/s, where it has a displacement.
     """
 
-    def __init__(self, index: int, **coordinates: Any) -> None:
+    def __init__(self, index: int, **coordinates: Number) -> None:
         self.index, self._coordinates = index, coordinates
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Number:
         if name in self._coordinates:
             return self._coordinates[name]
         has = f"it has {' and '.join(self._coordinates)}" if self._coordinates else "it has no coordinates"
         raise AttributeError(f"the joint has no {name} here; {has}")
 
-    def effort(self, value: Any, coordinate: str | None = None) -> Load:
+    def effort(self, value: Number, coordinate: str | None = None) -> Load:
         """A torque about the joint's axis or a force along it, on the second body, and the opposite on the first.
 
         Parameters

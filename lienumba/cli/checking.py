@@ -59,9 +59,9 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         console.print_warnings(resolved.warnings)
 
-        from lienumba.scenario.start.study_start import check
+        from lienumba.scenario.start.study_start import check_starts
 
-        check(resolved)
+        check_starts(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")
 
 

@@ -23,14 +23,19 @@ SETTABLE = (*MODEL_KEYS, "model", "parameters")  # where a path of a number begi
 
 
 class Prepared:
-    """A scenario that is ready to run again and again with other numbers (see `lienumba.prepare`).
+    """A scenario that is ready to run again and again with other numbers; made by `lienumba.prepare`.
 
     It may be used by any number of threads at once.
+
+    Parameters
+    ----------
+    resolved : Scenario
+        What was prepared.
 
     Attributes
     ----------
     scenario : str
-        What was prepared, as TOML with every default written out.
+        The same, as TOML with every default written out.
     """
 
     def __init__(self, resolved: Scenario) -> None:
@@ -78,16 +83,19 @@ class Prepared:
         ScenarioError
             If there is no such path, or a number cannot be what it should be: a sentence for each.
         """
+        import numpy as np
+
+        from lienumba.engine.results import Results
         from lienumba.engine.simulate import Runs, Threads
 
         resolved = self._with(dict(parameters or {}), samples)
         labels = list(resolved.labels if runs is None else runs)
         check_labels(labels, resolved.data.sweep.runs)
         nominal = self._start(resolved, labels)
-        import numpy as np
-
         wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
-        return in_memory(resolved, wanted, Threads(resolved, workers or usable_cores()), _untold)
+        results = Results(resolved, nominal)
+        threads = Threads(resolved, workers or usable_cores(), results=results)
+        return in_memory(resolved, wanted, threads, _untold, results)
 
     def _with(self, parameters: dict[str, Any], samples: Any) -> Scenario:
         """The scenario with these numbers."""

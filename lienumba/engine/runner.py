@@ -24,6 +24,7 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.engine.results import Results
     from lienumba.engine.simulate import Compute, Progress, Runs, Tell
     from lienumba.store.shards import Shards
 
@@ -111,7 +112,7 @@ def run(
     if resolved.plan is not None:
         _check_study(resume, dask)
     if dask is not None:
-        connection.check(dask, workers)
+        connection.check_dask(dask, workers)
     if output is not None:
         check_dataset_target(output, overwrite, resume)
     elif resume:
@@ -154,14 +155,16 @@ def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Comp
         yield cluster
 
 
-def in_memory(resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
-    """The dataset of these runs."""
+def in_memory(
+    resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
+) -> "xr.Dataset":
+    """The dataset of these runs; results: what is kept of them, if it is known."""
     from lienumba.engine.memory import Memory
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
 
-    results, memory = Results(resolved, runs.nominal), Memory(runs.labels.tolist())
+    results, memory = results or Results(resolved, runs.nominal), Memory(runs.labels.tolist())
     enough = stopping_of(resolved, results.numbers)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):

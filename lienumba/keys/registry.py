@@ -27,9 +27,10 @@ class Registry(Mapping[str, T], Generic[T]):
         self._records: dict[str, T] = {}
 
     def __getitem__(self, name: str) -> T:
-        if name not in self:
-            raise KeyError(f'there is no {self.what} "{name}"; {suggestion(str(name), self._records)}')
-        return self._records[name]
+        try:
+            return self._records[name]
+        except KeyError:
+            raise KeyError(f'there is no {self.what} "{name}"; {suggestion(str(name), self._records)}') from None
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name in self._records

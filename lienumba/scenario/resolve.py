@@ -22,7 +22,7 @@ from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
-from lienumba.scenario.checks.scenario import check
+from lienumba.scenario.checks.scenario import check_scenario
 from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
@@ -195,7 +195,7 @@ def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: 
         data = ScenarioData.model_validate(raw)
     except ValidationError as error:
         found += messages.problems(error, raw)
-    report = check(raw, parameters)
+    report = check_scenario(raw, parameters)
     problems += [*wrong, *map(parameters.explain, found + report.problems)]
     if problems or data is None:
         raise ScenarioError(*problems)

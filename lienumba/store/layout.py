@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lienumba.compiler.memo import Memo, content
+from lienumba.compiler.memo import Memo
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def dataset(
     if len(runs) > FEW:
         found = _frame(arrays, specs, labels, shared, total)
     else:
-        shapes = tuple((name, x.shape, content(specs[name])) for name, x in arrays.items())
+        shapes = tuple((name, x.shape, specs[name]) for name, x in arrays.items())
         key = shapes, tuple((name, x.dtype.str, x.tobytes()) for name, x in labels.items()), tuple(shared), total
         nothing = {name: np.broadcast_to(np.zeros((), x.dtype), x.shape) for name, x in arrays.items()}
         found = FRAMES.get(key, lambda: _frame(nothing, specs, labels, shared, total)).copy(data=arrays)

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from lienumba.cli import app
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.start.study_start import check
+from lienumba.scenario.start.study_start import check_starts
 from tests.documents.pages import LANGUAGES, ROOT, Block
 
 # Beginnings of commands of lienumba that a test cannot run: they are parsed.
@@ -71,7 +71,7 @@ class Player:
             path.write_text(("" if whole else f'extends = "{block.into}"\n') + block.text, encoding="utf-8")
         scenario = resolve(path)
         assert not scenario.warnings, "\n".join(map(str, scenario.warnings))
-        check(scenario)
+        check_starts(scenario)
 
     def python(self, block: Block) -> None:
         file = str(self.folder / (block.name or f"block_{block.line}.py"))

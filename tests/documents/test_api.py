@@ -31,7 +31,7 @@ def test_the_page_is_what_the_docstrings_say() -> None:
 
 def test_what_is_imported_by_name_is_on_the_page() -> None:
     page = api.PAGE.read_text(encoding="utf-8")
-    for name in ("run(", "merge(", "replay(", "report(", "System(", "ScenarioError"):
+    for name in ("run(", "prepare(", "merge(", "replay(", "report(", "System(", "ScenarioError"):
         assert f"### `lienumba.{name}" in page
     for name in ("summarise", "sensitivity", "orders", "mean_rotation", "rotation_covariance", "ellipsoid"):
         assert f"### `lienumba.analysis.{name}(" in page

@@ -18,7 +18,7 @@ PATIENCE = 30  # s to find the scheduler
 LOOK = 1.0  # s between two looks at how many workers there are
 
 
-def check(given: object, workers: int | None) -> None:
+def check_dask(given: object, workers: int | None) -> None:
     """Refuse what is no cluster, or has what it cannot have, before anything is computed."""
     try:
         from distributed import Client

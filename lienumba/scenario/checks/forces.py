@@ -13,8 +13,8 @@ from lienumba.mechanics.elements.forces.python import PythonForce
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.checks.drivers import check_driven_body, check_start, numbers_at
 from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
-from lienumba.scenario.checks.laws import check_driven_body, check_start, numbers_at
 from lienumba.store.layout import VARIABLES
 from lienumba.words import show
 

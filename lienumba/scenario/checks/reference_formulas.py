@@ -31,7 +31,9 @@ FORMS: dict[str, tuple[Any, str]] = {
 }
 
 
-def check(reference: Mapping[str, Any], bodies: Sequence[str], parameters: "Parameters", report: Report) -> None:
+def check_formulas(
+    reference: Mapping[str, Any], bodies: Sequence[str], parameters: "Parameters", report: Report
+) -> None:
     """Check names, formulas and forms."""
     for variable, listed in reference.items():
         at = f"study.reference.{variable}"

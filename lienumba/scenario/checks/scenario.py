@@ -9,10 +9,10 @@ from lienumba.scenario.base.paths import LISTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_bases, check_body
+from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
 from lienumba.scenario.checks.joints import check_joint
-from lienumba.scenario.checks.laws import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.methods import check_method, check_projection
 from lienumba.scenario.checks.output import check_output, check_stop
 from lienumba.scenario.checks.quantities import check_quantity
@@ -27,7 +27,7 @@ from lienumba.scenario.schema.stop import Stop
 from lienumba.words import listed
 
 
-def check(raw: Keys, parameters: Parameters) -> Report:
+def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`)."""
     report = Report()
     model = raw.get("model")

@@ -79,7 +79,7 @@ def _check_reference(reference: Keys, bodies: Sequence[str], parameters: "Parame
             report.add(f"{at}.file", "must be a text in quotes", value=reference["file"])
     elif reference.keys() & set(STATE):
         if _check_keys(at, reference, STATE, "formulas", report):
-            reference_formulas.check(reference, bodies, parameters, report)
+            reference_formulas.check_formulas(reference, bodies, parameters, report)
     else:
         for key in reference:
             _check_setting(at, key, report)

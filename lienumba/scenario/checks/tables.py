@@ -8,7 +8,7 @@ from lienumba.mechanics.system.discontinuities import SAME
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
-from lienumba.scenario.checks.laws import check_function
+from lienumba.scenario.checks.drivers import check_function
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def check(scenario: Scenario) -> None:
+def check_starts(scenario: Scenario) -> None:
     """Check the initial state of a scenario; of a study those of its points, and the reference."""
     data = scenario.data
     if scenario.plan is None:
