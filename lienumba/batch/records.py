@@ -1,6 +1,7 @@
 """What a record holds: the variables of the dataset, from rows of numbers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,9 +48,12 @@ class Layout:
     def shape(self, name: str) -> tuple[int, ...]:
         if name in self.quantities:
             return (3,) if self.quantities[name].vector else ()
+        return tuple(self._sizes[dim] for dim in OUTPUT_VARIABLES[name].dims)
+
+    @cached_property
+    def _sizes(self) -> dict[str, int]:
         sizes = {"body": self.bodies, "joint": self.joints, **AXES}
-        sizes |= {"constraint": len(self.constraints), "effort": len(self.efforts)}
-        return tuple(sizes[dim] for dim in OUTPUT_VARIABLES[name].dims)
+        return sizes | {"constraint": len(self.constraints), "effort": len(self.efforts)}
 
     def lanes(self, name: str, records: np.ndarray, program: Program) -> np.ndarray:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
@@ -102,5 +106,6 @@ class Record:
 
 def per_run(lanes: np.ndarray, runs: int) -> np.ndarray:
     """What lanes have, (blocks, ..., W), by run (runs, ...)."""
-    by_run: np.ndarray = np.moveaxis(lanes, -1, 1).reshape(lanes.shape[0] * lanes.shape[-1], *lanes.shape[1:-1])[:runs]
-    return by_run
+    blocks, *shape, width = lanes.shape
+    by_run = lanes.transpose(0, -1, *range(1, lanes.ndim - 1))
+    return by_run.reshape(blocks * width, *shape)[:runs]

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+from lienumba.engine.results import Results
 from lienumba.engine.runner import in_memory, usable_cores
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths
@@ -41,6 +42,7 @@ class Prepared:
     def __init__(self, resolved: Scenario) -> None:
         self._resolved, self._written = resolved, resolved.to_dict()
         self._nominal = check_initial(resolved)
+        self._results = Results(resolved, self._nominal)
 
     @property
     def scenario(self) -> str:
@@ -85,7 +87,6 @@ class Prepared:
         """
         import numpy as np
 
-        from lienumba.engine.results import Results
         from lienumba.engine.simulate import Runs, Threads
 
         resolved = self._with(dict(parameters or {}), samples)
@@ -93,7 +94,7 @@ class Prepared:
         check_labels(labels, resolved.data.sweep.runs)
         nominal = self._start(resolved, labels)
         wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
-        results = Results(resolved, nominal)
+        results = self._results.with_numbers(resolved, nominal)
         threads = Threads(resolved, workers or usable_cores(), results=results)
         return in_memory(resolved, wanted, threads, _untold, results)
 

@@ -4,7 +4,9 @@ There are two: `run`, of every run, and in the mode "summary" `full_run`, the co
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,6 +86,12 @@ class Results:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
             self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
 
+    def with_numbers(self, resolved: Scenario, nominal: Nominal) -> "Results":
+        """The same of a scenario that differs from this one in numbers of the model alone."""
+        other = copy(self)
+        other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
+        return other
+
     def _stored(self, name: str, variables: list[str]) -> bool:
         return (name.partition(".")[0] if name in self.layout.quantities else name) in variables
 
@@ -122,7 +130,7 @@ class Results:
     def _last(self, name: str) -> Field:
         def value(chunk: Chunk, program: Program) -> np.ndarray:
             states = self.layout.last(name, chunk.states)
-            began = ~np.isin(chunk.codes, (INVALID, NOT_ASSEMBLED))
+            began = (chunk.codes != INVALID) & (chunk.codes != NOT_ASSEMBLED)
             return np.where(began.reshape(-1, *[1] * (states.ndim - 1)), states, np.nan)
 
         return Field(f"last_{name}", VARIABLES[f"last_{name}"], self.layout.shape(name), value)
@@ -191,8 +199,14 @@ class Results:
 
     def dtype(self, table: str) -> np.dtype[Any]:
         """Of the records of a table."""
-        fields = [(x.name, x.dtype, x.shape) for x in self.tables[table]]
-        return np.dtype([(LABEL, "i8"), *fields])
+        return self._dtypes[table]
+
+    @cached_property
+    def _dtypes(self) -> dict[str, np.dtype[Any]]:
+        return {
+            table: np.dtype([(LABEL, "i8"), *((x.name, x.dtype, x.shape) for x in fields)])
+            for table, fields in self.tables.items()
+        }
 
     def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
         """What is kept of a chunk, which has these runs."""

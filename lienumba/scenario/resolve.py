@@ -118,15 +118,19 @@ class Scenario:
         listed = {**{kind: model.pop(kind) for kind in BESIDE}, **{key: data[key] for key in optional}}
         return {key: item for key, item in {**data, **listed}.items() if item or key not in listed}
 
+    @cached_property
+    def _written(self) -> Mapping[str, Any]:
+        return self.to_dict()
+
     def to_toml(self) -> str:
         """The scenario as TOML with every default written out."""
-        return toml.dumps(self.to_dict())
+        return toml.dumps(self._written)
 
     def sha256(self) -> str:
         """The hash of what determines a run: neither title nor output nor the number of runs, unless samples depend on
         it."""
-        content = self.to_dict()
-        sweep = content["sweep"]
+        content = dict(self._written)
+        content["sweep"] = sweep = dict(content["sweep"])
         del content["title"], content["output"], sweep["nominal"]
         sweep.pop("stop", None)
         sampler = SAMPLERS[self.data.sweep.sampler]
@@ -137,8 +141,11 @@ class Scenario:
         if not sweep["correlate"]:
             del sweep["correlate"]
         if "study" in content:
-            del content["study"]["repeats"]
-            content["study"]["reference"].pop("file", None)  # its checksum stays
+            study = {key: x for key, x in content["study"].items() if key != "repeats"}
+            study["reference"] = {
+                key: x for key, x in study["reference"].items() if key != "file"
+            }  # its checksum stays
+            content["study"] = study
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them
         turns = [name for name, kind in QUANTITIES.items() if kind.reads_coordinates]  # which they make a joint count

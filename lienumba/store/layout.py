@@ -134,8 +134,12 @@ def dataset(
     else:
         shapes = tuple((name, x.shape, specs[name]) for name, x in arrays.items())
         key = shapes, tuple((name, x.dtype.str, x.tobytes()) for name, x in labels.items()), tuple(shared), total
-        nothing = {name: np.broadcast_to(np.zeros((), x.dtype), x.shape) for name, x in arrays.items()}
-        found = FRAMES.get(key, lambda: _frame(nothing, specs, labels, shared, total)).copy(data=arrays)
+
+        def empty() -> xr.Dataset:
+            nothing = {name: np.broadcast_to(np.zeros((), x.dtype), x.shape) for name, x in arrays.items()}
+            return _frame(nothing, specs, labels, shared, total)
+
+        found = FRAMES.get(key, empty).copy(data=arrays)
     found.attrs = dict(attributes)
     return found.assign_coords(columns) if columns else found
 

@@ -3,17 +3,20 @@
 from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, lcm
 
 TOLERANCE = 1e-9  # relative: how far a ratio may lie from a whole number
 MOST_INTERVALS = 200  # of the default output interval
 
 
+@lru_cache(1024)
 def exact(value: float) -> Fraction:
     """A number as its shortest decimal says it: 0.1 is 1/10."""
     return Fraction(Decimal(repr(float(value))))
 
 
+@lru_cache(1024)
 def count(duration: float, step: float) -> int | None:
     """How many steps make up a duration; None if that is no whole number."""
     ratio = exact(duration) / exact(step)

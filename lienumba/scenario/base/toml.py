@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 Keys = dict[str, object]  # the same, of which nothing is known yet
@@ -50,6 +51,7 @@ def _is_section(value: Keys, depth: int) -> bool:
     return depth == 1 or any(isinstance(item, dict) for item in value.values())
 
 
+@lru_cache(4096)
 def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
 
