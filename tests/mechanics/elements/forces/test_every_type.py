@@ -155,8 +155,7 @@ def test_a_choice_is_no_formula_whatever_its_key_is_called() -> None:
 # ---------------------------------------------------------------- keys
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
 def test_a_number_has_units_that_its_description_and_the_dataset_share(name: str, key: str) -> None:
-    data = resolve(scenario(keys_of(name))).data.model.model_dump()
-    found = units(f"forces.{name}.{key}", data)
+    found = units(f"forces.{name}.{key}", dict(resolve(scenario(keys_of(name))).data.model))
     pair = FORCES[name].numbers()[key].units
     assert found in ((pair,) if isinstance(pair, str) else pair)
     description = FORCES[name].model_fields[key].description or ""
