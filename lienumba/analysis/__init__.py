@@ -1,17 +1,34 @@
 """What a dataset says: summaries, sensitivities, observed orders, work against precision, statistics, figures."""
 
-from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
-from lienumba.analysis.statistics.covariance import covariance as covariance
-from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
-from lienumba.analysis.statistics.intervals import mean_interval as mean_interval
-from lienumba.analysis.statistics.intervals import quantile_interval as quantile_interval
-from lienumba.analysis.statistics.rotations import mean_rotation as mean_rotation
-from lienumba.analysis.statistics.rotations import rotation_covariance as rotation_covariance
-from lienumba.analysis.statistics.rotations import rotation_error as rotation_error
-from lienumba.analysis.studies.orders import orders as orders
-from lienumba.analysis.studies.study import work_precision as work_precision
-from lienumba.analysis.summary import summarise as summarise
+from importlib import import_module
+from typing import TYPE_CHECKING
 
+if TYPE_CHECKING:
+    from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
+    from lienumba.analysis.statistics.covariance import covariance as covariance
+    from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
+    from lienumba.analysis.statistics.intervals import mean_interval as mean_interval
+    from lienumba.analysis.statistics.intervals import quantile_interval as quantile_interval
+    from lienumba.analysis.statistics.rotations import mean_rotation as mean_rotation
+    from lienumba.analysis.statistics.rotations import rotation_covariance as rotation_covariance
+    from lienumba.analysis.statistics.rotations import rotation_error as rotation_error
+    from lienumba.analysis.studies.orders import orders as orders
+    from lienumba.analysis.studies.study import work_precision as work_precision
+    from lienumba.analysis.summary import summarise as summarise
+
+_MODULES = {  # of what needs xarray, which is imported when it is first asked for
+    "covariance": "lienumba.analysis.statistics.covariance",
+    "ellipsoid": "lienumba.analysis.statistics.covariance",
+    "mean_interval": "lienumba.analysis.statistics.intervals",
+    "mean_rotation": "lienumba.analysis.statistics.rotations",
+    "orders": "lienumba.analysis.studies.orders",
+    "quantile_interval": "lienumba.analysis.statistics.intervals",
+    "rotation_covariance": "lienumba.analysis.statistics.rotations",
+    "rotation_error": "lienumba.analysis.statistics.rotations",
+    "sensitivity": "lienumba.analysis.sensitivities.sensitivity",
+    "summarise": "lienumba.analysis.summary",
+    "work_precision": "lienumba.analysis.studies.study",
+}
 __all__ = [
     "covariance",
     "ellipsoid",
@@ -25,3 +42,13 @@ __all__ = [
     "summarise",
     "work_precision",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'lienumba.analysis' has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

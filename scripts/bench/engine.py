@@ -81,7 +81,7 @@ def step_flops(program: Program) -> int:
         return flops["step"]
     combines = [name for name in flops if name.startswith("combine")]
     of_bodies = flops["advance"] + sum(flops[name] for name in combines)
-    return flops["first"] + len(combines) * flops["stage"] + program.elements * of_bodies
+    return flops["first"] + len(combines) * flops["stage"] + program.sizes.elements * of_bodies
 
 
 def batch(model: Model, machine: Any, states: np.ndarray, h: float, steps: int, outputs: np.ndarray) -> Batch:
