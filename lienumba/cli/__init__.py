@@ -5,6 +5,7 @@ Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is anothe
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
+import gc
 import os
 import sys
 from typing import Annotated
@@ -50,6 +51,7 @@ for command in (run, merge, replay, sample, validate, info, plot, animate, repor
 
 def main() -> None:
     """The entry point of the command `lienumba`."""
+    gc.set_threshold(1_000_000)  # what is imported stays: looking for cycles in it takes a fifth of a short command
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its matrices are small: threads would only wait for each other
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
