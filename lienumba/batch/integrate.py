@@ -133,7 +133,7 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
 
 def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
     """By the driver of a queue. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
-    from lienumba.integrators.drivers.lane_queue import Runs
+    from lienumba.integrators.drivers.lane_queue import ChunkRuns
 
     machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
@@ -142,7 +142,7 @@ def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray,
     ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
     times = np.full((len(codes), len(batch.stops), W), np.nan)
     counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
-    every = Runs(
+    every = ChunkRuns(
         states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)

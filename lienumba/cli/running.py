@@ -62,12 +62,12 @@ def run(
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
-        from lienumba.engine.part import Part
+        from lienumba.engine.part import SweepPart
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
         from lienumba.store.targets import check_dataset_target
 
-        suffix = "" if part is None else Part.parse(part).suffix
+        suffix = "" if part is None else SweepPart.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)

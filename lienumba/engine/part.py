@@ -11,7 +11,7 @@ from lienumba.words import show
 
 def share_of(labels: Sequence[int], given: object, resolved: Scenario) -> list[int]:
     """Those of the labels that belong to a part, if a scenario has any."""
-    part, data = Part.parse(given), resolved.data
+    part, data = SweepPart.parse(given), resolved.data
     if resolved.plan is not None:
         raise ScenarioError(
             f"part {part.number}/{part.of}: a study has none, because its points are compared; run it whole"
@@ -25,14 +25,14 @@ def share_of(labels: Sequence[int], given: object, resolved: Scenario) -> list[i
 
 
 @dataclass(frozen=True)
-class Part:
+class SweepPart:
     """The part `number` (from 1) of so many, which are as equal as can be."""
 
     number: int
     of: int
 
     @classmethod
-    def parse(cls, given: object) -> "Part":
+    def parse(cls, given: object) -> "SweepPart":
         """Of a text such as "3/20", or of the two numbers."""
         match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", given) if isinstance(given, str) else None
         numbers = [int(x) for x in match.groups()] if match else given

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba.engine.results import Results
 from lienumba.engine.runner import in_memory, usable_cores
 from lienumba.errors import ScenarioError
@@ -85,8 +87,6 @@ class Prepared:
         ScenarioError
             If there is no such path, or a number cannot be what it should be: a sentence for each.
         """
-        import numpy as np
-
         from lienumba.engine.simulate import Runs, Threads
 
         resolved = self._with(dict(parameters or {}), samples)
@@ -185,8 +185,6 @@ def _check(path: str, value: Any) -> None:
 
 def _columns(samples: Any) -> dict[str, list[float]]:
     """The columns of a table of samples, whatever it is."""
-    import numpy as np
-
     names = getattr(getattr(samples, "dtype", None), "names", None)  # of a structured array
     names = list(samples) if names is None and hasattr(samples, "keys") else names
     if not names:

@@ -14,7 +14,7 @@ import lienumba
 from lienumba import ScenarioError
 from lienumba.cli import app
 from lienumba.engine.disk import merge
-from lienumba.engine.part import Part
+from lienumba.engine.part import SweepPart
 from lienumba.store import provenance
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import top
@@ -67,7 +67,7 @@ def refused(*arguments: object) -> str:
 
 @pytest.mark.parametrize("of", [1, 3, 7, 40])
 def test_parts_are_even_and_make_the_whole(of: int) -> None:
-    parts = [Part(k + 1, of).share(range(-1, 39)) for k in range(of)]
+    parts = [SweepPart(k + 1, of).share(range(-1, 39)) for k in range(of)]
     assert [label for part in parts for label in part] == list(range(-1, 39))
     assert {len(part) for part in parts} <= {40 // of, -(-40 // of)}
 

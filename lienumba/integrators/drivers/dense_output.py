@@ -8,7 +8,7 @@ from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.lane_queue import Queue, Runs, keep
+from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
 from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
 from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Sizes, Workspace
 
@@ -22,7 +22,7 @@ def between(kernels: np.ndarray, at: Workspace, fraction: Lanes) -> None:
 
 @njit(**OPTIONS)
 def _keep(
-    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: Runs, queue: Queue, outputs: np.ndarray,
+    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
     lanes: Mask, source: int, projected: bool,
 ) -> None:  # fmt: skip
     """Store what is due in these lanes, from the rows that begin at `source`."""
@@ -34,7 +34,7 @@ def _keep(
 
 @njit(**OPTIONS)
 def keep_between(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: Runs,
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes,
 ) -> None:  # fmt: skip
     """Store what is due within the open step in the lanes `good`, up to `until` and with it."""
@@ -50,7 +50,7 @@ def keep_between(
 
 @njit(**OPTIONS)
 def keep_ends(
-    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: Runs, queue: Queue, outputs: np.ndarray,
+    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
     lanes: Mask,
 ) -> None:  # fmt: skip
     """Store the states to which a step has led in these lanes."""
@@ -58,7 +58,7 @@ def keep_ends(
 
 
 @njit(**OPTIONS)
-def _fall_back(block: int, rows: Rows, first: Workspace, runs: Runs, outputs: np.ndarray, state: int) -> None:
+def _fall_back(block: int, rows: Rows, first: Workspace, runs: ChunkRuns, outputs: np.ndarray, state: int) -> None:
     """Runs of a block with a STATUS end where they were stored last."""
     for lane in range(W):
         code = rows[first.lanes + STATUS, lane]
@@ -72,8 +72,8 @@ def _fall_back(block: int, rows: Rows, first: Workspace, runs: Runs, outputs: np
 
 @njit(**OPTIONS)
 def observe(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, outputs: np.ndarray,
-    limit: int, tolerance: float, table: Rows,
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
+    outputs: np.ndarray, limit: int, tolerance: float, table: Rows,
 ) -> None:  # fmt: skip
     """Project what was stored between the ends of steps and where runs ended there, and observe what was stored, block
     by block."""

@@ -8,7 +8,7 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.lane_queue import NEVER, Queue, Runs
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
 from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
 
@@ -32,7 +32,9 @@ def _locate(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: La
 
 
 @njit(**OPTIONS)
-def _note(sizes: Sizes, first: Workspace, rows: Rows, runs: Runs, queue: Queue, stops: np.ndarray, lane: int) -> float:
+def _note(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, stops: np.ndarray, lane: int
+) -> float:
     """Note the events of a lane, up to the one that stops it; returns its time, infinite if there is none."""
     block, place, times = queue.block[lane], queue.lane[lane], first.conditions + 2 * sizes.events
     stop = NEVER
@@ -50,7 +52,7 @@ def _note(sizes: Sizes, first: Workspace, rows: Rows, runs: Runs, queue: Queue, 
 
 @njit(**OPTIONS)
 def start_events(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, queue: Queue,
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     stops: np.ndarray,
 ) -> None:  # fmt: skip
     """The conditions of runs that begin; one that is true at once is an event at the start."""
@@ -69,7 +71,7 @@ def start_events(
 
 @njit(**OPTIONS)
 def find_events(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: Runs,
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, stops: np.ndarray, good: Mask, t: Lanes, length: Lanes,
 ) -> Lanes:  # fmt: skip
     """What happens within the step in the lanes `good`; returns the time at which an event stops a run, infinite where

@@ -38,7 +38,7 @@ ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step 
 END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
-class Runs(NamedTuple):
+class ChunkRuns(NamedTuple):
     """All runs of a chunk. states (blocks, state rows, W): initial, left at the last good state; parameters
     (blocks, P, W), discontinuities (blocks, L, W), first steps (blocks, W); records (blocks, outputs, record rows, W);
     (blocks, W): statuses, simulated time, steps, rejected steps, how many outputs are stored, and whether the run ended
@@ -72,7 +72,7 @@ class Queue(NamedTuple):
 
 
 @njit(**OPTIONS)
-def fill(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> bool:
+def fill(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> bool:
     """Give a lane the next run that may run; whether there is one. rows: the memory of the driver."""
     blocks, n = runs.statuses.shape[0], queue.next[0]
     while n < blocks * W and runs.statuses[n // W, n % W] != 0.0:
@@ -101,7 +101,7 @@ def fill(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> b
 
 
 @njit(**OPTIONS)
-def finish(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> None:
+def finish(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> None:
     """The run of a lane is over."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
     runs.statuses[block, place] = rows[own + STATUS, lane]
@@ -117,8 +117,8 @@ def finish(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) ->
 
 @njit(**OPTIONS)
 def keep(
-    lane: int, rows: Rows, first: Workspace, sizes: Sizes, runs: Runs, queue: Queue, outputs: np.ndarray, source: int,
-    projected: bool,
+    lane: int, rows: Rows, first: Workspace, sizes: Sizes, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
+    source: int, projected: bool,
 ) -> None:  # fmt: skip
     """Store a lane's state from the rows that begin at `source`; whether it is projected is said behind it, where
     `observe` finds it."""
@@ -135,7 +135,7 @@ def keep(
 
 
 @njit(**OPTIONS)
-def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: Runs, queue: Queue) -> bool:
+def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> bool:
     """Whether a lane has come to a discontinuity; then it goes for the next one."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
     reached = False

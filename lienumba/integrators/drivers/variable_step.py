@@ -25,8 +25,8 @@ from lienumba.integrators.drivers.lane_queue import (
     NEVER,
     STEP,
     TOLERANCE,
+    ChunkRuns,
     Queue,
-    Runs,
     accept,
     fill,
     finish,
@@ -57,12 +57,12 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
-RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 6 + [types.float64[:, :, ::1]] * 2, Runs)  # type: ignore[attr-defined]
+RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 6 + [types.float64[:, :, ::1]] * 2, ChunkRuns)  # type: ignore[attr-defined]
 
 
 @njit(**OPTIONS)
 def _next_runs(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, queue: Queue,
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     outputs: np.ndarray, stops: np.ndarray,
 ) -> bool:  # fmt: skip
     """Give every lane without a run the next one, and store its start; whether any lane has a run."""
@@ -153,7 +153,7 @@ def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: R
 
 @njit(**OPTIONS)
 def _end_on_discontinuity(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: Runs, queue: Queue,
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     moved: Mask,
 ) -> None:  # fmt: skip
     """What happens there: laws are sampled, and F may jump."""
@@ -180,7 +180,7 @@ def _end_on_discontinuity(
     **OPTIONS,
 )  # fmt: skip
 def drive(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, runs: Runs, outputs: np.ndarray, pace: np.ndarray,
+    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, runs: ChunkRuns, outputs: np.ndarray, pace: np.ndarray,
     stops: np.ndarray, limit: int, tolerance: float, buffer: np.ndarray, progress: np.ndarray, stop: np.ndarray,
 ) -> None:  # fmt: skip
     """Integrate all runs.

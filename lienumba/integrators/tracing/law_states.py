@@ -37,7 +37,9 @@ class LawStates:
             if force.code is not None and (force.code.states or force.code.every is not None):
                 sampled = 0
                 if force.code.every is not None:
-                    sampled = 1 + sum(user_laws.HELD[load.kind] for load in user_laws.outcome(model, force, now)[0])
+                    sampled = 1 + sum(
+                        len(user_laws.numbers_of(load)) for load in user_laws.outcome(model, force, now)[0]
+                    )
                 sizes[force.name] = len(force.code.states) + sampled
         return LawStates(sizes)
 
@@ -100,9 +102,9 @@ def sampled(model: Model, now: Instant) -> dict[str, tuple[Number, ...]]:
             continue
         old = now.states[force.name]
         loads, states = user_laws.outcome(model, force, now)
-        held = [x for load in loads for x in (*load.value, *(load.at if load.kind == "force" else ()))]
+        kept = [x for load in loads for x in user_laws.numbers_of(load)]
         due = now.t >= (old[-1] - EARLY) * force.code.every
-        new = (*states, *held, old[-1] + 1.0)
+        new = (*states, *kept, old[-1] + 1.0)
         found[force.name] = tuple(where(due, x, y) for x, y in zip(new, old, strict=True))
     return found
 

@@ -20,9 +20,9 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import GROUND, Code, Coordinate, Force, Model
 from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Number
 
 LOADS, POTENTIAL = "loads", "potential"
-HELD = {"force": 6, "torque": 3, "effort": 1}  # numbers of a load: its value, and where a force acts
 
 
 class States:
@@ -161,16 +161,21 @@ def states_of(force: Force, now: Instant) -> tuple[Any, ...]:
     return found
 
 
+def numbers_of(load: laws.Load) -> tuple[Number, ...]:
+    """What a sample keeps of a load: its value, and where a force acts."""
+    return (*load.value, *load.at) if load.kind == "force" else load.value
+
+
 def acting(model: Model, force: Force, now: Instant) -> list[laws.Load]:
-    """The loads now: held ones where the law is sampled and has been."""
+    """The loads now: those of the last sample where the law is sampled and has been."""
     assert force.code is not None
     found = outcome(model, force, now)[0]
-    held = list(states_of(force, now)[len(force.code.states) :])
-    if force.code.every is None or not held:
+    sampled = list(states_of(force, now)[len(force.code.states) :])
+    if force.code.every is None or not sampled:
         return found
     kept = []
     for load in found:
-        numbers = [held.pop(0) for _ in range(HELD[load.kind])]
+        numbers = [sampled.pop(0) for _ in numbers_of(load)]
         size = len(load.value)
         kept.append(replace(load, value=tuple(numbers[:size]), at=tuple(numbers[size:]) or load.at))
     return kept

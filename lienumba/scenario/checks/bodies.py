@@ -3,6 +3,8 @@
 from math import pi
 from typing import Any
 
+import numpy as np
+
 from lienumba.keys.conversions import tensor_of
 from lienumba.keys.types import AxisAngle, Euler, RotationVector
 from lienumba.scenario.base.problems import GROUND, Report, norm
@@ -52,8 +54,6 @@ def check_bases(bodies: list[Keys], names: list[str], report: Report) -> None:
 
 
 def _check_inertia(place: str, body: Body, report: Report) -> None:
-    import numpy as np
-
     tensor = np.array(tensor_of(body.inertia))
     at, value = f"{place}.inertia", body.inertia
     skew = np.abs(tensor - tensor.T)
@@ -127,8 +127,6 @@ def _check_quaternion(at: str, quaternion: list[Any], report: Report) -> None:
 
 
 def _check_matrix(at: str, rows: list[list[float]], report: Report) -> None:
-    import numpy as np
-
     matrix = np.array(rows)
     error = float(np.abs(matrix @ matrix.T - np.eye(3)).max())
     if error > ORTHOGONAL:

@@ -3,6 +3,8 @@
 from math import erfc, sqrt
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.keys.facts import facts, is_positive
 from lienumba.mechanics.elements.forces import FORCES
@@ -73,8 +75,6 @@ def refused_below(path: str, model: Keys) -> str:
 
 def _sample(given: Distribution, u: float, nominal: object) -> float:
     """The first number that it gives at these probabilities."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         return float(np.ravel(given.draw([np.array([u])] * given.dimensions, nominal)[0])[0])
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from lienumba.groups import so3
@@ -67,8 +68,6 @@ def truth(
     reference: Mapping[str, Any], parameters: "Parameters", samples: Mapping[str, Any], times: Sequence[float]
 ) -> Truth:
     """What the formulas say at these times (s); samples: by path, (runs,)."""
-    import numpy as np
-
     t = Jet(np.asarray(times, float), 1.0)
     values = {name: np.reshape(x, (-1, 1)) for name, x in parameters.values(samples).items()}
     names = frozenset({TIME, *values})
@@ -109,8 +108,6 @@ def _map(value: object, number: Callable[[str, str], Any], place: str) -> Any:
 
 def _at_start(text: str, place: str, parameters: "Parameters", report: Report) -> float:
     """The number that a formula is at the start; a problem where it is none, or not finite at some time."""
-    import numpy as np
-
     values = parameters.values()
     try:
         formula = Formula(text, frozenset({TIME, *values}))

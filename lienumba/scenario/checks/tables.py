@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.system.discontinuities import SAME
 from lienumba.numerics.expressions import Formula
@@ -49,8 +51,6 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
 
 def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Sequence[int], end: float) -> None:
     """A ScenarioError if a table ends before a run asks for its last value."""
-    import numpy as np
-
     values = parameters.values(samples)
     for tokens, formula, name, argument in _of_time(parameters):
         reached = np.atleast_1d(_argument(parameters, argument, values, end))
@@ -72,7 +72,5 @@ def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, For
 
 
 def _argument(parameters: Parameters, argument: Formula, values: Mapping[str, Any], t: object) -> Any:
-    import numpy as np
-
     with np.errstate(all="ignore"):
         return parameters.function(argument, values)(t)

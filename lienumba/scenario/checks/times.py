@@ -4,13 +4,13 @@ from collections import Counter
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.scenario.base import timegrid
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Integrator
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.base.problems import Report
 
 MOST_STORED = 1_000_000  # times: a state of one body takes half a gigabyte then
@@ -58,10 +58,8 @@ def _check_output(integrator: Integrator, output: Output | None, end_fits: bool,
             report.add("output.variables", f'names "{name}" {number} times', "name it once")
 
 
-def looked_at(integrator: Integrator) -> "np.ndarray | None":
+def looked_at(integrator: Integrator) -> np.ndarray | None:
     """The times at which formulas are looked at: steps and half steps, or as many as are looked at in no time."""
-    import numpy as np
-
     if integrator.step is None:
         return np.linspace(0.0, integrator.end_time, WITHOUT_GRID + 1)
     if not 0.0 < integrator.step <= integrator.end_time:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, cast
 
+import numpy as np
 from pydantic import Field, ValidationError
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, missing
@@ -192,7 +193,6 @@ def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list
 def _netcdf(path: Path, columns: Sequence[str]) -> list[list[float]]:
     """Variables of one dimension by their names."""
     import netCDF4
-    import numpy as np
 
     with netCDF4.Dataset(path) as file:
         found: list[list[float]] = []

@@ -6,7 +6,8 @@ itself. A number is a float, or an array (runs,) where the sweep varies it.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
@@ -22,17 +23,12 @@ from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
-if TYPE_CHECKING:
-    import numpy as np
-
-Samples = Mapping[str, "np.ndarray"] | Mapping[str, float]
+Samples = Mapping[str, np.ndarray] | Mapping[str, float]
 
 
 def build(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
     """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,), as `design.draw`
     has them."""
-    import numpy as np
-
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
         return _Builder(numbered(scenario, samples), scenario.data.files).build()
 
@@ -140,15 +136,13 @@ def _optional(vector: Sequence[float] | None) -> m.Vec3 | None:
     return None if vector is None else vec3(vector)
 
 
-def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> "np.ndarray":
+def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.ndarray:
     """Which of the runs drew what is no number, or a mass, inertia, rotation, length of a joint or number of a force
     that nothing has: (runs,).
 
     The nominal values are checked with the scenario; a sample may still lie outside, in the tail of a normal
     distribution.
     """
-    import numpy as np
-
     bad = np.zeros(runs, dtype=bool)
     for values in samples.values():
         bad |= ~np.isfinite(values)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from lienumba.compiler.symbols import COMPARISONS, Graph, Symbol, live
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
@@ -113,8 +115,6 @@ def tried(model: Model) -> Model:
 
 def _first(number: object, structural: bool) -> Any:
     """A number of the first run."""
-    import numpy as np
-
     return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
 
 

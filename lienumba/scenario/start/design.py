@@ -3,17 +3,17 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lienumba.scenario.formulas import dependent_inputs
 from lienumba.sweep.design import NOMINAL_RUN, design_table
 from lienumba.sweep.distributions.external import Expression
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.resolve import Scenario
 
 
-def draw(scenario: "Scenario", labels: Sequence[int]) -> "dict[str, np.ndarray]":
+def draw(scenario: "Scenario", labels: Sequence[int]) -> dict[str, np.ndarray]:
     """Samples (runs,) of every number that varies, by its path, for any of the runs; a run is the same in all of them.
 
     What `build` needs to know of these runs: a quaternion or an inertia is there with all its components.
@@ -37,11 +37,9 @@ def _derive(
     scenario: "Scenario",
     labels: Sequence[int],
     nominal: Mapping[str, Any],
-    samples: "dict[str, np.ndarray]",
+    samples: dict[str, np.ndarray],
 ) -> None:
     """Add what follows from other samples."""
-    import numpy as np
-
     of_nominal = np.asarray(labels) == NOMINAL_RUN
     for path, formula in dependent_inputs.ordered(scenario.data.sweep.vary, scenario.parameters).items():
         values = scenario.parameters.values(samples) | samples

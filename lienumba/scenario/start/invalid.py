@@ -3,17 +3,17 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NoReturn
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.words import listed
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.resolve import Scenario
 
 
-def refuse_invalid(scenario: "Scenario", samples: "Mapping[str, np.ndarray]") -> NoReturn:
+def refuse_invalid(scenario: "Scenario", samples: Mapping[str, np.ndarray]) -> NoReturn:
     """Raise a ScenarioError that names what makes every run of these samples invalid: an input alone, or all."""
     runs = len(next(iter(samples.values())))
     vary = scenario.data.sweep.vary

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
@@ -25,9 +26,6 @@ from lienumba.scenario.start.invalid import refuse_invalid
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
 
-if TYPE_CHECKING:
-    import numpy as np
-
 CLOSE = 1e-9  # how far what a joint and its driver say of the start may differ, relative to it
 
 
@@ -37,11 +35,11 @@ class Prepared:
     joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first."""
 
     labels: list[int]
-    samples: "dict[str, np.ndarray]"
+    samples: dict[str, np.ndarray]
     model: Model
-    states: "np.ndarray"
-    angles: "dict[int, np.ndarray]"
-    codes: "np.ndarray"
+    states: np.ndarray
+    angles: dict[int, np.ndarray]
+    codes: np.ndarray
     nominal: "Nominal"
 
 
@@ -65,8 +63,6 @@ class Nominal:
 
 def check_initial(scenario: Scenario) -> Nominal:
     """The nominal start; a ScenarioError if it does not fit the joints, or the joints do not fit each other."""
-    import numpy as np
-
     try:
         with np.errstate(all="ignore"):
             return _nominal_start(scenario)
@@ -192,7 +188,7 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
     ]
 
 
-def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]":
+def design(scenario: Scenario, labels: Sequence[int]) -> dict[str, np.ndarray]:
     """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
     data = scenario.data
     samples = draw(scenario, labels)
@@ -203,14 +199,12 @@ def design(scenario: Scenario, labels: Sequence[int]) -> "dict[str, np.ndarray]"
 def prepare(
     scenario: Scenario,
     labels: Sequence[int],
-    samples: "Mapping[str, np.ndarray] | None" = None,
+    samples: Mapping[str, np.ndarray] | None = None,
     nominal: Nominal | None = None,
     asked: int | None = None,
 ) -> Prepared:
     """Build and assemble these runs. A run that does not fit is marked; if none of a sweep fits, that is an error of
     the scenario. samples, nominal: if they are known; asked: how many runs there are in all."""
-    import numpy as np
-
     data = scenario.data
     nominal = nominal or check_initial(scenario)
     samples = dict(design(scenario, labels) if samples is None else samples)
@@ -239,11 +233,9 @@ def prepare(
     return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
 
 
-def _same_rank(done: Assembly, nominal: rank.Rank) -> "np.ndarray":
+def _same_rank(done: Assembly, nominal: rank.Rank) -> np.ndarray:
     """Whether redundant rows are as many in each run as in the nominal one (runs,): where samples break the symmetry
     of an overconstrained mechanism, it cannot move."""
-    import numpy as np
-
     same = np.ones(len(done.state), bool)
     if not nominal.exchangeable:
         return same

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.sample_table import RUN
@@ -15,8 +17,6 @@ from lienumba.store.targets import CHOOSE, DATASET_STARTS, check_target
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lienumba.scenario.resolve import Scenario
 
 CSV = ".csv"
@@ -59,7 +59,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[In
     ]
 
 
-def _write_csv(labels: Sequence[int], samples: "dict[str, np.ndarray]", target: Path) -> None:
+def _write_csv(labels: Sequence[int], samples: dict[str, np.ndarray], target: Path) -> None:
     """Every number with all its digits."""
     lines = [",".join([RUN, *samples])]
     columns = [map(repr, column.tolist()) for column in samples.values()]
@@ -69,9 +69,8 @@ def _write_csv(labels: Sequence[int], samples: "dict[str, np.ndarray]", target: 
 
 
 def _write_netcdf(
-    scenario: "Scenario", labels: Sequence[int], samples: "dict[str, np.ndarray]", of: dict[str, str], target: Path
+    scenario: "Scenario", labels: Sequence[int], samples: dict[str, np.ndarray], of: dict[str, str], target: Path
 ) -> None:
-    import numpy as np
     import xarray as xr
 
     from lienumba.store import layout

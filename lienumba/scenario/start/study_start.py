@@ -1,7 +1,9 @@
 """What is known of a study before anything is compiled: its problems, their starts, and what is stated of them."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.checks import reference_formulas
@@ -10,9 +12,6 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import check_initial, design
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.scenario.study_points import Plan, Point
-
-if TYPE_CHECKING:
-    import numpy as np
 
 T = TypeVar("T")
 
@@ -42,7 +41,7 @@ def told(point: Point, act: Callable[[Scenario], T]) -> T:
         raise error.inside(point.place) from None
 
 
-def stated(scenario: Scenario, point: Point, labels: Sequence[int], samples: "dict[str, np.ndarray]") -> Truth | None:
+def stated(scenario: Scenario, point: Point, labels: Sequence[int], samples: dict[str, np.ndarray]) -> Truth | None:
     """What formulas or a file say of a problem; None where the reference is to be simulated."""
     data, own = scenario.data, point.scenario
     assert data.study is not None

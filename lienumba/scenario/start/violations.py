@@ -1,7 +1,8 @@
 """What the start of a run does not fulfil: the joint, the size, the limit, what to free."""
 
 from math import hypot, pi
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.errors import Problem
 from lienumba.groups import so3
@@ -17,9 +18,6 @@ from lienumba.mechanics.system import rank
 from lienumba.numerics.number import Number
 from lienumba.scenario.checks.joints import PARALLEL, sine
 from lienumba.words import listed
-
-if TYPE_CHECKING:
-    import numpy as np
 
 POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")
 
@@ -78,8 +76,8 @@ class _Run:
         a, b = joint_frames.ends(joint, self.now.bodies)
         if all(so3.dot(joints.direction(joint, 0, a, n), joints.direction(joint, 1, b, n)) > 0.0 for n in compared):
             return []
-        held = self.held(joint.bodies, POSE)
-        other = f"correct the {held}" if held else f"give a {_guess(self.names(joint.bodies))}"
+        given = self.given(joint.bodies, POSE)
+        other = f"correct the {given}" if given else f"give a {_guess(self.names(joint.bodies))}"
         rule = "its axes and references are half a turn apart at t = 0"
         return [Problem(f"model.joints.{joint.name}", rule, f"turn round those of one body, or {other}")]
 
@@ -100,7 +98,7 @@ class _Run:
                 return [self.problem(c, level, self.size(c, left, worst, level), float(limits[worst]), turning)]
         return []
 
-    def size(self, c: Condition, left: "np.ndarray", worst: int, level: str) -> float:
+    def size(self, c: Condition, left: np.ndarray, worst: int, level: str) -> float:
         """How far it is from being met: all rows of the worst one's kind beside it, as one distance or angle."""
         first = last = worst - c.rows.start
         while first > 0 and c.kinds[first - 1] == c.kinds[first]:
@@ -125,7 +123,7 @@ class _Run:
     def names(self, bodies: tuple[int, ...]) -> str:
         return listed([self.model.bodies[i].name for i in bodies if i >= 0])
 
-    def held(self, bodies: tuple[int, ...], keys: tuple[str, str]) -> str:
+    def given(self, bodies: tuple[int, ...], keys: tuple[str, str]) -> str:
         """What is given of these bodies; empty if nothing is."""
         given: dict[str, list[str]] = {}
         for i in bodies:
@@ -137,34 +135,34 @@ class _Run:
     def problem(self, c: Condition, level: str, size: float, limit: float, turning: bool) -> Problem:
         unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
         missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
-        held = self.held(c.bodies, POSE if level == "position" else TWIST)
+        given = self.given(c.bodies, POSE if level == "position" else TWIST)
         if c.what in ("angle", "displacement", "rate", "speed"):
             says = next(s for j, s in zip(self.model.joints, self.start.joints, strict=True) if j.name == c.name)
             keys = ("angle", "displacement") if level == "position" else ("rate", "speed")
             others = [key for key in keys if key != c.what and getattr(says, key) is not None]
-            rest = others + ([held] if held else [])
+            rest = others + ([given] if given else [])
             remedy = f"it, or what drivers and other joints make of {self.names(c.bodies)}"
             if rest:
                 remedy = f"it or the {listed(rest)}, or omit one of them"
             rule = f"contradicts what else is given for the start, by {missed}"
             return Problem(f"model.joints.{c.name}.{c.what}", rule, f"correct {remedy}")
         where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
-        omit = f"or the {held}, or omit what shall be solved for"
+        omit = f"or the {given}, or omit what shall be solved for"
         if c.what == "driver":
-            remedy = omit if held else f"or what other drivers and joints make of {self.names(c.bodies)}"
+            remedy = omit if given else f"or what other drivers and joints make of {self.names(c.bodies)}"
             if level == "position" and self.turned(c) > 0.5 * pi and self.start.poses[c.bodies[0]].rotation is None:
                 remedy = f"or give a guess of the rotation of {self.names(c.bodies)} that is nearer to it"
             rule = f"prescribes another {level} at t = 0 than the start has: they differ by {missed}"
             return Problem(where, rule, f"correct its value, {remedy}")
         if level == "velocity":
             happens = JOINTS[self.joint(c.name).type].parting(turning)
-            remedy = f"correct the {held}, or omit what shall be solved for"
-            if not held:
+            remedy = f"correct the {given}, or omit what shall be solved for"
+            if not given:
                 remedy = f"correct what drivers and other joints make of {self.names(c.bodies)}"
             return Problem(where, f"the initial velocities contradict it: {happens} at {missed}", remedy)
         happens, things = JOINTS[self.joint(c.name).type].unmet(turning)
         things += self.without_references(c.name)
-        remedy = omit if held else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
+        remedy = omit if given else f"or give a {_guess(self.names(c.bodies))}, near where they fit"
         verb = "differ by" if turning else "miss by"
         return Problem(where, f"{happens} at t = 0: they {verb} {missed}", f"correct the {things} {remedy}")
 
@@ -184,7 +182,5 @@ def _guess(bodies: str) -> str:
 
 def _number(x: Number, run: int) -> float:
     """Of one run."""
-    import numpy as np
-
     values = np.asarray(x, float)
     return float(values if values.ndim == 0 else values[run])

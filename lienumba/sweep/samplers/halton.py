@@ -6,14 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 from math import ceil, log2
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.keys.literature import Reference
 from lienumba.sweep.samplers.sampler import Sampler, Streams, names_of
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
-
-if TYPE_CHECKING:
-    import numpy as np
 
 DIGITS = 53  # binary ones of a double
 
@@ -25,8 +23,6 @@ def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str
 
 
 def _radical_inverse(stream: str, base: int, labels: np.ndarray, seed: int) -> np.ndarray:
-    import numpy as np
-
     digits = ceil(DIGITS / log2(base))  # zeros in front of an index are digits, too
     orders = np.argsort(uniforms(stream, np.arange(digits * base), seed).reshape(digits, base), kind="stable")
     left, samples, value = labels, np.zeros(labels.shape), 1.0

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import numpy as np
 
 from lienumba.keys.literature import Reference
 from lienumba.sweep.samplers.sampler import Sampler, Streams, names_of
 from lienumba.sweep.samplers.streams import uniforms
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:

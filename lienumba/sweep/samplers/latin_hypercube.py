@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import numpy as np
 
 from lienumba.keys.literature import Reference
 from lienumba.sweep.samplers.sampler import Sampler, Streams, names_of
 from lienumba.sweep.samplers.streams import LARGEST, uniforms
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
@@ -18,8 +15,6 @@ def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str
 
 def _points(name: str, labels: np.ndarray, seed: int, runs: int) -> np.ndarray:
     """Of `runs` equal parts of (0, 1) one for each run, in an order that the seed and the stream decide."""
-    import numpy as np
-
     order = np.argsort(uniforms(f"{name} order", np.arange(runs), seed), kind="stable")
     samples: np.ndarray = (order[labels] + uniforms(name, labels, seed)) / runs
     return np.minimum(samples, LARGEST)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.keys.literature import Reference
 from lienumba.keys.registry import Registry
 
-if TYPE_CHECKING:
-    import numpy as np
-
 Streams = Mapping[str, Sequence[str]]  # the names of the streams of each varied path
-Draw = Callable[[Streams, "np.ndarray", int, int], "dict[str, np.ndarray]"]
+Draw = Callable[[Streams, np.ndarray, int, int], dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ every number is uniform over the seeds; point i depends on its index alone. And 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lienumba.keys.literature import Reference
 from lienumba.sweep.samplers.sampler import Sampler, Streams, names_of
 from lienumba.sweep.samplers.streams import SMALLEST, uniforms
-
-if TYPE_CHECKING:
-    import numpy as np
 
 DIGITS = 53  # binary ones of a double
 BITS = 32  # of SciPy's integers: as many points as runs may have labels
@@ -25,8 +23,6 @@ def draw(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str
 
 def points(names: Sequence[str], labels: np.ndarray, seed: int, first: int = 0) -> dict[str, np.ndarray]:
     """The sequence, stream j in dimension first + j."""
-    import numpy as np
-
     if not names:
         return {}
     gray = labels.astype(np.uint64)
@@ -45,7 +41,6 @@ def points(names: Sequence[str], labels: np.ndarray, seed: int, first: int = 0) 
 
 def _direction_numbers(dimensions: int, bits: int) -> np.ndarray:
     """What SciPy's sequence is made of, (dimensions, bits): number k is its point 2^(k+1) - 1, of Gray code 2^k."""
-    import numpy as np
     from scipy.stats import qmc
 
     engine = qmc.Sobol(dimensions, scramble=False, bits=BITS)
@@ -58,8 +53,6 @@ def _direction_numbers(dimensions: int, bits: int) -> np.ndarray:
 
 def draw_rows(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
     """Two points A and B, and A with the numbers of one input after another from B; the next row likewise."""
-    import numpy as np
-
     inputs, names = [of_path for of_path in streams.values() if of_path], names_of(streams)
     if not names:
         return {}

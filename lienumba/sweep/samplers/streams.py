@@ -11,8 +11,9 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     Words = NDArray[np.uint32]
@@ -31,8 +32,6 @@ LARGEST = 1.0 - 2.0**-53  # below 1
 
 def uniforms(path: str, runs: Sequence[int] | np.ndarray, seed: int) -> np.ndarray:
     """The first number in (0, 1) of each run's stream for `path`, shape (runs,); labels are 0 to 2**32 - 1."""
-    import numpy as np
-
     labels = np.asarray(runs, dtype=np.int64)
     if labels.size and not 0 <= labels.min() <= labels.max() <= MASK:
         raise ValueError(f"run labels must lie between 0 and {MASK}, but reach {labels.min()} and {labels.max()}")
@@ -41,8 +40,6 @@ def uniforms(path: str, runs: Sequence[int] | np.ndarray, seed: int) -> np.ndarr
 
 
 def _uniforms(path: str, labels: NDArray[np.int64], seed: int) -> np.ndarray:
-    import numpy as np
-
     digest = hashlib.sha256(path.encode()).digest()
     seed_words = [seed >> shift & MASK for shift in range(0, max(seed.bit_length(), 1), 32)]
     entropy = [*seed_words, *[0] * (POOL_SIZE - len(seed_words)), labels]
@@ -53,8 +50,6 @@ def _uniforms(path: str, labels: NDArray[np.int64], seed: int) -> np.ndarray:
 
 
 def _hash(value: Words, constants: Iterator[int]) -> Words:
-    import numpy as np
-
     hashed: Words = (value ^ np.uint32(next(constants))) * np.uint32(next(constants))
     return hashed ^ (hashed >> np.uint32(16))
 
@@ -69,8 +64,6 @@ def _constants(first: int, multiplier: int) -> Iterator[int]:
 
 def _seed_words(entropy: list[Words]) -> list[Words]:
     """SeedSequence: eight words of state from the words of entropy, all uint32 (runs,)."""
-    import numpy as np
-
     constants = _constants(*HASH_POOL)
 
     def mix(x: Words, y: Words) -> Words:
@@ -90,8 +83,6 @@ def _seed_words(entropy: list[Words]) -> list[Words]:
 
 def _pcg64(words: list[Words]) -> NDArray[np.uint64]:
     """PCG64 (XSL-RR): the first 64 bits, uint64 (runs,), of generators seeded with these words."""
-    import numpy as np
-
     half = [words[k].astype(np.uint64) | words[k + 1].astype(np.uint64) << np.uint64(32) for k in range(0, 8, 2)]
     start, sequence = (half[0], half[1]), (half[2], half[3])
     one = np.uint64(1)
@@ -111,8 +102,6 @@ def _add(a: Wide, b: Wide) -> Wide:
 
 def _multiply(a: Wide) -> Wide:
     """a times the multiplier of PCG64, modulo 2**128."""
-    import numpy as np
-
     shift, mask = np.uint64(32), np.uint64(MASK)
     high, low = np.uint64(PCG_MULTIPLIER >> 64), np.uint64(PCG_MULTIPLIER & (1 << 64) - 1)
     a1, a0, b1, b0 = a[1] >> shift, a[1] & mask, low >> shift, low & mask
