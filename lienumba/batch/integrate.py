@@ -182,6 +182,8 @@ def _discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     Those outside the run are left out; those at the end of a step of fixed length are that end to the bit.
     """
     count = runs.stop - runs.start
+    if not batch.discontinuities:
+        return _lanes(np.full((count, 1), np.inf), blocks)
     every = [times.part(runs).times(count) for times in batch.discontinuities]
     times = np.concatenate([*every, np.full((count, 1), np.inf)], axis=1)
     end = _on_grid(batch.end, batch.h)

@@ -216,7 +216,8 @@ class Results:
             records = np.empty(int(kept.sum()), self.dtype(table))
             records[LABEL] = labels[kept]
             for field in fields if kept.any() else ():
-                records[field.name] = field.value(chunk, program)[kept]
+                values = field.value(chunk, program)
+                records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         return Piece(found, chunk.seconds)
 

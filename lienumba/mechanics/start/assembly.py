@@ -74,7 +74,10 @@ class Assembly:
 def assemble(model: Model, start: Start, runs: int) -> Assembly:
     """The initial state of every run. Nothing is raised here: violations that are left tell what did not fit."""
     with np.errstate(all="ignore"):
-        return _assemble(map_numbers(model, _divisible), _all_divisible(start), runs)
+        try:
+            return _assemble(model, start, runs)
+        except ZeroDivisionError:  # of plain numbers, which are faster
+            return _assemble(map_numbers(model, _divisible), _all_divisible(start), runs)
 
 
 def _assemble(model: Model, start: Start, runs: int) -> Assembly:
@@ -117,6 +120,8 @@ def _all_divisible(x: Any) -> Any:
 
 def _plain(x: Any, _: bool = False) -> Any:
     """A number that cannot differ between runs is a float."""
+    if type(x) is float:
+        return x
     return float(x) if np.ndim(x) == 0 else np.asarray(x)
 
 

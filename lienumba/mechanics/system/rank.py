@@ -40,7 +40,13 @@ class Rank:
 
 def nominal(model: Model, run: int = 0) -> Model:
     """The model of one run: floats only."""
-    return map_numbers(model, lambda x, _: float(x) if np.ndim(x) == 0 else float(np.asarray(x)[run]))
+
+    def number(x: float | np.ndarray, _: bool) -> float:
+        if type(x) is float:
+            return x
+        return float(x) if np.ndim(x) == 0 else float(np.asarray(x)[run])
+
+    return map_numbers(model, number)
 
 
 def rank_of(model: Model, now: Instant) -> Rank:
