@@ -42,6 +42,9 @@ def design_table(
     drawn = labels[sampled]
     streams = {path: kind.streams(path) for path, kind in vary.items()}
     u = SAMPLERS[sampler].draw(streams, drawn, seed, count)
+    for name, x in u.items():
+        if x.shape != drawn.shape or not np.all((x > 0.0) & (x < 1.0)):
+            raise TypeError(f'the sampler "{sampler}" must draw {len(drawn)} numbers between 0 and 1 for {name}')
     for names, matrix in correlate:
         u |= correlated(u, names, matrix)
     rows = None if table is None else table.indices(drawn)

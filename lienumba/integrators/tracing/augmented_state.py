@@ -83,8 +83,8 @@ class AugmentedState:
         return [joints.angle(joint, kinematics.still(now, joint.bodies), near) for joint, near in every]
 
 
-def counted_angles(model: Model) -> tuple[int, ...]:
-    """The joints whose turns are counted: couplings, drivers, forces and quantities read their angle."""
+def counted_angles(model: Model, now: Instant) -> tuple[int, ...]:
+    """The joints whose turns are counted: joints, drivers, forces and quantities read their angle. now: any state."""
     driven = {
         driver.coordinate.joint
         for driver in model.drivers
@@ -93,4 +93,4 @@ def counted_angles(model: Model) -> tuple[int, ...]:
         and type_of(driver).level(driver) == POSITION
     }
     seen = quantities.angle_joints(model)
-    return tuple(sorted(driven | joints.counted_angles(model) | applied_forces.angle_joints(model) | seen))
+    return tuple(sorted(driven | joints.counted_angles(model, now) | applied_forces.angle_joints(model) | seen))

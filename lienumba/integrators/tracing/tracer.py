@@ -97,9 +97,10 @@ class Tracer:
         self.chart = method.chart()
         self.k = len(model.bodies)
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
-        self.law_states = LawStates.of(model, Instant(bodies, graph.input("clock", layout.TIME)))
+        now = Instant(bodies, graph.input("clock", layout.TIME))
+        self.law_states = LawStates.of(model, now)
         self.elements = self.k + self.law_states.elements
-        looped, angles, stages = self.structure.looped, counted_angles(model), len(self.tableau.b)
+        looped, angles, stages = self.structure.looped, counted_angles(model, now), len(self.tableau.b)
         self.augmented = AugmentedState(
             angles=angles,
             work=self._works(angles),

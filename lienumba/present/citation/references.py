@@ -1,6 +1,7 @@
 """The literature that belongs to no element, and BibTeX of all that a citation may name."""
 
 from collections.abc import Iterable
+from unicodedata import normalize
 
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
@@ -50,9 +51,11 @@ LITERATURE = (
         "Journal of Open Research Software", "5(1):10", "10.5334/jors.148",
     ),
 )  # fmt: skip
-LATEX = str.maketrans({
-    "ä": r'{\"a}', "ö": r'{\"o}', "ü": r'{\"u}', "é": r"{\'e}", "ø": r"{\o}", "&": r"\&",
-})  # fmt: skip
+ACCENTS = {
+    "\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".", "\u0308": '"',
+    "\u030a": "r", "\u030b": "H", "\u030c": "v", "\u0327": "c", "\u0328": "k",
+}  # fmt: skip
+LETTERS = {"ø": r"{\o}", "Ø": r"{\O}", "ł": r"{\l}", "Ł": r"{\L}", "ß": r"{\ss}", "æ": r"{\ae}", "&": r"\&"}
 
 
 def software(version: str, year: int) -> str:
@@ -93,6 +96,19 @@ def _fields(reference: Reference) -> dict[str, str]:
     return found | ({"number": number.rstrip(")")} if number else {})
 
 
+def _latex(text: str) -> str:
+    """In ASCII, as BibTeX knows it."""
+    return "".join(map(_letter, text))
+
+
+def _letter(letter: str) -> str:
+    plain, *accents = normalize("NFD", letter)
+    if len(accents) == 1 and accents[0] in ACCENTS:
+        accent = ACCENTS[accents[0]]
+        return f"{{\\{accent}{{{plain}}}}}" if accent.isalpha() else f"{{\\{accent}{plain}}}"
+    return LETTERS.get(letter, letter)
+
+
 def _entry(kind: str, key: str, fields: dict[str, str]) -> str:
-    lines = [f"  {name} = {{{text.translate(LATEX)}}}," for name, text in fields.items() if text]
+    lines = [f"  {name} = {{{_latex(text)}}}," for name, text in fields.items() if text]
     return "\n".join([f"@{kind}{{{key},", *lines, "}"])

@@ -2,18 +2,22 @@
 
 import copy
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 import lienumba
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.elements.joints import JOINTS, JointType
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.keys.types import Number
+from lienumba.mechanics.elements.joints import JOINTS, JointType, Own, coordinate
+from lienumba.mechanics.elements.joints.keys import Angle, Displacement, OneAxis, Placed
+from lienumba.mechanics.elements.joints.parts import across, along, parallel
+from lienumba.mechanics.mechanism.kinematics import Instant, View
+from lienumba.mechanics.mechanism.model import Coordinate, Model
 from lienumba.mechanics.system import constraints
+from lienumba.numerics.number import Vector
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.messages import problems
 from lienumba.scenario.schema.scenario import ScenarioData
@@ -115,3 +119,35 @@ def test_a_body_that_is_not_there_is_told(name: str) -> None:
     joint[key] = ["nobody", *joint[key][1:]]
     with pytest.raises(ScenarioError, match=rf'model\.joints\.{joint["name"]}\.{key}\[0\] = "nobody": is not a'):
         resolve(data)
+
+
+class Helical(Placed, OneAxis, Angle, Displacement):
+    """A screw that says nothing but its equations."""
+
+    row_kinds, coordinate_kinds = "mmrrm", ("angle", "displacement")
+
+    type: Literal["helical"]
+    lead: Annotated[Number, Own("m rad-1", 0.1)] = Field(description="the displacement in m per radian")
+
+    @classmethod
+    def equations(cls, model: Model, index: int, view: View) -> Vector:
+        joint = model.joints[index]
+        a, b = (view[i] for i in joint.bodies)
+        turned = coordinate(model, Coordinate(index, "angle"), view)
+        return (*across(joint, a, b), *parallel(joint, a, b), along(joint, a, b) - joint.numbers["lead"] * turned)
+
+
+def test_a_joint_that_reads_its_angle_counts_its_turns() -> None:
+    """A nut falls down a rod of 0.2 m per radian: c = g lead / (lead^2 + J/m) without end, over ten turns and more."""
+    nut = {"name": "nut", "mass": 2.0, "inertia": [1, 1, 0.01], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    rod = {"name": "rod", "type": "helical", "bodies": ["ground", "nut"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    data = {
+        "model": {"bodies": [nut], "joints": [rod | {"lead": 0.2}]},
+        "integrator": {"step": 1e-3, "end_time": 2.0},
+    }
+    with JOINTS.temporarily(Helical):
+        ds = lienumba.run(data)
+    angle = -9.81 * 0.2 / (0.2**2 + 0.01 / 2.0) * ds["time"].values ** 2 / 2.0
+    assert angle[-1] < -10 * 2 * np.pi
+    np.testing.assert_allclose(ds["position"][0, :, 0, 2], 0.2 * angle, rtol=1e-8, atol=1e-10)
+    assert abs(ds["energy_residual"]).max() < 1e-6

@@ -113,6 +113,8 @@ class ForceLaw(Section):
     @classmethod
     def default(cls, key: str) -> Any:
         """The number at a key that is left out."""
+        if key not in cls.numbers():
+            raise TypeError(f"{cls.__name__}.{key} is not declared as a number; write {key}: Timed = number(...)")
         default = cls.model_fields[key].default
         return tuple(default) if isinstance(default, list) else default
 

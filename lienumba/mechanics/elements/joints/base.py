@@ -5,7 +5,7 @@ an answer here, which a type overrides where its own is another.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,7 +16,7 @@ from lienumba.keys.facts import Unit, facts, is_positive
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
 from lienumba.mechanics.elements.names import Names
-from lienumba.mechanics.mechanism.kinematics import Motion, View
+from lienumba.mechanics.mechanism.kinematics import Instant, Motion, View, still
 from lienumba.mechanics.mechanism.model import Joint, JointStart, Model, Number, Start, Vec3
 from lienumba.numerics.number import Vector
 
@@ -68,11 +68,6 @@ class JointType(Section):
     def kinds(cls, joint: Joint) -> str:
         """One letter for each row of a joint."""
         return cls.row_kinds
-
-    @classmethod
-    def counted(cls, joint: Joint, index: int) -> set[int]:
-        """The joints (indices) whose angle counts over all turns, because an equation depends on it."""
-        return set()
 
     @classmethod
     def reach(cls, joint: Joint) -> list[Number]:
@@ -194,6 +189,26 @@ def coordinate_kinds(type_of_joint: object) -> tuple[str, ...]:
     return JOINTS[str(type_of_joint)].coordinate_kinds if type_of_joint in JOINTS else ()
 
 
-def counted_angles(model: Model) -> set[int]:
-    """The joints (indices) whose angle an equation of some joint counts over all turns."""
-    return set().union(*(JOINTS[joint.type].counted(joint, index) for index, joint in enumerate(model.joints)))
+class _Asked(dict[int, Number]):
+    """The angles of joints (rad), all 0, and the joints (indices) whose angle was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.joints: set[int] = set()
+
+    def get(self, joint: int, default: Any = None, /) -> Any:
+        self.joints.add(joint)
+        return default
+
+    def __missing__(self, joint: int) -> float:
+        self.joints.add(joint)
+        return 0.0
+
+
+def counted_angles(model: Model, now: Instant) -> set[int]:
+    """The joints (indices) whose angle counts over all turns, because an equation of some joint asks for it."""
+    asked = _Asked()
+    for index, joint in enumerate(model.joints):
+        if joint.code is None:
+            JOINTS[joint.type].equations(model, index, replace(still(now, joint.bodies), angles=asked))
+    return asked.joints

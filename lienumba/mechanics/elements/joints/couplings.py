@@ -57,10 +57,6 @@ class Coupling(JointType):
     def kinds(cls, joint: Joint) -> str:
         return "r" if _pair(joint)[1].kind == "angle" else "m"
 
-    @classmethod
-    def counted(cls, joint: Joint, index: int) -> set[int]:
-        return {c.joint for c in _pair(joint) if c.kind == "angle"}
-
     def ends(self, names: Names) -> tuple[int, ...]:
         return tuple(dict.fromkeys(i for name in self.joints for i in names.ends(name)))
 
@@ -142,10 +138,6 @@ class Screw(Placed, OneAxis, Angle, Displacement):
         a, b = (view[i] for i in joint.bodies)
         tie = cls._difference(model, index, view) - joint.numbers["offset"]
         return (*Cylindrical.residual(joint, a, b), tie)
-
-    @classmethod
-    def counted(cls, joint: Joint, index: int) -> set[int]:
-        return {index}
 
     def numbers(self) -> dict[str, m.Number]:
         return {"pitch": self.pitch, "offset": None}
