@@ -45,6 +45,7 @@ from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
+from lienumba.words import listed
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
@@ -161,6 +162,16 @@ def _methods() -> str:
     )
 
 
+def _groups() -> str:
+    named = (f'"{name}"' + (f", {group.note}" if group.note else "") for name, group in GROUPS.items())
+    return f"the group of each body: {', or '.join(named)}"
+
+
+def _coordinates() -> str:
+    named = [f'"{name}"' + (f" ({chart.note})" if chart.note else "") for name, chart in COORDINATES.items()]
+    return f'"lie" (those of the group), or to compare with, as vectors, {listed(named, "or")}'
+
+
 class Integrator(Section):
     method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
@@ -179,12 +190,11 @@ class Integrator(Section):
     )
     group: Annotated[str, NameOf(GROUPS)] = Field(
         default="R3xSO3",
-        description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
+        description=_groups(),
     )
     coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
         default="lie",
-        description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
-        '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
+        description=_coordinates(),
     )
 
 
