@@ -36,6 +36,7 @@ from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.scenario.base import paths
 from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
@@ -198,15 +199,18 @@ class Integrator(Section):
     )
 
 
+def _weights() -> str:
+    named = [f'"{name}"' for name in WEIGHTS]
+    return f'the weight of the correction: {listed(named, "or")}, or "none"'
+
+
 class Projection(Section):
     position: Literal["local", "embedded", "none"] = Field(
         default="local",
         description='back onto the joints after each step: "local" (in coordinates of the rotations), "embedded" (in '
         'their matrix elements, as printed in the paper) or "none"',
     )
-    velocity: Literal["mass", "identity", "none"] = Field(
-        default="mass", description='the weight of the correction: "mass" or "identity", or "none"'
-    )
+    velocity: Annotated[str, NameOf(WEIGHTS, none=True)] = Field(default="mass", description=_weights())
     tolerance: Positive = Field(default=1e-11, description="the largest violation left over, in m, above 0")
     max_iterations: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         default=10, description="a whole number of iterations, from 1 to 1000"
