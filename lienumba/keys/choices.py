@@ -28,10 +28,12 @@ class OneOf:
 
 @dataclass(frozen=True)
 class NameOf:
-    """A name of a registry: `Annotated[str, NameOf(REGISTRY)]`; besides: names that are known, too."""
+    """A name of a registry: `Annotated[str, NameOf(REGISTRY)]`; besides: names that are known, too; none: and
+    "none", as the last."""
 
     registry: Mapping[str, Any]
     besides: tuple[str, ...] = ()
+    none: bool = False
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return handler.generate_schema(Literal[(*self.besides, *self.registry)])
+        return handler.generate_schema(Literal[(*self.besides, *self.registry, *(("none",) if self.none else ()))])

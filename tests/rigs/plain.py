@@ -77,7 +77,7 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, setting
 def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, settings: Any) -> tuple[Bodies, int]:
     for iteration in range(1, 20):
         x = projection.velocity_correction(
-            model, structure, Instant(state), settings.velocity, [1.0] * structure.rows
+            model, structure, Instant(state), projection.WEIGHTS[settings.velocity], [1.0] * structure.rows
         ).x
         state = tuple(
             (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)

@@ -57,7 +57,7 @@ class Exponential(Chart, Protocol):
 
 
 # Of each body: chart(terms), terms of the series of dexpinv. `words`: what a citation calls it, with [@key] for each of
-# its `references`.
+# its `references`; `note`: what the key's description says behind the name.
 GROUPS: Registry[Any] = Registry("group", lambda chart: chart.__name__)
 
 
@@ -71,6 +71,7 @@ class R3xSO3:
     size: int = state.ALGEBRA
     plain: bool = True
     words: ClassVar[str] = "R^3 x SO(3)"
+    note: ClassVar[str] = ""
     references: ClassVar[tuple[Reference, ...]] = ()
 
     def moved(self, x: State, u: Coordinates) -> State:
@@ -100,6 +101,7 @@ class SE3:
     size: int = state.ALGEBRA
     plain: bool = False
     words: ClassVar[str] = "SE(3) [@mueller2014]"
+    note: ClassVar[str] = "which keeps joints to ground without projection"
     references: ClassVar[tuple[Reference, ...]] = (MUELLER,)
 
     def moved(self, x: State, u: Coordinates) -> State:

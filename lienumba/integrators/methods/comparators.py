@@ -21,7 +21,8 @@ Q = Vector  # coordinates of a rotation
 @dataclass(frozen=True)
 class Parametrised:
     """words: what a citation calls them; numbers: of q; of: R -> q; matrix: q -> R; rates: (q, w) -> q'; bound: no turn
-    by up to a quarter of a full one has a square (rad^2) above this times that of the change of q."""
+    by up to a quarter of a full one has a square (rad^2) above this times that of the change of q; note: what the key's
+    description says behind the name."""
 
     name: str
     words: str
@@ -31,6 +32,7 @@ class Parametrised:
     rates: Callable[[Q, Vector], Q]
     bound: float
     plain: bool = True
+    note: str = ""
 
     @property
     def size(self) -> int:
@@ -102,8 +104,12 @@ def _quaternion_rates(q: Q, w: Vector) -> Q:
 
 COORDINATES: Registry[Parametrised] = Registry("coordinates", lambda chart: chart.name)
 for chart in (
-    Parametrised("matrix", "the nine elements of their matrices", 9, _same, _same, _matrix_rates, 0.62),
-    Parametrised("tait_bryan", "Tait-Bryan angles", 3, tait_bryan, _of_tait_bryan, _tait_bryan_rates, 2.0),
+    Parametrised(
+        "matrix", "the nine elements of their matrices", 9, _same, _same, _matrix_rates, 0.62, note="its nine elements"
+    ),
+    Parametrised(
+        "tait_bryan", "Tait-Bryan angles", 3, tait_bryan, _of_tait_bryan, _tait_bryan_rates, 2.0, note="angles"
+    ),
     Parametrised("rotation_vector", "rotation vectors", 3, so3.log, so3.exp, _rotation_vector_rates, 1.0),
     Parametrised("quaternion", "quaternions", 4, so3.to_quaternion, so3.from_quaternion, _quaternion_rates, 4.22),
 ):

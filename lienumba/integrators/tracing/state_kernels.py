@@ -17,7 +17,8 @@ from lienumba.numerics.operations import minimum, where
 def velocity(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     now, mask = tracer.now(graph)
-    solution = projection.velocity_correction(model, tracer.structure, now, tracer.method.velocity, mask)
+    weight = projection.WEIGHTS[tracer.method.velocity]
+    solution = projection.velocity_correction(model, tracer.structure, now, weight, mask)
     new = tuple(
         body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
         for i, body in enumerate(now.bodies)

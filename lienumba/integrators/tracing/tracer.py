@@ -29,7 +29,7 @@ class Method:
 
     tableau: str
     position: str  # "local", "embedded" or "none"
-    velocity: str  # "mass", "identity" or "none"
+    velocity: str  # one of projection.WEIGHTS, or "none"
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
     group: str = "R3xSO3"  # or another of GROUPS

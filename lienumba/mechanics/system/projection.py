@@ -5,11 +5,13 @@ Positions, in local coordinates about the unprojected q^:  r = r^ + x_r,  R = R^
 x is the total correction: adding up plain Gauss-Newton steps would miss the minimiser by O(x^2).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.groups.state import State
+from lienumba.keys.registry import Registry
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, kkt
@@ -144,12 +146,30 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
 
 
 def velocity_correction(
-    model: Model, structure: kkt.Structure, now: Instant, weight: str, mask: Sequence[Number]
+    model: Model, structure: kkt.Structure, now: Instant, weight: "Weight", mask: Sequence[Number]
 ) -> kkt.Solution:
     """The change x of all velocities (Terze et al. 2015, eq. 21, for velocities) with  W x + C^T mu = 0,  C (v + x) =
-    -Phi_t;  W = M ("mass") or I."""
+    -Phi_t."""
     C = constraints.jacobian(model, now)
-    identity = {(i, i): 1.0 for i in range(6 * structure.bodies)}
-    W = mass_matrix(model) if weight == "mass" else identity
+    W = weight.matrix(model)
     rates, _ = constraints.rate_and_bias(model, now)
     return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), [-rate for rate in rates], mask)
+
+
+@dataclass(frozen=True)
+class Weight:
+    """W of a velocity correction; words: what a citation calls it."""
+
+    name: str
+    words: str
+    matrix: Callable[[Model], dict[tuple[int, int], Number]]
+
+
+def identity(model: Model) -> dict[tuple[int, int], Number]:
+    """I, of all velocities."""
+    return {(i, i): 1.0 for i in range(6 * len(model.bodies))}
+
+
+WEIGHTS: Registry[Weight] = Registry("weight", lambda weight: weight.name)
+MASS = WEIGHTS.add(Weight("mass", "the mass matrix", mass_matrix))
+WEIGHTS.add(Weight("identity", "the identity", identity))

@@ -47,7 +47,7 @@ def _accelerations(
         x = projection.position_correction(model, structure, at, x, mask).x
     moved = projection.placed(moved, x)
     at = Instant(_with(moved, [u + dt * b for u, b in zip(v, a, strict=True)]), t, now.angles)
-    dv = projection.velocity_correction(model, structure, at, "mass", mask).x
+    dv = projection.velocity_correction(model, structure, at, projection.MASS, mask).x
     v = [u + dt * b + c for u, b, c in zip(v, a, dv, strict=True)]
     return dynamics.accelerations(model, structure, Instant(_with(moved, v), t, now.angles), mask).x
 

@@ -6,6 +6,7 @@ from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.mechanics.elements.events import ends_run
+from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.present.citation.laws import events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital
@@ -143,9 +144,8 @@ def _constraints(source: CitedScenario) -> str:
 def _projected(source: CitedScenario) -> list[str]:
     """How positions and velocities were brought back."""
     forms = {"local": "in local coordinates of the rotations", "embedded": "in the elements of the rotation matrices"}
-    weights = {"mass": "the mass matrix", "identity": "the identity"}
     positions = [forms[x] for x in source.values("projection.position") if x != "none"]
-    velocities = [weights[x] for x in source.values("projection.velocity") if x != "none"]
+    velocities = [WEIGHTS[x].words for x in source.values("projection.velocity") if x != "none"]
     violation, most = (_or(map(number, source.values(f"projection.{key}"))) for key in ("tolerance", "max_iterations"))
     chord = ", the later ones by the elimination of the first" if source.values("projection.chord") == [True] else ""
     found = []

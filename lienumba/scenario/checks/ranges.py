@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
+LEAST = 2.0**-50  # probability; what is below it is none
 
 
 def check_range(
@@ -83,8 +84,10 @@ def _share_of_zero_and_below(given: Scalar, nominal: float) -> float:
     """The probability of a value that is not above 0, by bisection."""
     if isinstance(given, Constant):
         return float(_sample(given, 0.5, nominal) <= 0.0)
+    if _sample(given, LEAST, nominal) > 0.0:
+        return 0.0
     low, high = 0.0, 1.0
-    while high - low > 1e-3 * high and high > 2.0**-50:
+    while high - low > 1e-3 * high and high > LEAST:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if _sample(given, middle, nominal) <= 0.0 else (low, middle)
-    return 0.0 if high <= 2.0**-50 else 1.0 if low > 0.999 else low
+    return 0.0 if high <= LEAST else 1.0 if low > 0.999 else low

@@ -36,6 +36,7 @@ from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.scenario.base import paths
 from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.stop import Stop
@@ -45,6 +46,7 @@ from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
+from lienumba.words import listed
 
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
@@ -161,6 +163,16 @@ def _methods() -> str:
     )
 
 
+def _groups() -> str:
+    named = (f'"{name}"' + (f", {group.note}" if group.note else "") for name, group in GROUPS.items())
+    return f"the group of each body: {', or '.join(named)}"
+
+
+def _coordinates() -> str:
+    named = [f'"{name}"' + (f" ({chart.note})" if chart.note else "") for name, chart in COORDINATES.items()]
+    return f'"lie" (those of the group), or to compare with, as vectors, {listed(named, "or")}'
+
+
 class Integrator(Section):
     method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
@@ -179,13 +191,17 @@ class Integrator(Section):
     )
     group: Annotated[str, NameOf(GROUPS)] = Field(
         default="R3xSO3",
-        description='the group of each body: "R3xSO3", or "SE3", which keeps joints to ground without projection',
+        description=_groups(),
     )
     coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
         default="lie",
-        description='"lie" (those of the group), or to compare with, as vectors, "matrix" (its nine elements), '
-        '"tait_bryan" (angles), "rotation_vector" or "quaternion"',
+        description=_coordinates(),
     )
+
+
+def _weights() -> str:
+    named = [f'"{name}"' for name in WEIGHTS]
+    return f'the weight of the correction: {listed(named, "or")}, or "none"'
 
 
 class Projection(Section):
@@ -194,9 +210,7 @@ class Projection(Section):
         description='back onto the joints after each step: "local" (in coordinates of the rotations), "embedded" (in '
         'their matrix elements, as printed in the paper) or "none"',
     )
-    velocity: Literal["mass", "identity", "none"] = Field(
-        default="mass", description='the weight of the correction: "mass" or "identity", or "none"'
-    )
+    velocity: Annotated[str, NameOf(WEIGHTS, none=True)] = Field(default="mass", description=_weights())
     tolerance: Positive = Field(default=1e-11, description="the largest violation left over, in m, above 0")
     max_iterations: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         default=10, description="a whole number of iterations, from 1 to 1000"

@@ -7,7 +7,7 @@ from lienumba.groups import so3
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
-from lienumba.mechanics.system.projection import velocity_correction
+from lienumba.mechanics.system.projection import MASS, velocity_correction
 from lienumba.numerics.jets import Jet, lift
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import GRAVITY, TOPOLOGIES, arrays, model, rows, state
@@ -53,7 +53,7 @@ def test_zero_products_of_inertia_leave_no_entry():
 
 def compatible(m, x):
     """The state with the velocities nearest to its own that the joints allow."""
-    change = velocity_correction(m, kkt.Structure.of(m), Instant(x), "mass", [1.0] * rows(m)).x
+    change = velocity_correction(m, kkt.Structure.of(m), Instant(x), MASS, [1.0] * rows(m)).x
     return tuple(
         body[:12] + tuple(v + c for v, c in zip(body[12:], change[6 * i : 6 * i + 6], strict=True))
         for i, body in enumerate(x)
