@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.engine.results import Results
-from lienumba.engine.runner import in_memory, usable_cores
+from lienumba.engine.runner import check_workers, in_memory, usable_cores
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.arguments import check_labels
@@ -89,6 +89,7 @@ class Prepared:
         """
         from lienumba.engine.simulate import Runs, Threads
 
+        check_workers(workers)
         resolved = self._with(dict(parameters or {}), samples)
         labels = list(resolved.labels if runs is None else runs)
         check_labels(labels, resolved.data.sweep.runs)
@@ -105,7 +106,8 @@ class Prepared:
         if samples is None:
             return resolve(self._written, overrides=parameters) if parameters else self._resolved
         table = {"columns": _columns(samples)}
-        sweep = {"seed": self._resolved.data.sweep.seed, "sampler": "table", "table": table}
+        own = self._resolved.data.sweep
+        sweep = {"seed": own.seed, "nominal": own.nominal, "sampler": "table", "table": table}
         return resolve({**self._written, "sweep": sweep}, overrides=parameters)
 
     def _start(self, resolved: Scenario, labels: Sequence[int]) -> "Nominal":
@@ -166,6 +168,8 @@ def prepare(scenario: Any, *, overrides: Mapping[str, Any] | None = None, seed: 
 
 def _check(path: str, value: Any) -> None:
     """A parameter is a number of the model, or several of them."""
+    if not isinstance(path, str):
+        raise ScenarioError.at("parameters", "have paths as keys, which are texts", 'write "bodies.top.mass"', path)
     try:
         first = paths.parse(path)[0]
     except paths.PathError as error:

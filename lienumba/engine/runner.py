@@ -104,8 +104,7 @@ def run(
             warnings.warn(str(warning), stacklevel=2)
     data = resolved.data
     labels = list(resolved.labels if runs is None else runs)
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
+    check_workers(workers)
     check_labels(labels, data.sweep.runs)
     if part is not None:
         labels = share_of(labels, part, resolved)
@@ -132,6 +131,12 @@ def run(
                 return in_memory(resolved, runs_of(resolved, labels), compute, tell)
             on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
     return read(Path(output))
+
+
+def check_workers(workers: int | None) -> None:
+    """It must be a number of threads, or None."""
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ScenarioError(f"workers = {workers!r}: must be a whole number of threads, at least 1")
 
 
 def _check_study(resume: bool, dask: object) -> None:

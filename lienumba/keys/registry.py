@@ -47,19 +47,26 @@ class Registry(Mapping[str, T], Generic[T]):
         if name in self._records:
             raise ValueError(f'there is a {self.what} "{name}" already; give this one another name')
         self._records[name] = record
-        self._tell()
+        try:
+            self._tell()
+        except BaseException:
+            del self._records[name]
+            self._tell()
+            raise
         return record
 
     @contextmanager
     def temporarily(self, *records: T) -> Iterator[None]:
         """With these records besides, as long as the context lasts."""
-        before = dict(self._records)
+        added: list[str] = []
         try:
             for record in records:
                 self.add(record)
+                added.append(self._name(record))
             yield
         finally:
-            self._records = before
+            for name in added:
+                del self._records[name]
             self._tell()
 
     def _tell(self) -> None:

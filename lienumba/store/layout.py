@@ -233,8 +233,10 @@ def texts(units: str, long_name: str) -> dict[str, str]:
 def _flags() -> dict[str, object]:
     from lienumba.batch.statuses import STATUSES
 
+    values = np.array([status.code for status in STATUSES], dtype=np.int8)
+    values.flags.writeable = False  # it is that of every dataset
     return {
-        "flag_values": np.array([status.code for status in STATUSES], dtype=np.int8),
+        "flag_values": values,
         "flag_meanings": " ".join(status.name for status in STATUSES),
         "comment": "\n".join(f"{status.name}: {status.sentence}" for status in STATUSES),
     }

@@ -103,3 +103,20 @@ def test_a_class_that_is_added_is_known_to_schema_and_messages_and_no_longer_aft
     assert told(scenario(slack=1.0)) == [unknown]
     assert json_schema() == before
     assert section_of("joints", {"type": "rope"}) is None
+
+
+def test_a_record_that_a_listener_refuses_is_not_added() -> None:
+    registry: Registry[str] = Registry("word", str)
+    registry.add("a")
+
+    def refuse() -> None:
+        if "bad" in registry:
+            raise ValueError("no")
+
+    registry.listeners.append(refuse)
+    with pytest.raises(ValueError, match="no"):
+        registry.add("bad")
+    assert list(registry) == ["a"]
+    with registry.temporarily("b"):
+        registry.add("c")
+    assert list(registry) == ["a", "c"]

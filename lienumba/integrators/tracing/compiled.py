@@ -6,11 +6,13 @@ These are the key. A function of the user's own is known by its code and by what
 elsewhere, such as a variable of its file, is in there with the value that it has now.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import replace
+from typing import Any
 
 from lienumba.compiler import emit, segments
 from lienumba.compiler.memo import Memo, UnknownError, content
+from lienumba.compiler.symbols import Symbol
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import TIME
 from lienumba.integrators.tracing import program, step_kernels
@@ -71,17 +73,24 @@ def _recorded(template: Model) -> Hashable:
     bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(len(model.bodies)))
     now = Instant(bodies, graph.input("clock", TIME))
     view = still(now, tuple(range(len(bodies))))
+    returned: list[Hashable] = []
     for index, joint in enumerate(model.joints):
         if joint.code is not None:
-            graph.node(joint.name, *user_laws.residual(model, index, view))
+            returned.append(_numbers(user_laws.residual(model, index, view)))
     for force in model.forces:
         if force.code is None:
             continue
         if force.code.returns == user_laws.POTENTIAL:
-            graph.node(force.name, user_laws.energy(model, force, now, view))
+            returned.append(_numbers([user_laws.energy(model, force, now, view)]))
             continue
         loads, states = user_laws.outcome(model, force, now)
         for load in loads:
-            graph.node(force.name, load.kind, load.target, load.frame, load.coordinate, *load.value, *load.at)
-        graph.node(force.name, *states)
-    return graph.recorded()
+            acts = load.kind, load.target, load.frame, load.coordinate
+            returned.append((acts, _numbers(load.value), _numbers(load.at)))
+        returned.append(_numbers(states))
+    return graph.recorded(), tuple(returned)
+
+
+def _numbers(values: Iterable[Any]) -> Hashable:
+    """What a law returns: symbols by their places in the graph."""
+    return tuple(("symbol", x.id) if isinstance(x, Symbol) else content(x) for x in values)

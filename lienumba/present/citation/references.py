@@ -52,7 +52,8 @@ LITERATURE = (
     ),
 )  # fmt: skip
 ACCENTS = {
-    "\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".", "\u0308": '"',
+    "\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".",
+    "\u0308": '"',
     "\u030a": "r", "\u030b": "H", "\u030c": "v", "\u0327": "c", "\u0328": "k",
 }  # fmt: skip
 LETTERS = {"ø": r"{\o}", "Ø": r"{\O}", "ł": r"{\l}", "Ł": r"{\L}", "ß": r"{\ss}", "æ": r"{\ae}", "&": r"\&"}
@@ -102,9 +103,10 @@ def _latex(text: str) -> str:
 
 
 def _letter(letter: str) -> str:
-    plain, *accents = normalize("NFD", letter)
-    if len(accents) == 1 and accents[0] in ACCENTS:
-        accent = ACCENTS[accents[0]]
+    apart = normalize("NFD", letter)
+    plain, accents = apart[:1], apart[1:]
+    if accents in ACCENTS:
+        accent = ACCENTS[accents]
         return f"{{\\{accent}{{{plain}}}}}" if accent.isalpha() else f"{{\\{accent}{plain}}}"
     return LETTERS.get(letter, letter)
 

@@ -152,6 +152,8 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
 def _namespace(file: str, text: str) -> Keys:
     namespace: Keys = {"__name__": Path(file).stem, "__file__": file}
     linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    if sys.modules.get("dask", namespace) is None:  # hidden from xarray by the command line; this file may want it
+        del sys.modules["dask"]
     exec(compile(text, file, "exec"), namespace)
     return namespace
 

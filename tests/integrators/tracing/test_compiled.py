@@ -203,6 +203,28 @@ def test_a_law_that_was_changed_never_meets_the_program_of_the_old_one(
                 assert len(PROGRAMS) == count
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "more"),
+    [
+        ("push", "N = {n}\ndef push(body):\n    return [body.force((3.0, 0.0, 0.0))] * N\n", {}),
+        (
+            "sqrt",
+            "from lienumba.laws import sqrt\nN = {n}\ndef push(body, *, t):\n"
+            "    x, y = body.position[0] + 3.0, body.position[2] + 5.0\n"
+            "    sqrt(x), sqrt(y)\n    return (x, y)[N - 1]\n",
+            {"returns": "potential"},
+        ),
+    ],
+    ids=["the same load twice", "the name of an operation"],
+)
+def test_what_a_law_returns_is_part_of_its_program(tmp_path: Path, name: str, text: str, more: Data) -> None:
+    push = {"name": name, "type": "python", "function": f"{tmp_path / 'law.py'}:push", "bodies": ["arm"], **more}
+    for n in (1, 2, 1):
+        (tmp_path / "law.py").write_text(text.format(n=n))
+        data = arm(model__forces=[push])
+        assert_same_bits(lienumba.run(data), anew(data))
+
+
 def test_a_parameter_of_a_law_is_no_part_of_its_program(tmp_path: Path) -> None:
     (tmp_path / "law.py").write_text("def push(body, *, x):\n    return body.force((x, 0.0, 1.0))\n")
     for x in (3.0, 1.0, 4.0):
