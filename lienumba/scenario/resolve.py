@@ -142,9 +142,8 @@ class Scenario:
             del sweep["correlate"]
         if "study" in content:
             study = {key: x for key, x in content["study"].items() if key != "repeats"}
-            study["reference"] = {
-                key: x for key, x in study["reference"].items() if key != "file"
-            }  # its checksum stays
+            reference = study["reference"].items()
+            study["reference"] = {key: x for key, x in reference if key != "file"}  # its checksum stays
             content["study"] = study
         used, model = self.parameters.used_quantities(), content["model"]
         own = any(law["type"] == PYTHON for law in (*model["forces"], *model["joints"]))  # may ask for any of them

@@ -190,7 +190,7 @@ def coordinate_kinds(type_of_joint: object) -> tuple[str, ...]:
 
 
 class _Asked(dict[int, Number]):
-    """The angles of joints (rad), all 0, and the joints (indices) whose angle was asked for."""
+    """Of angles of which none is known: `joints` (indices), those that were asked for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -199,10 +199,6 @@ class _Asked(dict[int, Number]):
     def get(self, joint: int, default: Any = None, /) -> Any:
         self.joints.add(joint)
         return default
-
-    def __missing__(self, joint: int) -> float:
-        self.joints.add(joint)
-        return 0.0
 
 
 def counted_angles(model: Model, now: Instant) -> set[int]:
