@@ -27,6 +27,7 @@ FLOORS = [
     {"sweep"},
     {"store"},
     {"scenario"},
+    {"importing"},
     {"engine"},
     {"analysis"},
     {"scene"},
@@ -36,7 +37,7 @@ FLOORS = [
     {"__init__", "__main__"},
 ]
 INSIDE = {  # the floors of rooms, lowest first
-    "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"start"}],
+    "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
@@ -44,15 +45,18 @@ INSIDE = {  # the floors of rooms, lowest first
         {"files", "layout", "provenance"}, {"finished", "study_layout", "targets", "windows"}, {"stream"}, {"shards"},
     ],
     "scenario": [
-        {"base", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
+        {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
         {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
+    ],
+    "importing": [
+        {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
-    "cli": [{"options"}, {"checking", "running", "showing"}],
+    "cli": [{"options"}, {"checking", "importing", "running", "showing"}],
     "analysis": [
         {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"panels"},

@@ -11,6 +11,7 @@ from itertools import product
 import xarray as xr
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.joint_coordinates import UNITS
 from lienumba.store.layout import FULL, RUN
 from lienumba.words import show, suggestion
 
@@ -31,6 +32,15 @@ def components(variable: xr.DataArray) -> list[str]:
     """The name of each component, in the order of `places`."""
     each = [[str(label) for label in variable[dim].values] for dim in dims_of(variable)]
     return [".".join([str(variable.name), *labels]) for labels in product(*each)]
+
+
+def unit(variable: xr.DataArray, place: Sequence[int]) -> str:
+    """The unit of the component at a place; of coordinates of joints each has its own."""
+    units, dims = str(variable.attrs.get("units", "1")), dims_of(variable)
+    own = UNITS.get(str(variable.name).partition("_")[0])
+    if own is None or "coordinate" not in dims or "coordinate_units" not in variable.coords or units != "1":
+        return units
+    return own[str(variable["coordinate_units"].values[place[dims.index("coordinate")]])]
 
 
 def matching(asked: str, by_variable: Mapping[str, Sequence[str]], what: str) -> list[str]:

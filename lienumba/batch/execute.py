@@ -15,6 +15,8 @@ import numpy as np
 
 from lienumba.batch.integrate import Batch, Chunk, integrate
 from lienumba.compiler.rows import W
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import element_rows
 
 CHUNK_BYTES = 8 * 2**20  # of records in one chunk
 CHUNKS_PER_WORKER = 10  # so that the cores finish together and progress moves
@@ -91,7 +93,7 @@ def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T], cost: Cost | N
     for runs in _slices(batch, workers, cost):
         whole = len(batch.outputs) * -(-(runs.stop - runs.start) // W)
         steps = np.inf if batch.h is None else batch.end / batch.h * -(-(runs.stop - runs.start) // W)
-        brief = steps * batch.machine.sizes.elements <= BRIEF
+        brief = steps * element_rows(batch.machine.sizes) <= BRIEF * ELEMENT
         yield Task(runs.stop - runs.start, whole, partial(_chunk, batch, runs, then, cost), brief)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from lienumba.compiler.rows import W
 from lienumba.integrators.layout import record_rows
 from lienumba.integrators.methods.step_control import Tolerance
-from lienumba.integrators.tracing.machine import Machine, aligned, prepare
+from lienumba.integrators.tracing.machine import Machine, aligned, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
@@ -34,7 +34,8 @@ class Batch:
     parameters: floats, arrays (runs,), or a table's Numbers; states (runs, 18 k + augmented) at the start; codes
     (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
-    stops: of each event, whether it ends a run.
+    stops: of each event, whether it ends a run; bodies: how many; placed: their states at the start (runs, 18 k), where
+    those of the moves are read from them.
     """
 
     machine: Machine
@@ -49,6 +50,8 @@ class Batch:
     discontinuities: tuple[Discontinuity, ...] = ()
     pace: Pace | None = None
     stops: tuple[bool, ...] = ()
+    bodies: int = 0
+    placed: np.ndarray | None = None
 
     @property
     def runs(self) -> int:
@@ -67,6 +70,7 @@ class Batch:
             parameters=[_of(p, runs) for p in self.parameters],
             discontinuities=tuple(times.part(runs) for times in self.discontinuities),
             states=self.states[runs],
+            placed=None if self.placed is None else self.placed[runs],
             codes=self.codes[runs],
             pace=pace,
         )
@@ -79,7 +83,7 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 @dataclass(frozen=True)
 class Chunk:
     """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; states (runs,
-    18 k + augmented): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events):
+    18 k and more): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events):
     the time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
 
     runs: slice
@@ -104,6 +108,8 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     parameters[:, : table.shape[1]] = _lanes(table, blocks)
     prepare(machine, parameters)
     states, jumps = _lanes(batch.states[runs], blocks), _discontinuities(batch, runs, blocks)
+    if batch.placed is not None:
+        read(machine, _lanes(batch.placed[runs], blocks), parameters, states)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     drive = _queued if machine.queued else _together
@@ -111,7 +117,7 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     counted = drive(batch, runs, states, parameters, jumps, records, codes, progress, stop)
     seconds = thread_time() - started
     ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
-    last = states.transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
+    last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
     return Chunk(runs, records, last, codes, ends, steps, rejected, times, counts, seconds)
@@ -125,7 +131,8 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
     steps, ends = np.zeros((2, *codes.shape))
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
-        states, parameters, jumps, records, codes, steps, ends, machine.buffer(), progress, stop,
+        states, parameters, jumps, records, codes, steps, ends, machine.buffer(),
+        np.zeros(W, np.int64), progress, stop,
     )  # fmt: skip
     none = np.zeros((*codes.shape, 0))
     return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes), none, none
@@ -133,8 +140,6 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
 
 def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
     """By the driver of a queue. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
-    from lienumba.integrators.drivers.lane_queue import ChunkRuns
-
     machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
     first = 0.0 if batch.pace is None else batch.pace.first
@@ -142,13 +147,13 @@ def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray,
     ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
     times = np.full((len(codes), len(batch.stops), W), np.nan)
     counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
-    every = ChunkRuns(
+    every = (  # a `lane_queue.ChunkRuns`
         states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, stops, batch.iterations, batch.tolerance,
-        machine.buffer(), progress, stop,
+        machine.buffer(), np.zeros((5, W), np.int64), progress, stop,
     )  # fmt: skip
     happened = (x.transpose(0, 2, 1) for x in (times, counts))
     return np.where(ends == pace[0], batch.end, ends), steps, rejected, *happened

@@ -6,30 +6,33 @@ from functools import cached_property
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import PROJECTIONS, state_rows
-from lienumba.integrators.tracing.program import Program
+from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
+from lienumba.integrators.tracing.program import Outline
+from lienumba.integrators.tracing.tracer import BODIES
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import Part, joined
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import joint_coordinates
 from lienumba.mechanics.system.constraints import constraints_of
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, kept_largest
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_largest
 
 AXES = {"axis": 3, "body_axis": 3}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Names and shapes (behind run and time) of every variable that a record of this model gives; quantities: what its
-    quantities and the states of its laws give."""
+    """Names and shapes (behind run and time) of every variable that a record of this model gives; coordinates: of its
+    joints, with their units, if they are recorded; quantities: what its quantities and the states of its laws give."""
 
     bodies: int
     joints: int
     constraints: list[str]
     efforts: list[str]
+    coordinates: dict[str, str]
     quantities: dict[str, Part]
 
     @staticmethod
-    def of(model: Model) -> "Layout":
+    def of(model: Model, coordinates: bool = False) -> "Layout":
         every = constraints_of(model)
         constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
         efforts = [
@@ -37,35 +40,42 @@ class Layout:
         ]
         parts = {joined(q.name, part.name): part for q in model.quantities for part in quantities.parts(model, q)}
         for force in model.forces:
-            for state in force.initial:
+            for state in () if quantities.is_input(force.name) else force.initial:
                 parts[f"{force.name}.{state}"] = Part(state, "1", f"state of the law {force.name}")
-        return Layout(len(model.bodies), len(model.joints), constraints, efforts, parts)
+        own = joint_coordinates.units(model) if coordinates else {}
+        return Layout(len(model.bodies), len(model.joints), constraints, efforts, own, parts)
+
+    @cached_property
+    def variables(self) -> dict[str, OutputVariable]:
+        """Those that are no quantities."""
+        return {**OUTPUT_VARIABLES, **(joint_coordinates.JOINT_COORDINATES if self.coordinates else {})}
 
     @property
     def names(self) -> list[str]:
-        return [*OUTPUT_VARIABLES, *self.quantities]
+        return [*self.variables, *self.quantities]
 
     def shape(self, name: str) -> tuple[int, ...]:
         if name in self.quantities:
             return (3,) if self.quantities[name].vector else ()
-        return tuple(self._sizes[dim] for dim in OUTPUT_VARIABLES[name].dims)
+        return tuple(self._sizes[dim] for dim in self.variables[name].dims)
 
     @cached_property
     def _sizes(self) -> dict[str, int]:
         sizes = {"body": self.bodies, "joint": self.joints, **AXES}
-        return sizes | {"constraint": len(self.constraints), "effort": len(self.efforts)}
+        sizes |= {"constraint": len(self.constraints), "effort": len(self.efforts)}
+        return sizes | {"coordinate": len(self.coordinates)}
 
-    def lanes(self, name: str, records: np.ndarray, program: Program) -> np.ndarray:
+    def lanes(self, name: str, records: np.ndarray, program: Outline) -> np.ndarray:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
         return Record(self, records, program)[name]
 
-    def summary(self, name: str, records: np.ndarray, program: Program, runs: int) -> np.ndarray:
+    def summary(self, name: str, records: np.ndarray, program: Outline, runs: int) -> np.ndarray:
         """The largest absolute value over the stored times (runs,); NaN for a run without any."""
         values = self.lanes(kept_largest()[name].name, records, program)
         return per_run(np.fmax.reduce(np.abs(values), axis=1), runs)
 
     def last(self, name: str, states: np.ndarray) -> np.ndarray:
-        """A variable of the states (runs, rows) where runs ended (runs, bodies, ...)."""
+        """A variable of the states (runs, 18 k + ...) where runs ended (runs, bodies, ...)."""
         state = OUTPUT_VARIABLES[name].state
         assert state is not None, "only of what is part of the state"
         rows = states[:, : ELEMENT * self.bodies].reshape(-1, self.bodies, ELEMENT)
@@ -78,10 +88,10 @@ class Record:
 
     layout: Layout
     rows: np.ndarray
-    program: Program
+    program: Outline
 
     def __getitem__(self, name: str) -> np.ndarray:
-        values = self.observed(name) if name in self.layout.quantities else OUTPUT_VARIABLES[name].values(self)
+        values = self.observed(name) if name in self.layout.quantities else self.layout.variables[name].values(self)
         blocks, outputs, _, width = self.rows.shape
         return values.reshape(blocks, outputs, *self.layout.shape(name), width)
 
@@ -93,10 +103,11 @@ class Record:
     def state(self, first: int, end: int) -> np.ndarray:
         blocks, outputs, _, width = self.rows.shape
         bodies = self.layout.bodies
-        return self.rows[:, :, : ELEMENT * bodies].reshape(blocks, outputs, bodies, ELEMENT, width)[:, :, :, first:end]
+        rows = self.observed(BODIES) if BODIES in self.program.observed else self.rows[:, :, : ELEMENT * bodies]
+        return rows.reshape(blocks, outputs, bodies, ELEMENT, width)[:, :, :, first:end]
 
     def work(self) -> np.ndarray | float:
-        row = ELEMENT * self.program.sizes.elements + len(self.program.augmented.angles)
+        row = element_rows(self.program.sizes) + len(self.program.augmented.angles)
         work: np.ndarray | float = self.rows[:, :, row] if self.program.augmented.work else 0.0
         return work
 

@@ -1,4 +1,4 @@
-"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, import, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from lienumba.cli.checking import doctor, info, sample, schema, validate
+from lienumba.cli.importing import import_
 from lienumba.cli.options import FLAG
 from lienumba.cli.running import merge, replay, run
 from lienumba.cli.showing import analyse, animate, plot, report
@@ -47,6 +48,7 @@ def _main(
 
 for command in (run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor):
     app.command()(command)
+app.command("import")(import_)
 
 
 def main() -> None:

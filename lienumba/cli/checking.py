@@ -59,10 +59,13 @@ def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedO
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         console.print_warnings(resolved.warnings)
 
+        from lienumba.scenario.start.hint import hint
         from lienumba.scenario.start.study_start import check_starts
 
-        check_starts(resolved)
+        nominal = check_starts(resolved)
         typer.echo(f"{scenario} is valid: {resolved.headline()}")
+        if nominal is not None and (told := hint(nominal)):
+            typer.echo(f"hint: {told}")
 
 
 def info(

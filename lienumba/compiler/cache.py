@@ -1,9 +1,10 @@
 """The cache on disk: one folder per state of the kernels, the libraries and the interpreter.
 
-Numba's own cache does not notice an edit in another module, so the folder's name carries a hash of every source file
+The folder's name carries a hash of every source file
 that the drivers may see and of the versions below it: what edits mechanics or the tracer compiles no driver again.
 Inside, object code is found by the hash of the complete LLVM text and CPU it was made from, and its own checksum stands
-before it: neither a stale nor a torn entry can be served.
+before it: neither a stale nor a torn entry can be served. So are drivers, by their names (`lienumba.compiler.flat`),
+and programs, by all that decides about them (`lienumba.integrators.tracing.stored`).
 """
 
 import atexit
@@ -18,13 +19,12 @@ import tempfile
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNELS = (  # all that the drivers can see, and what makes object code of text; a test compares
-    "compiler/cache.py", "compiler/jit.py", "compiler/lanes.py", "compiler/native.py", "compiler/rows.py",
-    "groups/so3.py", "groups/state.py", "integrators/codes.py", "integrators/drivers", "integrators/layout.py",
-    "numerics/number.py", "numerics/operations.py", "numerics/vector_math.py",
+    "compiler/cache.py", "compiler/flat.py", "compiler/jit.py", "compiler/lanes.py", "compiler/native.py",
+    "compiler/rows.py", "groups/so3.py", "groups/state.py", "integrators/codes.py", "integrators/drivers",
+    "integrators/layout.py", "numerics/number.py", "numerics/operations.py", "numerics/vector_math.py",
 )  # fmt: skip
 
 
@@ -66,56 +66,34 @@ def folder() -> Path:
         return path
 
 
+def name_of(key: str, kind: str = "o") -> str:
+    """The name of the entry of a key: "o" for object code, "program" for what is known of a program."""
+    return f"{hashlib.sha256(key.encode()).hexdigest()}.{kind}"
+
+
+def recall(name: str) -> bytes | None:
+    """An entry, if it is there whole."""
+    try:
+        stored = (folder() / name).read_bytes()
+    except OSError:
+        return None
+    return stored[32:] if hashlib.sha256(stored[32:]).digest() == stored[:32] else None
+
+
+def keep(name: str, content: bytes) -> None:
+    """Write an entry. A full or read-only disk costs the next start its cache, nothing else."""
+    with contextlib.suppress(OSError):
+        _write(folder() / name, hashlib.sha256(content).digest() + content)
+
+
 def remember(key: str, make: Callable[[], bytes]) -> bytes:
     """The bytes made from `key`, from disk if they are there whole."""
-    path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()}.o"
-    try:
-        stored = path.read_bytes()
-        if hashlib.sha256(stored[32:]).digest() == stored[:32]:
-            return stored[32:]
-    except OSError:
-        pass
-    made = make()
-    with contextlib.suppress(OSError):  # a full or read-only disk costs the next start its cache, nothing else
-        _write(path, hashlib.sha256(made).digest() + made)
-    return made
-
-
-def numba_cached(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """`njit(signature, cache=True)` with Numba's files in this state's folder, whatever the user's own setting is."""
-
-    def compile_now(function: Callable[..., Any]) -> Any:
-        from numba import njit
-        from numba.core import config
-
-        users, path = config.CACHE_DIR, folder() / "numba"
-        if _checksums(path) != _written_checksums(path):
-            shutil.rmtree(path, ignore_errors=True)  # torn by a killed process, or damaged: it could crash this one
-        config.CACHE_DIR = str(path)
-        try:
-            return njit(signature, cache=True, **options)(function)
-        except OSError:
-            return njit(signature, **options)(function)  # a full disk
-        finally:
-            config.CACHE_DIR = users
-            if (now := _checksums(path)) != _written_checksums(path):
-                with contextlib.suppress(OSError):
-                    _write(path.with_suffix(".sha256"), now.encode())
-
-    return compile_now
-
-
-def _checksums(path: Path) -> str:
-    """The checksums of all files of a folder."""
-    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
-    return "".join(f"{hashlib.sha256(p.read_bytes()).hexdigest()} {p.name}\n" for p in files)
-
-
-def _written_checksums(path: Path) -> str:
-    try:
-        return path.with_suffix(".sha256").read_text()
-    except OSError:
-        return ""
+    name = name_of(key)
+    stored = recall(name)
+    if stored is None:
+        stored = make()
+        keep(name, stored)
+    return stored
 
 
 def _write(path: Path, content: bytes) -> None:

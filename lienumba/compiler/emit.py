@@ -23,11 +23,12 @@ Value = Symbol | float  # of a graph
 VECTOR = f"<{W} x double>"
 MASK = f"<{W} x i1>"
 BITS = f"<{W} x i64>"
-LONG = 3000  # operations from which on equal parts are looked for,
+LONG = 8000  # operations from which on equal parts are looked for,
 REPEATED = 0.7  # and worth it where this fraction of the segments, or less, are distinct
 SOON = 8  # segments within which a value is read for the last time, or it is kept apart
 BINARY = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
+FMA = f"call {VECTOR} @llvm.fma.v{W}f64"
 DECLARATIONS = f"""
 declare {VECTOR} @llvm.fma.v{W}f64({VECTOR}, {VECTOR}, {VECTOR})
 declare {VECTOR} @llvm.sqrt.v{W}f64({VECTOR})
@@ -112,7 +113,7 @@ class _Writer:
         self.segments, self.work = [], WorkRows()
         last_use: dict[int, int] = {}
         for i, part in enumerate(parts):
-            last_use |= {x.id: i for node in part for x in node.args if isinstance(x, Symbol)}
+            last_use |= {x.id: i for node in part for x in node.args if x.__class__ is Symbol}
         computed = {node.id for part in parts for node in part}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
         late = []  # values that are not computed here
@@ -132,8 +133,9 @@ class _Writer:
                     self.work.keep([id_])
             for node in part:
                 self._compute(node)
-                for array, row in stored.get(node.id, ()):
-                    self._store(array, row, self._value(node))
+                if node.id in stored:
+                    for array, row in stored[node.id]:
+                        self._store(array, row, self._value(node))
                 if last_use.get(node.id, i) > i:
                     self._store("work", self.work.of[node.id], self._value(node))
             for id_ in [id_ for id_ in self.work.of if last_use[id_] <= i]:
@@ -165,8 +167,9 @@ class _Writer:
     def _value(self, x: Value) -> str:
         if not isinstance(x, Symbol):
             return f"<{', '.join([f'double {_hex(float(x))}'] * W)}>"
-        if x.id in self.here:
-            return f"%v{self.here[x.id]}"
+        here = self.here.get(x.id)
+        if here is not None:
+            return f"%v{here}"
         if x.op == "input":
             return self._load(*x.args)
         if x.invariant and not self.preparing:
@@ -176,14 +179,14 @@ class _Writer:
     def _compute(self, node: Symbol) -> None:
         a = [self._value(x) for x in node.args]
         number, lines = len(self.here), self.segments[-1].lines
-        if node.op in BINARY:
-            right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
-        elif node.op in FUSED:
+        if node.op in FUSED:
             if node.op != "fma":
                 which = 2 if node.op == "fms" else 0
                 lines.append(f"%n{number} = fneg {VECTOR} {a[which]}")
                 a[which] = f"%n{number}"
-            right = f"call {VECTOR} @llvm.fma.v{W}f64({', '.join(f'{VECTOR} {v}' for v in a)})"
+            right = f"{FMA}({VECTOR} {a[0]}, {VECTOR} {a[1]}, {VECTOR} {a[2]})"
+        elif node.op in BINARY:
+            right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
         elif node.op == "neg":
             right = f"fneg {VECTOR} {a[0]}"
         elif node.op == "sqrt":

@@ -5,7 +5,7 @@ Under `@njit`, lanes know `+ - * /`, negation, comparisons, `where`, `sqrt`, `fm
 """
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -13,14 +13,17 @@ from numba.core import cgutils, types
 from numba.core.base import BaseContext
 from numba.core.datamodel import DataModelManager
 from numba.core.imputils import lower_builtin
+from numba.core.types import BaseTuple  # type: ignore[attr-defined]
 from numba.core.typing import BaseContext as TypingContext
 from numba.core.typing.templates import AbstractTemplate, Signature, infer_global, signature
 from numba.extending import intrinsic, models, register_model
+from numba.np.arrayobj import populate_array
 
 from lienumba.compiler.rows import ROW, W
 from lienumba.numerics.vector_math import ROUND
 
-VECTOR = ir.VectorType(ir.DoubleType(), W)
+DOUBLE = ir.DoubleType()
+VECTOR = ir.VectorType(DOUBLE, W)
 BITS = ir.VectorType(ir.IntType(1), W)
 INT32, INT64 = ir.IntType(32), ir.IntType(64)
 
@@ -171,15 +174,23 @@ def choose(typing: TypingContext, condition: types.Type, x: types.Type, y: types
         return lanes(mask, *given), codegen
 
 
+def _bits_compare(builder: ir.IRBuilder, how: str, condition: ir.Value, bits: int) -> Any:
+    number = ir.IntType(W)
+    return builder.icmp_unsigned(how, builder.bitcast(condition, number), ir.Constant(number, bits))
+
+
 @intrinsic
 def any_lane(typing: TypingContext, condition: types.Type) -> Any:
     """Whether the mask holds in some lane."""
     if condition == mask:
+        return types.boolean(mask), lambda context, builder, sig, args: _bits_compare(builder, "!=", args[0], 0)
 
-        def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
-            return builder.icmp_unsigned("!=", builder.bitcast(args[0], ir.IntType(W)), ir.Constant(ir.IntType(W), 0))
 
-        return types.boolean(mask), codegen
+@intrinsic
+def all_lanes(typing: TypingContext, condition: types.Type) -> Any:
+    """Whether the mask holds in every lane."""
+    if condition == mask:
+        return types.boolean(mask), lambda context, builder, sig, args: _bits_compare(builder, "==", args[0], 2**W - 1)
 
 
 @intrinsic
@@ -244,16 +255,56 @@ def call(
 
 
 @intrinsic
-def borrowed(typing: TypingContext, array: types.Type) -> Any:
-    """The same array without a count of who holds it: handing it on costs no atomic operation. The caller holds it."""
+def matrix(typing: TypingContext, address: types.Type, rows: types.Type, columns: types.Type) -> Any:
+    """The doubles at an address as an array (rows, columns)."""
+    kind = types.Array(types.float64, 2, "C")
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, sig: Signature, args: tuple[ir.Value, ...]) -> Any:
-        given = context.make_array(array)(context, builder, args[0])
-        lent = context.make_array(array)(context, builder)
-        for name in ("nitems", "itemsize", "data", "shape", "strides"):
-            setattr(lent, name, getattr(given, name))
-        lent.meminfo = cgutils.get_null_value(given.meminfo.type)
-        lent.parent = cgutils.get_null_value(given.parent.type)
-        return lent._getvalue()
+        return _array(context, builder, kind, args[0], args[1:])
 
-    return array(array), codegen
+    return kind(*[types.int64] * 3), codegen
+
+
+def _array(
+    context: BaseContext, builder: ir.IRBuilder, kind: types.Array, address: ir.Value, shape: Sequence[ir.Value]
+) -> Any:
+    """An array of numbers of eight bytes, side by side."""
+    array = context.make_array(kind)(context, builder)
+    size = ir.Constant(INT64, 8)
+    strides = [size]
+    for n in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], n))
+    populate_array(array, builder.inttoptr(address, array.data.type), list(shape), strides, size, None)
+    return array._getvalue()
+
+
+def words(kind: types.Type) -> str:
+    """The kind of an argument as `lienumba.compiler.flat` says it."""
+    if isinstance(kind, BaseTuple):
+        return "".join(map(words, kind))
+    if isinstance(kind, types.Array):
+        return f"{'I' if kind.dtype == types.int64 else 'F'}{kind.ndim}"
+    return "i" if kind == types.int64 else "f"
+
+
+class Reader:
+    """Reads the arguments that `lienumba.compiler.flat` has packed, one after the other."""
+
+    def __init__(self, context: BaseContext, builder: ir.IRBuilder, given: ir.Value, numbers: ir.Value) -> None:
+        self.context, self.builder = context, builder
+        self.given, self.numbers, self.read = given, numbers, {INT64: 0, DOUBLE: 0}
+
+    def _next(self, kind: ir.Type) -> Any:
+        place = ir.Constant(INT64, self.read[kind])
+        self.read[kind] += 1
+        base = self.given if kind == INT64 else self.numbers
+        return self.builder.load(self.builder.gep(base, [place]))
+
+    def next(self, kind: types.Type) -> Any:
+        if isinstance(kind, BaseTuple):
+            return self.context.make_tuple(self.builder, kind, [self.next(part) for part in kind])
+        if isinstance(kind, types.Array):
+            address = self._next(INT64)
+            shape = [self._next(INT64) for _ in range(kind.ndim)]
+            return _array(self.context, self.builder, kind, address, shape)
+        return self._next(INT64 if kind == types.int64 else DOUBLE)

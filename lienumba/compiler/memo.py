@@ -91,3 +91,20 @@ def _compared(kind: type) -> tuple[str, ...]:
         return tuple(field.name for field in fields(kind) if field.compare)
     except TypeError:
         raise UnknownError(f"a {kind.__name__} is not data") from None
+
+
+def text_of(key: Any) -> str:
+    """A key as text, the same in every process; keys that differ have different texts. Raises UnknownError for a key
+    with what only this process knows, such as classes that are not part of the package."""
+    kind = key.__class__
+    if kind is tuple:
+        return f"({','.join(map(text_of, key))})"
+    if kind in (str, bytes, bool, int) or key is None:
+        return repr(key)
+    if kind is float:
+        return str(key.hex())
+    if kind is frozenset:
+        return f"{{{','.join(sorted(map(text_of, key)))}}}"
+    if isinstance(key, type) and (key.__module__ == "builtins" or key.__module__.startswith("lienumba.")):
+        return f"<{key.__module__}.{key.__qualname__}>"
+    raise UnknownError(f"{key!r} is known to this process alone")

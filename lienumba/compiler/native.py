@@ -2,6 +2,7 @@
 
 import functools
 import hashlib
+import os
 import subprocess
 import sys
 from typing import Any
@@ -10,13 +11,15 @@ from weakref import WeakValueDictionary
 from lienumba.compiler import cache
 
 LONG_TEXT = 500_000  # characters; beyond, compiling takes longer than starting a process
+LEVEL = 1  # of code generation: straight-line code gains nothing from more, and compiles a fifth faster
+CONFIGURED = ".numba_config.yaml"  # Numba's settings, where it is started
 CHILD = """
 import sys
 from llvmlite import binding
 binding.initialize_native_target()
 binding.initialize_native_asmprinter()
-from lienumba.compiler.native import _emit
-sys.stdout.buffer.write(_emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
+from lienumba.compiler.native import emit
+sys.stdout.buffer.write(emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
 """
 
 _engines: WeakValueDictionary[bytes, Any] = WeakValueDictionary()  # by object code
@@ -26,18 +29,31 @@ _engines: WeakValueDictionary[bytes, Any] = WeakValueDictionary()  # by object c
 def cpu() -> tuple[str, str]:
     """Name and features of the CPU to compile for, as Numba sees them (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES)."""
     from llvmlite import binding
-    from numba.core import config
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
-    name = config.CPU_NAME or binding.get_host_cpu_name()
-    if config.CPU_FEATURES is not None:
-        features = config.CPU_FEATURES
-    elif config.CPU_NAME and binding.get_host_cpu_name() != config.CPU_NAME:
-        features = ""
-    else:
-        features = binding.get_host_cpu_features().flatten()
+    _, features = _wanted()
+    name, host = cpu_name(), binding.get_host_cpu_name()
+    if features is None:
+        features = "" if name != host else str(binding.get_host_cpu_features().flatten())
     return name, features
+
+
+def cpu_name() -> str:
+    """The CPU that Numba compiles for."""
+    from llvmlite import binding
+
+    return str(_wanted()[0] or binding.get_host_cpu_name())
+
+
+def _wanted() -> tuple[str | None, str | None]:
+    """The CPU and the features that Numba is told to compile for; it is imported for that where a file tells it."""
+    if "numba" in sys.modules or os.path.exists(CONFIGURED):
+        from numba.core import config
+
+        return config.CPU_NAME, config.CPU_FEATURES
+    name = os.environ.get("NUMBA_CPU_NAME")
+    return name, os.environ.get("NUMBA_CPU_FEATURES", "" if str(name).lower() == "generic" else None)
 
 
 def compile_text(text: str) -> bytes:
@@ -46,15 +62,27 @@ def compile_text(text: str) -> bytes:
     Long texts are compiled in a process of their own: llvmlite lets only one thread at a time into LLVM.
     """
     name, features = cpu()
-    make = _emit if len(text) < LONG_TEXT else _emit_elsewhere
-    return cache.remember("\0".join((text, name, features)), lambda: make(text, name, features))
+    make = emit if len(text) < LONG_TEXT else _emit_elsewhere
+    return cache.remember(_key(text), lambda: make(text, name, features))
 
 
-def _emit(text: str, name: str, features: str) -> bytes:
+def entry(text: str) -> str:
+    """The name of the entry in the cache that `compile_text` reads or leaves."""
+    return cache.name_of(_key(text))
+
+
+def _key(text: str) -> str:
+    return "\0".join((text, *cpu()))
+
+
+def emit(text: str, name: str, features: str, level: int = LEVEL, more: str = "") -> bytes:
+    """The object code of a module of LLVM text for this CPU, with another one linked in."""
     from llvmlite import binding
 
     module = binding.parse_assembly(text)
-    return bytes(_machine(name, features).emit_object(module))
+    if more:
+        module.link_in(binding.parse_assembly(more))
+    return bytes(_machine(name, features, level).emit_object(module))
 
 
 def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
@@ -62,18 +90,19 @@ def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True)
     except OSError:
-        return _emit(text, name, features)  # no processes here: slower, the same code
+        return emit(text, name, features)  # no processes here: slower, the same code
     if done.returncode < 0:
         raise RuntimeError(f"the compiling process was ended by signal {-done.returncode}")
-    return done.stdout if done.returncode == 0 else _emit(text, name, features)
+    return done.stdout if done.returncode == 0 else emit(text, name, features)
 
 
-def _machine(name: str, features: str) -> Any:
-    """Code generation at level 1: straight-line code gains nothing from more, and compiles a fifth faster."""
+def _machine(name: str, features: str, level: int = LEVEL) -> Any:
     from llvmlite import binding
 
     target = binding.Target.from_default_triple()
-    return target.create_target_machine(cpu=name, features=features, opt=1, reloc="pic", codemodel="small", jit=True)
+    return target.create_target_machine(
+        cpu=name, features=features, opt=level, reloc="pic", codemodel="small", jit=True
+    )
 
 
 def load(objects: bytes, names: list[str]) -> tuple[Any, dict[str, int]]:
@@ -84,7 +113,11 @@ def load(objects: bytes, names: list[str]) -> tuple[Any, dict[str, int]]:
     key = hashlib.sha256(objects).digest()
     engine = _engines.get(key)
     if engine is None:
-        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(*cpu()))
+        # With llvmlite's own manager all sections lie together: between those of LLVM's a process with much memory in
+        # use may have more than the 2 GB that code can reach. It has no room for calls of the C library.
+        name, features = cpu()
+        together = True if "+fma" in features.split(",") else None  # None: as llvmlite thinks best
+        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(name, features), use_lmm=together)
         engine.add_object_file(binding.ObjectFileRef.from_data(objects))
         engine.finalize_object()
         _engines[key] = engine

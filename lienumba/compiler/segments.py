@@ -23,7 +23,7 @@ def by_size(order: list[Symbol]) -> Segments:
     segments: Segments = [[]]
     size = 0
     for node in order:
-        cost = 1 + sum(isinstance(x, Symbol) and x.op == "input" for x in node.args)
+        cost = 1 + sum([x.__class__ is Symbol and x.op == "input" for x in node.args])
         if size + cost > SIZE and segments[-1]:
             segments.append([])
             size = 0

@@ -8,6 +8,7 @@ what is stored cannot change what is computed, and the recorded graph fixes ever
 import gc
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
+from math import inf
 from threading import Lock
 from typing import Any
 
@@ -16,6 +17,7 @@ from lienumba.numerics.operations import absolute, power
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
+NUMBERS = (float, int)
 
 
 _inside: list[bool] = []  # for everyone in `uncollected`, whether garbage was collected when the first came
@@ -43,6 +45,7 @@ class Graph:
 
     def __init__(self) -> None:
         self.nodes: list[Symbol] = []
+        self.bounds: dict[int, float] = {}  # promised, see at_most
         self._memo: dict[tuple[Any, ...], Symbol] = {}
 
     def input(self, array: str, row: int) -> "Symbol":
@@ -53,10 +56,25 @@ class Graph:
 
     def node(self, op: str, *args: Any) -> "Symbol":
         key = (op, *[a.id if a.__class__ is Symbol else a.hex() if a.__class__ is float else (a,) for a in args])
-        symbol = self._memo.get(key)
-        if symbol is None:
-            symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
-            self.nodes.append(symbol)
+        known = self._memo.get(key)
+        return self._new(key, op, args) if known is None else known
+
+    def pair(self, op: str, a: "Symbol", b: "Symbol") -> "Symbol":
+        """`node` of two symbols."""
+        key = (op, a.id, b.id)
+        known = self._memo.get(key)
+        return self._new(key, op, (a, b)) if known is None else known
+
+    def fused(self, op: str, product: "Symbol", c: "Symbol") -> "Symbol":
+        """`node` of a product's factors, of which the second may be a number, and a symbol."""
+        a, b = args = product.args
+        key = (op, a.id, b.id if b.__class__ is Symbol else b.hex(), c.id)
+        known = self._memo.get(key)
+        return self._new(key, op, (*args, c)) if known is None else known
+
+    def _new(self, key: tuple[Any, ...], op: str, args: tuple[Any, ...]) -> "Symbol":
+        symbol = self._memo[key] = Symbol(self, len(self.nodes), op, args)
+        self.nodes.append(symbol)
         return symbol
 
     def recorded(self) -> tuple[Hashable, ...]:
@@ -65,47 +83,47 @@ class Graph:
 
 
 class Symbol:
-    """One value of a graph. `invariant`: depends on parameters alone. `upper`: a promised bound (see at_most)."""
+    """One value of a graph. `invariant`: depends on parameters alone."""
 
-    __slots__ = ("args", "graph", "id", "invariant", "op", "upper")
+    __slots__ = ("args", "graph", "id", "invariant", "op")
     __array_ufunc__ = None  # array + symbol asks the symbol
 
     def __init__(self, graph: Graph, id_: int, op: str, args: tuple[Any, ...]) -> None:
         self.graph, self.id, self.op, self.args = graph, id_, op, args
-        self.upper = float("inf")
-        if op == "input":
-            self.invariant = args[0] == "parameters"
-        else:
-            self.invariant = all(a.invariant for a in args if isinstance(a, Symbol))
+        self.invariant = op != "input" or args[0] == "parameters"
+        for a in args:
+            if a.__class__ is Symbol and not a.invariant:
+                self.invariant = False
+                break
 
     # ------------------------------------------------------------ arithmetic
     def __add__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
-            if not isinstance(other, float | int):
+            if not isinstance(other, NUMBERS):
                 return NotImplemented
-            return self if other == 0 else self._sum(float(other))
+            return self if other == 0 else self._plus_number(float(other))
         if other.op == "neg":
             return self - other.args[0]
         if self.op == "neg":
             return other - self.args[0]
-        return self._sum(other)
+        return self._plus(other)
 
-    def _sum(self, other: Number) -> "Symbol":
+    def _plus(self, other: "Symbol") -> "Symbol":
+        if other.op == "*":
+            return self.graph.fused("fma", other, self)
+        if self.op == "*":
+            return self.graph.fused("fma", self, other)
+        return self.graph.pair("+", self, other) if self.id <= other.id else self.graph.pair("+", other, self)
+
+    def _plus_number(self, other: float) -> "Symbol":
         node = self.graph.node
-        if isinstance(other, Symbol):
-            if other.op == "*":
-                return node("fma", *other.args, self)
-            if self.op == "*":
-                return node("fma", *self.args, other)
-            return node("+", *((self, other) if self.id <= other.id else (other, self)))
         return node("fma", *self.args, other) if self.op == "*" else node("+", self, other)
 
     __radd__ = __add__
 
     def __sub__(self, other: Number) -> Any:
-        node = self.graph.node
         if not isinstance(other, Symbol):
-            return self + -other if isinstance(other, float | int) else NotImplemented
+            return self + -other if isinstance(other, NUMBERS) else NotImplemented
         if other.op == "neg":
             return self + other.args[0]
         if self is other:
@@ -113,8 +131,8 @@ class Symbol:
         if self.op == "neg":
             return -(self.args[0] + other)
         if other.op == "*":
-            return node("fnma", *other.args, self)
-        return node("fms", *self.args, other) if self.op == "*" else node("-", self, other)
+            return self.graph.fused("fnma", other, self)
+        return self.graph.fused("fms", self, other) if self.op == "*" else self.graph.pair("-", self, other)
 
     def __rsub__(self, other: float) -> Any:
         if other == 0:
@@ -126,7 +144,7 @@ class Symbol:
 
     def __mul__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
-            if not isinstance(other, float | int):
+            if not isinstance(other, NUMBERS):
                 return NotImplemented
             if other == 0:
                 return 0.0
@@ -141,13 +159,13 @@ class Symbol:
             return -(self.args[0] * other)
         if other.op == "neg":
             return -(self * other.args[0])
-        return self.graph.node("*", *((self, other) if self.id <= other.id else (other, self)))
+        return self.graph.pair("*", self, other) if self.id <= other.id else self.graph.pair("*", other, self)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Number) -> Any:
         if not isinstance(other, Symbol):
-            if not isinstance(other, float | int):
+            if not isinstance(other, NUMBERS):
                 return NotImplemented
             return self if other == 1 else -self if other == -1 else self.graph.node("/", self, float(other))
         if self.op == "neg":
@@ -214,8 +232,13 @@ class Symbol:
         return x if x is y else self.graph.node("where", condition, x, y)
 
     def at_most(self, bound: float) -> "Symbol":
-        self.upper = min(self.upper, bound)
+        self.graph.bounds[self.id] = min(self.upper, bound)
         return self
+
+    @property
+    def upper(self) -> float:
+        """A promised bound."""
+        return self.graph.bounds.get(self.id, inf)
 
     # ------------------------------------------------------------ functions
     def sqrt(self) -> "Symbol":
@@ -235,29 +258,39 @@ def live(outputs: Sequence[object]) -> list[Symbol]:
     What depends on a division stays in the order in which it was recorded: an elimination frees values as
     it goes. Everything else comes from inputs alone and is computed when it is first used, so that few values wait.
     """
-    found: dict[int, Symbol] = {}
-    stack = [x for x in outputs if isinstance(x, Symbol)]
-    while stack:
-        node = stack.pop()
-        if node.id not in found:
-            found[node.id] = node
-            stack += [x for x in node.args if isinstance(x, Symbol)]
-    settled: set[int] = set()
-    for id_ in sorted(found):
-        node = found[id_]
-        if (node.op == "/" and not node.invariant) or any(isinstance(x, Symbol) and x.id in settled for x in node.args):
-            settled.add(id_)
-    order: dict[int, Symbol] = {}
-    for root in [*(found[id_] for id_ in sorted(settled)), *outputs]:
-        stack = [root] if isinstance(root, Symbol) else []
+    roots = [x for x in outputs if isinstance(x, Symbol)]
+    if not roots:
+        return []
+    nodes = roots[0].graph.nodes
+    needed, settled, done = bytearray(len(nodes)), bytearray(len(nodes)), bytearray(len(nodes))
+    for root in roots:
+        needed[root.id] = 1
+    read: dict[int, list[Symbol]] = {}
+    for id_ in range(len(nodes) - 1, -1, -1):
+        if needed[id_]:
+            read[id_] = used = [x for x in nodes[id_].args if x.__class__ is Symbol]
+            for x in used:
+                needed[x.id] = 1
+    first = []
+    for id_ in reversed(read):
+        node = nodes[id_]
+        if (node.op == "/" and not node.invariant) or any(settled[x.id] for x in read[id_]):
+            settled[id_] = 1
+            first.append(node)
+    order: list[Symbol] = []
+    for root in [*first, *roots]:
+        stack = [] if done[root.id] else [root]
         while stack:
-            waiting = [x for x in stack[-1].args if isinstance(x, Symbol) and x.id not in order]
+            waiting = [x for x in read[stack[-1].id] if not done[x.id]]
             if waiting:
-                stack += reversed(waiting)
+                waiting.reverse()
+                stack += waiting
             else:
                 node = stack.pop()
-                order.setdefault(node.id, node)
-    return list(order.values())
+                if not done[node.id]:
+                    done[node.id] = 1
+                    order.append(node)
+    return order
 
 
 def operation_counts(order: list[Symbol]) -> dict[str, int]:

@@ -1,13 +1,18 @@
 """From prepared runs to the program that integrates them, and to its batch."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.methods.charts import JOINT
 from lienumba.mechanics.system.discontinuities import discontinuities
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.tree.spanning import closing_rows
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
@@ -16,18 +21,27 @@ if TYPE_CHECKING:
     from lienumba.integrators.tracing.augmented_state import AugmentedState
     from lienumba.integrators.tracing.compiled import Compiled
     from lienumba.integrators.tracing.machine import Machine
-    from lienumba.integrators.tracing.program import Method, Program
+    from lienumba.integrators.tracing.program import Method, Outline, Program
     from lienumba.integrators.tracing.row_selection import RowSelection
 
 # Where no first step is given: so much of the run, and no body turns further than this (rad); it is soon corrected.
 FIRST_PART, FIRST_TURN = 1e-3, 0.01
 
 
-def _selection(prepared: Prepared) -> "RowSelection":
+def by_joints(resolved: Scenario) -> bool:
+    """Whether the coordinates of the joints are integrated."""
+    return resolved.data.integrator.coordinates == JOINT
+
+
+def _selection(resolved: Scenario, prepared: Prepared) -> "RowSelection":
     from lienumba.integrators.tracing.row_selection import initial_selection
 
     nominal = prepared.nominal
-    selection = initial_selection(nominal.model, nominal.rank.exchangeable, nominal.typical)
+    exchangeable = nominal.rank.exchangeable
+    if by_joints(resolved):
+        closing = closing_rows(nominal.model)
+        exchangeable = tuple(row for row in exchangeable if row in closing)
+    selection = initial_selection(nominal.model, exchangeable, nominal.typical)
     return replace(selection, singular=nominal.singular)
 
 
@@ -41,34 +55,49 @@ def method_of(resolved: Scenario) -> "Method":
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
         baumgarte=projection.baumgarte, queued=adaptive or bool(data.model.events), adaptive=adaptive,
+        reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
     )  # fmt: skip
+
+
+def _stores_reactions(output: Output) -> bool:
+    """Whether a variable of them is stored, or a component of it."""
+    asked = {*output.variables, *(name.partition(".")[0] for name in output.summary)}
+    return any(variable.reaction and name in asked for name, variable in OUTPUT_VARIABLES.items())
 
 
 def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program":
     """The program of these runs; fixed: see `program.build`."""
     from lienumba.integrators.tracing.program import build
 
-    return build(prepared.model, method_of(resolved), _selection(prepared), fixed)
+    return build(prepared.model, method_of(resolved), _selection(resolved, prepared), fixed)
 
 
-def compiled_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Compiled":
-    """The program of these runs, and that as machine code."""
+def compiled_of(
+    resolved: Scenario, prepared: Prepared, fixed: bool, begin: Callable[[], None] = lambda: None
+) -> "Compiled":
+    """The program of these runs, and that as machine code; begin: see `compiled.compiled`."""
     from lienumba.integrators.tracing.compiled import compiled
 
-    return compiled(prepared.model, method_of(resolved), _selection(prepared), fixed)
+    return compiled(prepared.model, method_of(resolved), _selection(resolved, prepared), fixed, begin)
 
 
-def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine: "Machine") -> "Batch":
+def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
     from lienumba.batch.integrate import Batch
+    from lienumba.integrators.tracing import joint_states
     from lienumba.integrators.tracing.tracer import split
 
     data = resolved.data
-    law_states = program.law_states.start(prepared.model.forces, len(prepared.states))
+    augmented = _augmented(resolved, prepared, program.augmented)
+    if by_joints(resolved):
+        states = [joint_states.start(prepared.model, program.law_states, len(prepared.states)), augmented]
+    else:
+        laws = program.law_states.start(prepared.model.forces, len(prepared.states))
+        states = [prepared.states, laws, augmented]
     return Batch(
         machine=machine,
         parameters=split(prepared.model)[1],
-        states=np.concatenate([prepared.states, law_states, _augmented(prepared, program.augmented)], axis=1),
+        states=np.concatenate(states, axis=1),
         codes=prepared.codes,
         end=data.integrator.end_time,
         h=data.integrator.step,
@@ -78,6 +107,8 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Program", machine
         discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
         stops=tuple(event.stop for event in prepared.model.events),
+        bodies=len(prepared.model.bodies),
+        placed=prepared.states if by_joints(resolved) else None,
     )
 
 
@@ -105,13 +136,14 @@ def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
     )  # fmt: skip
 
 
-def _augmented(prepared: Prepared, state: "AugmentedState") -> np.ndarray:
+def _augmented(resolved: Scenario, prepared: Prepared, state: "AugmentedState") -> np.ndarray:
     """What every run has beside its bodies and law states at the start (runs, rows)."""
+    from lienumba.integrators.tracing import joint_states
     from lienumba.mechanics.mechanism.kinematics import Instant
     from lienumba.mechanics.system.kkt import Structure
     from lienumba.mechanics.system.singular import limiting_accelerations
 
-    selection, runs = _selection(prepared), len(prepared.states)
+    selection, runs = _selection(resolved, prepared), len(prepared.states)
     if not prepared.nominal.singular:
         return state.start(prepared.angles, selection, runs)
     structure = Structure.of(prepared.model, (), selection.dropped)
@@ -120,4 +152,7 @@ def _augmented(prepared: Prepared, state: "AugmentedState") -> np.ndarray:
     now = Instant(bodies, 0.0, prepared.angles)
     with np.errstate(all="ignore"):
         last, rates = limiting_accelerations(prepared.model, structure, now, mask)
+        if by_joints(resolved):
+            last = joint_states.rate_changes(prepared.model, now, last)
+            rates = [np.zeros(runs) for _ in last]
     return state.start(prepared.angles, selection, runs, [np.nan_to_num(a) for a in (*last, *rates)])

@@ -159,7 +159,9 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
 
 def _storing(original: Scenario, times: Tables) -> Scenario:
     """The scenario with the course of everything at these times."""
-    return resolve({**original.to_dict(), "output": {**times, "summary": original.data.output.summary}})
+    own = original.data.output
+    kept = {"summary": own.summary, "joint_coordinates": own.joint_coordinates}
+    return resolve({**original.to_dict(), "output": {**times, **kept}})
 
 
 def _simulated(

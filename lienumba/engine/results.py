@@ -16,8 +16,9 @@ from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
 from lienumba.errors import ScenarioError
-from lienumba.integrators.tracing.program import Program
-from lienumba.mechanics.elements.quantities import XYZ, Part
+from lienumba.integrators.tracing.program import Outline
+from lienumba.mechanics.elements.quantities import XYZ, Part, owner
+from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES, UNITS
 from lienumba.mechanics.system.output_variables import kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
@@ -64,7 +65,7 @@ class Field:
     name: str
     spec: Variable
     shape: tuple[int, ...]
-    value: Callable[[Chunk, Program], np.ndarray]
+    value: Callable[[Chunk, Outline], np.ndarray]
     dtype: str = "f8"
 
 
@@ -74,7 +75,7 @@ class Results:
     def __init__(self, resolved: Scenario, nominal: Nominal) -> None:
         data = resolved.data
         self.resolved, self.model, self.nominal = resolved, nominal.model, nominal
-        self.layout = Layout.of(nominal.model)
+        self.layout = Layout.of(nominal.model, data.output.joint_coordinates)
         self.times = np.array(resolved.times)
         output = data.output
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
@@ -93,7 +94,9 @@ class Results:
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:
-        return (name.partition(".")[0] if name in self.layout.quantities else name) in variables
+        if name not in self.layout.quantities:
+            return name in variables
+        return name.partition(".")[0] in variables or owner(name)[0] in variables
 
     def _course(self, name: str) -> Field:
         shape = (len(self.times), *self.layout.shape(name))
@@ -101,7 +104,7 @@ class Results:
             name, self._spec(name), shape, lambda *found: per_run(self._lanes(name, *found), len(found[0].codes))
         )
 
-    def _lanes(self, name: str, chunk: Chunk, program: Program) -> np.ndarray:
+    def _lanes(self, name: str, chunk: Chunk, program: Outline) -> np.ndarray:
         """A variable at the stored times (blocks, times, ..., W); records have the start, too."""
         return self.layout.lanes(name, chunk.records, program)[:, -len(self.times) :]
 
@@ -128,7 +131,7 @@ class Results:
         )
 
     def _last(self, name: str) -> Field:
-        def value(chunk: Chunk, program: Program) -> np.ndarray:
+        def value(chunk: Chunk, program: Outline) -> np.ndarray:
             states = self.layout.last(name, chunk.states)
             began = (chunk.codes != INVALID) & (chunk.codes != NOT_ASSEMBLED)
             return np.where(began.reshape(-1, *[1] * (states.ndim - 1)), states, np.nan)
@@ -158,6 +161,9 @@ class Results:
         parts = [name for name in self.layout.quantities if name.partition(".")[0] == asked]
         if parts or asked in self.layout.names:
             return [(name, name, None) for name in parts or [asked]]
+        first, _, rest = asked.partition(".")
+        if first in JOINT_COORDINATES:
+            return [(asked, first, list(self.layout.coordinates).index(rest))]
         whole, _, last = asked.rpartition(".")
         return [(asked, whole, XYZ.index(last))]
 
@@ -167,19 +173,22 @@ class Results:
         if part is not None:
             dims, shape = (), ()
 
-        def value(chunk: Chunk, program: Program) -> np.ndarray:
+        def value(chunk: Chunk, program: Outline) -> np.ndarray:
             lanes = self._lanes(name, chunk, program)
             lanes = lanes if part is None else lanes[:, :, part]
             return per_run(STATISTICS[statistic](lanes, self.times), len(chunk.codes))
 
-        unit = "s" if statistic == "time_of_max" else spec.units
-        text = f"{MEANINGS[statistic]}: {spec.long_name}" + ("" if part is None else f", {XYZ[part]}")
+        units, of = spec.units, "" if part is None else f", {shown.removeprefix(name)[1:]}"
+        if part is not None and name in UNITS:
+            units = UNITS[name][list(self.layout.coordinates.values())[part]]
+        unit = "s" if statistic == "time_of_max" else units
+        text = f"{MEANINGS[statistic]}: {spec.long_name}{of}"
         return Field(f"{shown}_{statistic}", Variable((*RUN, *dims), unit, text, spec.frame), shape, value)
 
     def _spec(self, name: str) -> Variable:
         if name in self.layout.quantities:
             return self._quantity(self.layout.quantities[name])
-        return VARIABLES[name]
+        return layout.course(self.layout.variables[name])
 
     def _quantity(self, part: Part) -> Variable:
         if not part.vector:
@@ -208,7 +217,7 @@ class Results:
             for table, fields in self.tables.items()
         }
 
-    def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
+    def piece(self, chunk: Chunk, program: Outline, labels: np.ndarray) -> Piece:
         """What is kept of a chunk, which has these runs."""
         found = {}
         for table, fields in self.tables.items():
@@ -253,6 +262,7 @@ class Results:
             joints=[joint.name for joint in model.joints],
             constraints=self.layout.constraints,
             efforts=self.layout.efforts,
+            coordinates=self.layout.coordinates,
             events=[event.name for event in model.events],
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
@@ -285,7 +295,7 @@ class Twice(Results):
         records, needed = (np.unique([0.0, *times]) for times in (resolved.times, original.times))
         self.places = np.searchsorted(records, needed)
 
-    def piece(self, chunk: Chunk, program: Program, labels: np.ndarray) -> Piece:
+    def piece(self, chunk: Chunk, program: Outline, labels: np.ndarray) -> Piece:
         whole = super().piece(chunk, program, labels)
         fewer = self.original.piece(replace(chunk, records=chunk.records[:, self.places]), program, labels)
         return replace(whole, tables=whole.tables | {KEPT + name: table for name, table in fewer.tables.items()})

@@ -5,7 +5,6 @@ import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -211,8 +210,12 @@ def on_disk(
         enough.know(finished, there.column)
         missing = runs.part(~np.isin(runs.labels, finished) & enough.kept(runs.labels))
         shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)
-        begin = partial(Stream, results.frame(runs.samples, len(runs.labels)), target)
-        with background_writer(begin, results.labels(runs.labels)) as dataset, _kept(shards, len(runs.labels)):
+        inputs, asked = list(runs.samples), len(runs.labels)
+
+        def begin() -> Stream:  # not before the first steps, since it takes as long as thousands of them
+            return Stream(results.frame(inputs, asked), target)
+
+        with background_writer(begin, results.labels(runs.labels)) as dataset, _kept(shards, asked):
             if len(missing.labels):
 
                 def watched(event: Progress) -> None:

@@ -19,15 +19,15 @@ from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
     from lienumba.batch.integrate import Chunk
-    from lienumba.integrators.tracing.program import Program
+    from lienumba.integrators.tracing.program import Outline
 
 PORTION = 2**15  # runs of one body that are prepared at a time
 
 
 @dataclass(frozen=True)
 class Progress:
-    """What a progress callable receives: the stage ("compile", "run", "write"), and runs done and failed of total,
-    which grows where some go again."""
+    """What a progress callable receives: the stage ("compile" where that is needed, "run", "write"), and runs done and
+    failed of total, which grows where some go again."""
 
     stage: str
     done: int
@@ -56,8 +56,9 @@ class Runs:
 
 
 # compute(runs, fixed, report) yields what these runs give, each once, in any order; fixed: see
-# `lienumba.integrators.tracing.program.build`; report(runs done) is called a few times per second.
-Compute = Callable[[Runs, bool, Callable[[float], None]], Iterator[Piece]]
+# `lienumba.integrators.tracing.program.build`; report(runs done) is called a few times per second; begin() where
+# something has to be compiled.
+Compute = Callable[[Runs, bool, Callable[[float], None], Callable[[], None]], Iterator[Piece]]
 
 
 def simulate(
@@ -70,11 +71,12 @@ def simulate(
     def report(count: float) -> None:
         tell(Progress("run", done + int(count), total, failed))
 
+    def compiling() -> None:
+        tell(Progress("compile", done, total, failed))
+
     for fixed in (True, False):  # the few runs that need other constraint rows on their way go again, with all of them
         again: list[np.ndarray] = []
-        pieces = compute(remaining, fixed, report)
-        tell(Progress("compile", done, total, failed))
-        for piece in pieces:
+        for piece in compute(remaining, fixed, report, compiling):
             going = piece.codes == RESELECT
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
@@ -101,10 +103,12 @@ class Threads:
     prepared: Callable[[Runs], Iterable[Prepared]] | None = None
     results: Results | None = None
 
-    def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
+    def __call__(
+        self, runs: Runs, fixed: bool, report: Callable[[float], None], begin: Callable[[], None]
+    ) -> Iterator[Piece]:
         prepared = iter((self.prepared or partial(portions, self.resolved))(runs))
         first = next(prepared)  # a sweep of which no run can be prepared ends here, before anything is compiled
-        every = chunks(self.resolved, chain([first], prepared), fixed, self.workers, report, self.results)
+        every = chunks(self.resolved, chain([first], prepared), fixed, self.workers, report, self.results, begin)
         return execute(every, self.workers, report)
 
 
@@ -121,12 +125,13 @@ def chunks(
     workers: int,
     report: Callable[[float], None],
     results: Results | None = None,
+    begin: Callable[[], None] = lambda: None,
 ) -> Iterator[Task[Piece]]:
-    """The chunks of all portions; the first of these is what is compiled."""
+    """The chunks of all portions; the first of these is what is compiled, where it is not yet."""
     program, cost = None, Cost()
     for prepared in portions:
         if program is None:
-            program, machine = compiled_of(resolved, prepared, fixed)
+            program, machine = compiled_of(resolved, prepared, fixed, begin)
             results = results or Results(resolved, prepared.nominal)
             report(0)
         assert results is not None
@@ -134,5 +139,5 @@ def chunks(
         yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
 
 
-def _piece(results: Results, program: "Program", labels: np.ndarray, chunk: "Chunk") -> Piece:
+def _piece(results: Results, program: "Outline", labels: np.ndarray, chunk: "Chunk") -> Piece:
     return results.piece(chunk, program, labels[chunk.runs])

@@ -96,8 +96,10 @@ class _Bench:
         references = [(x, problem) for problem, both in self.plan.references.items() for x in both]
         needed = [*((point.scenario, point.problem) for point in self.plan.points), *references]
         for scenario, problem in needed:
-            self.tell(Progress("compile", 0, self.total, 0))
-            compiled_of(scenario, self.prepared[problem], True)
+            compiled_of(_lean(scenario), self.prepared[problem], True, self._tell_compiling)
+
+    def _tell_compiling(self) -> None:
+        self.tell(Progress("compile", 0, self.total, 0))
 
     def simulate(self, scenario: Scenario, problem: str, counted: bool = False) -> Memory:
         """The runs of a scenario that solves this problem; counted: whether those that fail are told."""

@@ -15,12 +15,14 @@ from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
 from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun, Scene
+from lienumba.scene.solids import SHAPES
 
 WIDTH, HEIGHT = 6.4, 4.8  # inches
 THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
 TALL = 1.3  # height by width, from which the labels of heights would come to lie on the box
 SHORTEST_EDGE = 0.15  # of the longest edge
 ROD = "#555555"
+LIGHTER = 0.7  # how far from white shapes are, of the colour of their body
 BESIDE, HIDING = 0.45, 0.3  # opacity of the runs beside the first, and of bodies with others inside
 FILLED = (0.72, 0.72)  # of the width and the height of the figure
 MOST_NAMED = 7  # in a legend
@@ -44,7 +46,7 @@ class Picture:
         )
         self._furnish(title)
         self.hiding = [hiding(run) for run in self.runs]
-        self.shapes = [Shapes(run, float((self.high - self.low).max())) for run in self.runs]
+        self.shapes = [Shapes(run, float((self.high - self.low).max()), n == 0) for n, run in enumerate(self.runs)]
         self._draw()
         self._name()
         self.show(len(film.times) - 1)
@@ -61,7 +63,7 @@ class Picture:
         self.solids.set_edgecolor(colors)
         for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
             passed = int(source.times.searchsorted(time, side="right"))
-            for body, path in enumerate(paths):
+            for body, path in paths.items():
                 path.set_data_3d(*np.vstack([source.positions[:passed, body], run.positions[frame, body]]).T)
         self.lines.set_segments([ends[frame] for ends in self.segments])
         for artist, points in self.marks:
@@ -116,13 +118,17 @@ class Picture:
         self.lines = Line3DCollection([], zorder=JOINT, linewidths=1.0, colors="0.1")
         for collection in (self.solids, self.lines):
             self.axes.add_collection3d(collection, autolim=False)
-        colors = [self._color(n, body) for n, shape in enumerate(self.shapes) for body in shape.body]
-        self.colors = np.array(colors) * np.array([tone for shape in self.shapes for tone in shape.tone])[:, None]
+        colors = [
+            self._face_color(n, body, colour)
+            for n, shape in enumerate(self.shapes)
+            for body, colour in zip(shape.body, shape.colour, strict=True)
+        ]
+        self.colors = np.array(colors) * np.concatenate([shape.tone for shape in self.shapes])[:, None]
         self.opacity = np.array(
             [[self._opacity(n, body)] for n, shape in enumerate(self.shapes) for body in shape.body]
         )
         self.paths = [
-            [self._points(PATH, color=self._color(n, k), lw=0.9, alpha=0.8) for k in range(len(run.mechanism.bodies))]
+            {k: self._points(PATH, color=self._color(n, k), lw=0.9, alpha=0.8) for k in run.mechanism.seen}
             for n, run in enumerate(self.runs)
         ]
         self.segments = [run.at(x.ends) for run in self.runs for x in run.mechanism.segments if x.kind == AXIS]
@@ -136,6 +142,18 @@ class Picture:
         """Where joints are on the ground, or on bodies (frames, n, 3)."""
         marks = [[x.place for x in run.mechanism.marks if (x.place.body == GROUND) == ground] for run in self.runs]
         return np.concatenate([run.at(places) for run, places in zip(self.runs, marks, strict=True)], axis=1)
+
+    def _face_color(self, run: int, body: int, own: str) -> tuple[float, ...]:
+        """Shapes have a colour of their own, or a lighter one, on which shadows tell more; of several runs each has
+        its colour."""
+        from matplotlib.colors import to_rgb
+
+        if own and (body == GROUND or len(self.runs) == 1):
+            return to_rgb(own)
+        color = self._color(run, body)
+        if body == GROUND or self.runs[run].mechanism.solids[body].kind != SHAPES:
+            return color
+        return tuple(1.0 - LIGHTER * (1.0 - part) for part in color)
 
     def _color(self, run: int, body: int) -> tuple[float, ...]:
         """Of one run each body has a colour, of several each run."""
@@ -152,11 +170,12 @@ class Picture:
         """A legend of the runs, or of the bodies."""
         from matplotlib.patches import Patch
 
-        labels = [run.label for run in self.runs]
-        if len(labels) == 1:
-            labels = list(self.runs[0].mechanism.bodies)
-        if 1 < len(labels) <= MOST_NAMED:
-            patches = [Patch(color=COLORS[n % len(COLORS)], label=label) for n, label in enumerate(labels)]
+        named = {run.label: self._color(n, 0) for n, run in enumerate(self.runs)}
+        if len(self.runs) == 1:
+            mechanism = self.runs[0].mechanism
+            named = {mechanism.bodies[n]: self._color(0, n) for n in mechanism.seen}
+        if 1 < len(named) <= MOST_NAMED:
+            patches = [Patch(color=color, label=label) for label, color in named.items()]
             self.figure.legend(
                 handles=patches, loc="upper left", bbox_to_anchor=(0.0, 0.95), frameon=False, fontsize="small"
             )

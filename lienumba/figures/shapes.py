@@ -1,4 +1,5 @@
-"""The quadrilaterals of a mechanism: its bodies, arms from their mass centres to their joints, rods between bodies.
+"""The quadrilaterals of a mechanism: its bodies, arms from their mass centres to their joints, rods between bodies, and
+what stands still. A triangle has its last corner twice.
 
 Round bodies have light and dark quarters, so that their spin is seen.
 """
@@ -25,39 +26,45 @@ PRISM: tuple[Face, ...] = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5
 
 @dataclass(frozen=True)
 class Polyhedron:
-    """A polyhedron that moves with a body (its index): vertices (n, 3) in m in the frame of the body; tones: how bright
-    each of its faces is."""
+    """A polyhedron that moves with a body (its index): vertices (n, 3) in m in the frame of the body; faces (m, 4) of
+    their indices; tones: how bright each face is; colours: of each, empty for that of the body."""
 
     body: int
     vertices: np.ndarray
-    faces: tuple[Face, ...]
-    tones: tuple[float, ...]
+    faces: np.ndarray
+    tones: np.ndarray
+    colours: tuple[str, ...]
 
 
 class Shapes:
-    """The quadrilaterals of one run, frame by frame; size: of the scene in m. body, tone: of each; that of rods is the
-    ground."""
+    """The quadrilaterals of one run, frame by frame; size: of the scene in m; ground: whether with what stands still.
+    body, tone, colour: of each; that of rods is the ground."""
 
-    def __init__(self, run: MovingRun, size: float) -> None:
+    def __init__(self, run: MovingRun, size: float, ground: bool = True) -> None:
         self.run, self.thickness = run, THICKNESS * size
-        self.parts = [_polyhedron(n, solid) for n, solid in enumerate(run.mechanism.solids)]
+        solids = [*enumerate(run.mechanism.solids), *([(GROUND, run.mechanism.ground)] if ground else [])]
+        self.parts = [_polyhedron(n, solid) for n, solid in solids if solid.faces]
         for segment in run.mechanism.segments:
             first, second = (np.array(place.point, float) for place in segment.ends)
             if segment.kind == ARM and np.linalg.norm(second - first) > self.thickness:
                 bar = _prism(first, second, self.thickness)
-                self.parts.append(Polyhedron(segment.ends[0].body, bar, PRISM, (1.0,) * len(PRISM)))
+                self.parts.append(_plain(segment.ends[0].body, bar, PRISM))
         rods = [segment for segment in run.mechanism.segments if segment.kind == ROD]
         self.rods = [(run.at([segment.ends[0]])[:, 0], run.at([segment.ends[1]])[:, 0]) for segment in rods]
         more = len(PRISM) * len(self.rods)
         self.body = [part.body for part in self.parts for _ in part.faces] + [GROUND] * more
-        self.tone = [tone for part in self.parts for tone in part.tones] + [1.0] * more
+        self.tone = np.concatenate([*(part.tones for part in self.parts), np.ones(more)])
+        self.colour = [colour for part in self.parts for colour in part.colours] + [""] * more
 
     def at(self, frame: int) -> np.ndarray:
         """Their corners (n, 4, 3) in a frame in m."""
         found = []
         for part in self.parts:
-            r, R = self.run.positions[frame, part.body], self.run.rotations[frame, part.body]
-            found.append((part.vertices @ R.T + r)[np.array(part.faces)])
+            placed = part.vertices
+            if part.body != GROUND:
+                r, R = self.run.positions[frame, part.body], self.run.rotations[frame, part.body]
+                placed = placed @ R.T + r
+            found.append(placed[part.faces])
         for first, second in self.rods:
             found.append(_prism(first[frame], second[frame], self.thickness)[np.array(PRISM)])
         return np.concatenate(found)
@@ -65,7 +72,7 @@ class Shapes:
 
 def box(run: MovingRun) -> tuple[np.ndarray, np.ndarray]:
     """The corners (3,) of the box in which the bodies and joints of a run move."""
-    points = [run.at([mark.place for mark in run.mechanism.marks]).reshape(-1, 3)]
+    points = [run.at([mark.place for mark in run.mechanism.marks]).reshape(-1, 3), run.mechanism.ground.vertices]
     for n, solid in enumerate(run.mechanism.solids):
         points.append(
             (solid.vertices @ np.swapaxes(run.rotations[:, n], 1, 2) + run.positions[:, n, None]).reshape(-1, 3)
@@ -78,11 +85,13 @@ def hiding(run: MovingRun) -> set[int]:
     """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
     found = set()
     for n, solid in enumerate(run.mechanism.solids):
+        if solid.kind not in ("box", "cylinder"):
+            continue  # one knows how it looks
         low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
         for other, inner in enumerate(run.mechanism.solids):
             place = inner.vertices @ run.rotations[0, other].T + run.positions[0, other] - run.positions[0, n]
             own = place @ run.rotations[0, n]
-            if other != n and np.mean(((low < own) & (own < high)).all(axis=1)) > 0.5:
+            if other != n and inner.faces and np.mean(((low < own) & (own < high)).all(axis=1)) > 0.5:
                 found.add(n)
     return found
 
@@ -103,7 +112,7 @@ def shades(normals: np.ndarray) -> np.ndarray:
 def _polyhedron(body: int, solid: Solid) -> Polyhedron:
     """A body; the ends of a cylinder cut from their centres."""
     if solid.kind != "cylinder":
-        return Polyhedron(body, solid.vertices, solid.faces, (1.0,) * len(solid.faces))
+        return _plain(body, solid.vertices, solid.faces, solid.colours)
     *sides, bottom, top = solid.faces
     count, vertices = len(sides), [solid.vertices]
     faces, tones = list(sides), [_tone(k, count) for k in range(count)]
@@ -113,7 +122,13 @@ def _polyhedron(body: int, solid: Solid) -> Polyhedron:
             ring = [end[j % count] for j in range(k, k + 3)]
             faces.append((len(solid.vertices) + n, *ring))
             tones.append(_tone(ring[1] % count, count))
-    return Polyhedron(body, np.concatenate(vertices), tuple(faces), tuple(tones))
+    return Polyhedron(body, np.concatenate(vertices), np.array(faces), np.array(tones), ("",) * len(faces))
+
+
+def _plain(body: int, vertices: np.ndarray, faces: tuple[Face, ...], colours: tuple[str, ...] = ()) -> Polyhedron:
+    """What has faces of one tone, of three or four corners."""
+    corners = np.array([(*face, face[-1])[:4] for face in faces])
+    return Polyhedron(body, vertices, corners, np.ones(len(faces)), colours or ("",) * len(faces))
 
 
 def _tone(vertex: int, count: int) -> float:

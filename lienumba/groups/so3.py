@@ -17,6 +17,7 @@ Quaternion = tuple[Any, Any, Any, Any]
 
 IDENTITY: Matrix3 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 SERIES_BOUND = 36.0  # the polynomials of half_angle hold for angle**2 below this
+LARGEST_STEP = 35.0  # rad^2, what whoever integrates promises: dexpinv ends at 2 pi, long before a step is this coarse
 BERNOULLI_OVER_FACTORIAL = (1.0, -1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0.0, 1 / 47900160)
 
 

@@ -1,5 +1,6 @@
 """How a step says whether it is good."""
 
+from lienumba.groups.so3 import LARGEST_STEP
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import kernel, where
 
@@ -13,7 +14,7 @@ TOO_SHORT = 8.0  # said by a driver: the tolerance asks for a step below the sho
 STOPPED = 9.0  # no failure: an event
 
 HUGE = 1e300  # a sum of squares below this is finite
-LARGEST_STAGE = 35.0  # |u|^2 (rad^2) of a stage's rotation: dexpinv ends at 2 pi, long before a step is this coarse
+LARGEST_STAGE = LARGEST_STEP  # |u|^2 (rad^2) of a stage's rotation
 
 
 @kernel

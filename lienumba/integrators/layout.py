@@ -6,17 +6,18 @@ them as they are, and the drivers compile them in.
 
 from typing import NamedTuple
 
+from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
 from lienumba.numerics.operations import kernel
 
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
-    "close", "end", "dense", "events",
+    "close", "end", "dense", "events", "place", "read",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -39,18 +40,19 @@ CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads,
 VIOLATION, ITERATE_CODE = range(2)  # rows behind the iterate to which a projection leads
 TURNED, MOVED = range(2)  # rows behind one element at the end of a step by stages: squares of its rotation and its move
 SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # rows behind the slopes of a stage: of its KKT, and the power (W)
-ERROR, GROWN, SHRUNK, REMEMBERED, CONTROL = range(5)  # rows: the square of a step's error, and `step_control.factors`
+ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's error, and `step_control.factor`
 
 
 class Sizes(NamedTuple):
     """Of a program, all whole numbers.
 
-    elements: of S, those of the bodies first; augmented: rows behind them; first_mask: the row there of the first mask
-    of the exchangeable rows of C; fixed: whether only those in use are compiled; coordinates: of an element in a step;
-    stages: of a step; slopes: kept of an element, of the stages, where lanes have a time of their own also of F at the
-    end and of the extension's stages: there the last one is F at the end as the next step has it; events; correction:
-    rows of an iterate of the position projection between its state and its violation; chord: rows behind its code;
-    observed: rows that are; parameters: rows of them, with what is hoisted.
+    elements: of S, those of the bodies first; element: rows of one; augmented: rows behind them; first_mask: the
+    row there of the first mask of the exchangeable rows of C; fixed: whether only those in use are compiled;
+    coordinates: of an element in a step; stages: of a step; slopes: kept of an element, of the stages, where lanes
+    have a time of their own also of F at the end and of the extension's stages: there the last one is F at the end
+    as the next step has it; events; correction: rows of an iterate of the position projection between its state and
+    its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
+    hoisted.
     """
 
     elements: int
@@ -63,15 +65,22 @@ class Sizes(NamedTuple):
     slopes: int
     events: int
     correction: int
+    element: int = ELEMENT
     chord: int = 0
     observed: int = 0
     parameters: int = 1
 
 
 @kernel
+def element_rows(sizes: Sizes) -> int:
+    """Of all elements of S."""
+    return sizes.element * sizes.elements
+
+
+@kernel
 def state_rows(sizes: Sizes) -> int:
     """Of a state: its elements, and what is augmented."""
-    return ELEMENT * sizes.elements + sizes.augmented
+    return element_rows(sizes) + sizes.augmented
 
 
 @kernel
@@ -131,9 +140,15 @@ def table_asked(q: int) -> int:
 
 
 @kernel
+def table_room(q: int) -> int:
+    """The first row of what one lane at a time is worked on in: a matrix of q rows, and two."""
+    return table_asked(q) + 1
+
+
+@kernel
 def table_rows(q: int) -> int:
     """Of the whole table."""
-    return table_asked(q) + 1
+    return table_room(q) - (-q * (q + 2) // W)
 
 
 # ---------------------------------------------------------------- the memory of a driver
@@ -141,7 +156,8 @@ class Workspace(NamedTuple):
     """The first row of each region; as addresses in a driver.
 
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes, control: see
-    above; now, following: iterates of a projection; u: the argument of a stage; conditions: of events, at the start and
+    above; now, following: iterates of a projection, for which there is room in `state` as well, and in `new` where the
+    slopes are no longer needed; u: the argument of a stage; conditions: of events, at the start and
     at the end of a step, and when they come true; work: of the kernels.
     """
 
@@ -163,13 +179,13 @@ class Workspace(NamedTuple):
 @kernel
 def workspace(sizes: Sizes) -> Workspace:
     """The regions, one behind the other."""
-    iterate = state_rows(sizes) + sizes.correction + VERDICT
-    new = state_rows(sizes) + VERDICT
+    iterate = max(state_rows(sizes) + sizes.correction + VERDICT + sizes.chord, sizes.events)
+    new = iterate
     slopes = new + first_slope(sizes)
     control = slopes + control_row(sizes)
-    now = slopes + acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
+    now = slopes + max(acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements, iterate)
     following = now + iterate
-    clock = following + max(iterate + sizes.chord, sizes.events)
+    clock = following + iterate
     lanes = clock + CLOCK
     u = lanes + LANES
     conditions = u + sizes.coordinates * sizes.elements + sizes.augmented + 1

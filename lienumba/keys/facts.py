@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
-from annotated_types import Gt, MaxLen
+from annotated_types import Ge, Gt, MaxLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -27,6 +27,12 @@ def is_positive(section: type[BaseModel], key: str) -> bool:
     """Whether the number of a key must be above 0."""
     field = section.model_fields[key]
     return any(isinstance(x, Gt) and x.gt == 0 for x in (*field.metadata, *_annotations(field.annotation)))
+
+
+def is_not_negative(section: type[BaseModel], key: str) -> bool:
+    """Whether the number of a key must be at least 0."""
+    field = section.model_fields[key]
+    return any(isinstance(x, Ge) and x.ge == 0 for x in (*field.metadata, *_annotations(field.annotation)))
 
 
 def is_text(section: type[BaseModel], key: str) -> bool:

@@ -17,6 +17,11 @@ Positive = Annotated[
     Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST),
     WithJsonSchema({**WRITTEN, "exclusiveMinimum": 0}),
 ]
+NotNegative = Annotated[
+    float,
+    Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST),
+    WithJsonSchema({**WRITTEN, "minimum": 0}),
+]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Vec3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vec3], Field(min_length=3, max_length=3)]
@@ -26,7 +31,7 @@ NAME_RULE = 'the name: a letter, then letters, digits or "_"'
 
 
 class Section(BaseModel):
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", defer_build=True)
 
 
 # A number, or a formula of the time t.
@@ -34,6 +39,7 @@ Timed = Annotated[
     Annotated[Number, Tag("number")] | Annotated[str, AfterValidator(checked), Tag("formula")],
     Discriminator(lambda value: "formula" if isinstance(value, str) else "number"),
 ]
+Timed2 = Annotated[list[Timed], Field(min_length=2, max_length=2)]
 Timed3 = Annotated[list[Timed], Field(min_length=3, max_length=3)]
 OR_FORMULA = '(or a formula of t in quotes, such as "0.3*sin(2*t)")'
 ZERO: Any = [0.0, 0.0, 0.0]

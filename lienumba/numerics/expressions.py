@@ -199,6 +199,10 @@ class _Binding(ast.NodeTransformer):
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return ast.Constant(self.values[node.id]) if node.id in self.values else node
 
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        name = _dotted(node)
+        return ast.Constant(self.values[name]) if name in self.values else node
+
 
 def _dotted(node: ast.AST) -> str:
     """The name with dots and indices that a node is; empty if it is anything else."""

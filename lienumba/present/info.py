@@ -78,6 +78,7 @@ def _extent(dataset: "xr.Dataset") -> dict[str, str]:
         "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s" if len(times) else "none: of each run a summary",
         "bodies": _names(dataset, "body"),
         "joints": _names(dataset, "joint") if "joint" in dataset.coords or len(times) else "",
+        "coordinates": _names(dataset, "coordinate") if "coordinate" in dataset.coords else "",
     }
 
 
@@ -136,7 +137,10 @@ def _statuses(dataset: "xr.Dataset") -> str:
 def describe_scenario(scenario: "Scenario") -> str:
     """What a scenario's mechanism is made of, what its constraints amount to at the start, and its operations."""
     from lienumba.engine import runner
+    from lienumba.mechanics.elements.inputs import input_form
+    from lienumba.mechanics.elements.quantities import is_input
     from lienumba.mechanics.system import constraints
+    from lienumba.scenario.start.hint import hint
 
     nominal = runner.check_initial(scenario)
     model, rank = nominal.model, nominal.rank
@@ -149,12 +153,14 @@ def describe_scenario(scenario: "Scenario") -> str:
         "bodies": ", ".join(body.name for body in model.bodies),
         "joints": _each((joint.name, f"{joint.type}, {sizes[joint.name]}") for joint in model.joints) or "none",
         "drivers": _each((driver.name, f"{driver.motion}, {sizes[driver.name]}") for driver in model.drivers),
-        "forces": _each((force.name, force.type) for force in model.forces),
-        "quantities": _each((quantity.name, quantity.type) for quantity in model.quantities),
+        "forces": _each((force.name, force.type) for force in model.forces if not is_input(force.name)),
+        "quantities": _each((x.name, x.type) for x in model.quantities if not is_input(x.name)),
+        "inputs": _each((name, input_form(x) or "") for name, x in scenario.data.model.inputs.items()),
         "constraints": f"{plural(rank.rows, 'row', 'rows')} of rank {rank.rank} at the start, "
         f"{plural(rank.freedom, 'degree', 'degrees')} of freedom",
         "redundant": f"{redundant} (rows that follow from those before them)" if redundant else "",
         "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
+        "hint": hint(nominal) if scenario.plan is None else "",
         "sha256": scenario.sha256(),
     }
     return _table(rows) + "\n" + _operations(runner.operation_counts(scenario))

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping
 from html import escape
 
 from lienumba.errors import MISSING, ScenarioError
-from lienumba.scenario.base.paths import BESIDE
+from lienumba.mechanics.elements.inputs import input_form
+from lienumba.scenario.base.paths import BESIDE, INPUTS
 from lienumba.scenario.base.problems import tables
 from lienumba.words import plural, printable, show
 
@@ -25,6 +26,15 @@ VARIED = ("distribution", "scipy", "expression", "column")
 NAMED = ("integrator", "projection", "output", "study")  # sections that are shown as they are
 
 
+def _mapping(x: object) -> Mapping[str, object]:
+    return x if isinstance(x, Mapping) else {}
+
+
+def _input(x: object) -> str:
+    """A number or a formula; of a table how it is written."""
+    return str(input_form(x) or "?") if isinstance(x, Mapping) else _value(x)
+
+
 def rows(data: Mapping[str, object], source: object) -> Iterator[tuple[str, str]]:
     """What a scenario has, by kind, and what it comes to, or what is wrong with it; source: what `resolve` takes."""
     model = data.get("model")
@@ -33,9 +43,10 @@ def rows(data: Mapping[str, object], source: object) -> Iterator[tuple[str, str]
         listed = [*tables(model.get(kind)), *(tables(data.get(kind)) if kind in BESIDE else [])]
         if listed:
             yield kind, _cut([_thing(item, facts) for item in listed])
-    parameters = data.get("parameters")
-    if isinstance(parameters, Mapping) and parameters:
-        yield "parameters", _cut([f"{name} = {_value(x)}" for name, x in parameters.items()])
+    inputs = {**_mapping(model.get(INPUTS)), **_mapping(data.get(INPUTS))}
+    for kind, named in (("parameters", _mapping(data.get("parameters"))), (INPUTS, inputs)):
+        if named:
+            yield kind, _cut([f"{name} = {_input(x)}" for name, x in named.items()])
     for name in NAMED:
         section = data.get(name)
         if isinstance(section, Mapping) and section:

@@ -12,13 +12,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from lienumba.errors import Problem, ScenarioError
+from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
+from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.integrator import method_of
 from lienumba.scenario.checks.reference_formulas import used
@@ -27,6 +30,7 @@ from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
+from lienumba.scenario.reading.start_file import read_in
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
@@ -115,7 +119,10 @@ class Scenario:
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
         optional = ("parameters", "tables", "files")
-        listed = {**{kind: model.pop(kind) for kind in BESIDE}, **{key: data[key] for key in optional}}
+        for x in (model, *model["bodies"]):
+            for key in x.keys() & {"shapes", "ground_shapes"}:
+                x[key] = [{"type": shape["type"]} | shape for shape in x[key]]
+        listed = {**{kind: model.pop(kind, None) for kind in BESIDE}, **{key: data[key] for key in optional}}
         return {key: item for key, item in {**data, **listed}.items() if item or key not in listed}
 
     @cached_property
@@ -131,7 +138,10 @@ class Scenario:
         it."""
         content = dict(self._written)
         content["sweep"] = sweep = dict(content["sweep"])
-        del content["title"], content["output"], sweep["nominal"]
+        if content.pop("output")["joint_coordinates"]:  # which make joints count their turns
+            content["joint_coordinates"] = True
+        del content["title"], sweep["nominal"]
+        content["model"] = _without_shapes(content["model"])
         sweep.pop("stop", None)
         sampler = SAMPLERS[self.data.sweep.sampler]
         if not sampler.whole:
@@ -153,6 +163,13 @@ class Scenario:
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_shapes(model: Keys) -> Keys:
+    """What decides a run, and not how it looks."""
+    kept = {key: item for key, item in model.items() if key != "ground_shapes"}
+    bodies = [{key: x for key, x in body.items() if key != "shapes"} for body in tables(model["bodies"])]
+    return {**kept, "bodies": bodies}
 
 
 def _count(duration: float, step: float) -> int:
@@ -178,7 +195,7 @@ def resolve(
     raw = load(source)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
-    raw = with_files(raw, Path())
+    raw = read_in(with_files(raw, Path()))
     written = copy.deepcopy(raw) if "study" in raw else raw
     scenario = _resolved(raw, problems, file)
     if scenario.data.study is None:
@@ -225,7 +242,10 @@ def _filled(data: ScenarioData) -> ScenarioData:
     if "variables" not in output.model_fields_set:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
+        own += [paths.INPUTS] if any(map(written, data.model.inputs.values())) else []
         output = output.model_copy(update={"variables": [*OUTPUT_VARIABLES, *own]})
+    if output.joint_coordinates and not {*output.variables} & {*JOINT_COORDINATES}:
+        output = output.model_copy(update={"variables": [*output.variables, *JOINT_COORDINATES]})
     model = dict(data.model)
     vary = {paths.canonical(path, model): distribution for path, distribution in sweep.vary.items()}
     correlate = [

@@ -80,13 +80,14 @@ class System:
         name: str,
         *,
         mass: float,
-        inertia: Numbers,
+        inertia: Numbers | None = None,
         position: Numbers | None = None,
         rotation: Numbers | dict[str, Any] | None = None,
         velocity: Numbers | None = None,
         angular_velocity: Numbers | None = None,
         relative_to: str | None = None,
         guess: dict[str, Any] | None = None,
+        shapes: Sequence[dict[str, Any]] | None = None,
     ) -> Self:
         """Add a body.
 
@@ -95,10 +96,10 @@ class System:
         name : str
             A letter, then letters, digits or "_".
         mass : float
-            In kg, above 0.
-        inertia : array
+            In kg, above 0; or 0 of a body between joints, with coordinates = "joint".
+        inertia : array, optional
             In kg m^2 about the mass centre, body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the
-            tensor, or its 3x3 matrix.
+            tensor, or its 3x3 matrix. Only a body without mass has none.
         position : array, optional
             The mass centre in m, global frame: 3 numbers. What is omitted of the start is solved for from the joints.
         rotation : array or dict, optional
@@ -112,6 +113,9 @@ class System:
             The body in whose frame position, rotation and velocities are given.
         guess : dict, optional
             Where to start for what is omitted: position, rotation, velocity, angular_velocity, not held.
+        shapes : sequence of dict, optional
+            How it looks: {"type": "capsule", "radius": 0.05, "length": 0.3, "position": [0, 0, 0.1]}, ...; in m, body
+            frame. They change no number.
         """
         keys = {
             "position": position,
@@ -120,8 +124,21 @@ class System:
             "angular_velocity": angular_velocity,
             "relative_to": relative_to,
             "guess": guess,
+            "shapes": shapes,
         }
         return self._add("bodies", {"name": name, "mass": mass, "inertia": inertia, **keys})
+
+    def ground_shape(self, type: str, **keys: object) -> Self:
+        """Add a shape that stands still.
+
+        Parameters
+        ----------
+        type : str
+            "box", "sphere", "ellipsoid", "cylinder", "capsule" or "mesh".
+        **keys
+            Those of the type, position, rotation and colour; in m, global frame.
+        """
+        return self._add("ground_shapes", {"type": type, **keys})
 
     def joint(self, name: str, type: str, bodies: Sequence[str] | None = None, **keys: object) -> Self:
         """Add a joint between two bodies, or a body and "ground".
@@ -208,6 +225,23 @@ class System:
         self._data.setdefault("tables", {})[name] = keys
         return self
 
+    def input(self, name: str, value: float | str | None = None, **keys: object) -> Self:
+        """Give what comes from outside a name, such as the command of a motor, by which formulas know it: inputs.name.
+
+        Parameters
+        ----------
+        name : str
+            A letter, then letters, digits or "_".
+        value : float or str, optional
+            A number, or a formula of t, quantities, parameters, tables and other inputs.
+        **keys
+            Instead: file, time and value, or times and values (a recording); joint, kp, kd and target (what draws a
+            joint to a reference); rate and start (a state). Besides: limit or limits, filter (s), units.
+        """
+        given = keys if value is None else {"value": value, **keys}
+        self._data.setdefault("inputs", {})[name] = value if not keys and value is not None else given
+        return self
+
     def parameter(self, name: str, value: float | str) -> Self:
         """Give a number a name, by which formulas know it.
 
@@ -233,6 +267,34 @@ class System:
         """
         self._data["integrator"] = {**keys, "end_time": end_time}
         return self
+
+    def start(
+        self,
+        *,
+        q: dict[str, Any] | None = None,
+        qd: dict[str, Any] | None = None,
+        file: str | None = None,
+        run: int | None = None,
+        time: float | None = None,
+    ) -> Self:
+        """Say where the joints start, over what they say themselves.
+
+        Parameters
+        ----------
+        q : dict, optional
+            Coordinates by their names in rad or m, such as {"elbow": 0.3, "piston.angle": 0.1}, or all of a joint in a
+            list.
+        qd : dict, optional
+            Their rates in rad/s or m/s, likewise.
+        file : str, optional
+            A dataset with q and qd, from which those are taken that are not given here.
+        run : int, optional
+            The label of its run; omitted: the first.
+        time : float, optional
+            A stored time of it in s; omitted: the last.
+        """
+        keys = {"q": q, "qd": qd, "file": file, "run": run, "time": time}
+        return self._update("start", {key: x for key, x in keys.items() if x is not None})
 
     def projection(self, **keys: object) -> Self:
         """Set keys of the section [projection].
@@ -320,7 +382,7 @@ class System:
         """
         data = load(self._data)
         model = {**table_in(data, "model")}
-        beside = {kind: listed for kind in BESIDE if (listed := model.pop(kind, []))}
+        beside = {kind: found for kind in BESIDE if (found := model.pop(kind, None))}
         return {**data, **beside, "model": model}
 
     def to_toml(self) -> str:

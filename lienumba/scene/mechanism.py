@@ -10,14 +10,16 @@ from lienumba.groups import so3
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.base import AXIS, RAIL, ROD
 from lienumba.mechanics.elements.joints.python import PythonJoint
+from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, Joint, Vec3
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.start.build import geometry
-from lienumba.scene.solids import Solid, equivalent
+from lienumba.scenario.start.build import geometry, numbered
+from lienumba.scene.solids import NOTHING, SHAPES, Solid, equivalent, looking
 
 ARM = "arm"
+STANDING = "#a8a8a8"  # the colour of what stands still
 # How long an axis is drawn, relative to the size of the mechanism; where something slides along it, it is a rail.
 LENGTHS = {AXIS: 0.25, RAIL: 0.6}
 ORIGIN = (0.0, 0.0, 0.0)
@@ -53,7 +55,8 @@ class Mark:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """bodies: names, in the order of `masses` (kg) and `solids`; free: whether nothing holds it anywhere."""
+    """bodies: names, in the order of `masses` (kg) and `solids`; free: whether nothing holds it anywhere; ground: what
+    stands still, in the global frame."""
 
     bodies: tuple[str, ...]
     masses: tuple[float, ...]
@@ -61,6 +64,12 @@ class Mechanism:
     segments: tuple[Segment, ...]
     marks: tuple[Mark, ...]
     free: bool
+    ground: Solid
+
+    @property
+    def seen(self) -> tuple[int, ...]:
+        """The bodies of which there is something to see, not helpers without mass between two joints."""
+        return tuple(n for n, solid in enumerate(self.solids) if solid.faces)
 
 
 def mechanism(
@@ -70,7 +79,7 @@ def mechanism(
     (k, 3, 3) body to global, which say where a joint that is entered in the global frame is in each body.
 
     No code of the user's own runs; joints that are such code are not drawn, nor are gears and couplers, which have no
-    place.
+    place. Where a body has shapes, neither arms nor joints are drawn on it.
     """
     model, start = geometry(scenario, samples)
     model = map_numbers(model, lambda x, _: float(x))
@@ -79,18 +88,32 @@ def mechanism(
         joint_frames.place(joint, says, tuple(states), None, known=True)
         for joint, says in zip(model.joints, start.joints, strict=True)
     ]
-    solids = tuple(equivalent(body.mass, body.inertia) for body in model.bodies)
+    keys = numbered(scenario, samples)
+    ground = looking(keys.ground_shapes or (), STANDING)
+    solids = tuple(
+        looking(own.shapes or ()) if own.shapes or is_massless(x) else equivalent(x.mass, x.inertia)
+        for own, x in zip(keys.bodies, model.bodies, strict=True)
+    )
+    shaped = {i for i, solid in enumerate(solids) if solid.kind == SHAPES}
+    if shaped:  # with helpers between them
+        shaped |= {i for i, solid in enumerate(solids) if solid.kind == NOTHING}
+    clad = shaped | ({GROUND} if ground.faces else set())
     marks = tuple(Mark(joint.name, joint.type, place) for joint in joints for place in _points(joint))
     own = [mark for mark in marks if mark.place.body != GROUND]
-    size = max(*(solid.radius for solid in solids), *(hypot(*mark.place.point) for mark in own), 0.0)
-    arms = [Segment(ARM, mark.name, (Place(mark.place.body, ORIGIN), mark.place)) for mark in own]
+    size = max([0.0, *(solid.radius for solid in solids), *(hypot(*mark.place.point) for mark in own)])
+    bare = [mark for mark in own if mark.place.body not in shaped]
+    arms = [Segment(ARM, mark.name, (Place(mark.place.body, ORIGIN), mark.place)) for mark in bare]
     return Mechanism(
         tuple(body.name for body in model.bodies),
         tuple(body.mass for body in model.bodies),
         solids,
-        (*arms, *(line for joint in joints for line in _lines(joint, size))),
-        marks,
-        _free(scenario),
+        (
+            *arms,
+            *(line for joint in joints for line in _lines(joint, size) if line.kind == ROD or _is_bare(joint, shaped)),
+        ),
+        tuple(mark for mark in marks if mark.place.body not in clad),
+        _free(scenario) and not ground.faces,
+        ground,
     )
 
 
@@ -101,6 +124,11 @@ def _free(scenario: Scenario) -> bool:
     return (
         not model.drivers and "ground" not in ends and not any(isinstance(joint, PythonJoint) for joint in model.joints)
     )
+
+
+def _is_bare(joint: Joint, shaped: set[int]) -> bool:
+    """Whether one of its bodies is drawn without shapes of its own, which would tell where it moves."""
+    return any(body != GROUND and body not in shaped for body in joint.bodies)
 
 
 def _points(joint: Joint) -> Iterator[Place]:

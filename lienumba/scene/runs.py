@@ -8,6 +8,7 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.select_run import check_run, worst
+from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import geometry
@@ -131,7 +132,9 @@ def has_bodies(ds: "xr.Dataset", scenario: Scenario) -> bool:
 
 
 def _second_moment(body: Body) -> np.ndarray:
-    """J / m of a body in m^2, in its frame."""
+    """J / m of a body in m^2, in its frame; 0 without mass."""
+    if is_massless(body):
+        return np.zeros((3, 3))
     xx, yy, zz, xy, xz, yz = body.inertia
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], float)
     return (0.5 * np.trace(inertia) * np.eye(3) - inertia) / float(body.mass)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, ShownRun, has_bodies, shown_runs
+from lienumba.scene.solids import SHAPES
 from lienumba.store.files import check_whole
 from lienumba.store.study_layout import is_study
 
@@ -247,8 +249,19 @@ def box(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """
     low, high = [], []
     for run in runs:
-        radii = np.array([solid.radius for solid in run.mechanism.solids])[:, None]
+        solids = run.mechanism.solids
+        radii = np.array([0.0 if solid.kind == SHAPES else solid.radius for solid in solids])[:, None]
         ground = [mark.place.point for mark in run.mechanism.marks if mark.place.body == GROUND]
-        low += [(run.positions - radii).min(axis=(0, 1)), *map(np.array, ground)]
-        high += [(run.positions + radii).max(axis=(0, 1)), *map(np.array, ground)]
+        corners = [
+            Place(n, (x, y, z))
+            for n, solid in enumerate(solids)
+            if solid.kind == SHAPES
+            for x, y, z in product(*zip(solid.vertices.min(axis=0), solid.vertices.max(axis=0), strict=True))
+        ]
+        reached = run.at(corners).reshape(-1, 3)
+        points = np.concatenate(
+            [np.reshape(ground, (-1, 3)), run.mechanism.ground.vertices, reached[np.isfinite(reached).all(axis=1)]]
+        )
+        low += [(run.positions - radii).min(axis=(0, 1)), points.min(axis=0, initial=np.inf)]
+        high += [(run.positions + radii).max(axis=(0, 1)), points.max(axis=0, initial=-np.inf)]
     return np.min(low, axis=0), np.max(high, axis=0)

@@ -1,11 +1,15 @@
-"""A body as a solid: the homogeneous box or cylinder that has its mass and its principal moments of inertia."""
+"""A body as a solid: its own shapes, or the homogeneous box or cylinder that has its mass and its principal moments."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
 
+from lienumba.scenario.schema.shapes import Shape
+
+SHAPES, NOTHING = "shapes", "nothing"
 SIDES = 24  # of a cylinder
 ALIKE = 0.05  # of two moments: what differs by less is drawn as round
 THINNEST = 0.06  # of the longest edge: a plate is still seen from its edge
@@ -15,17 +19,19 @@ Face = tuple[int, ...]  # vertices in order around it, counterclockwise from out
 
 @dataclass(frozen=True)
 class Solid:
-    """kind: "box" or "cylinder"; vertices (n, 3) in m in the body frame, its origin the mass centre; faces: plane
-    polygons, as indices of vertices; the two ends of a cylinder are its last two faces."""
+    """kind: "box" or "cylinder" of equivalent inertia, "shapes", or "nothing"; vertices (n, 3) in m in the body frame,
+    its origin the mass centre; faces: plane polygons, as indices of vertices; the two ends of a cylinder are its last
+    two faces. colours: of each face, or empty where it has that of the body, as all have where there are none."""
 
     kind: str
     vertices: np.ndarray
     faces: tuple[Face, ...]
+    colours: tuple[str, ...] = ()
 
     @property
     def radius(self) -> float:
         """The distance of the farthest vertex from the mass centre in m."""
-        return float(sqrt((self.vertices**2).sum(axis=1).max()))
+        return float(sqrt((self.vertices**2).sum(axis=1).max(initial=0.0)))
 
     def triangles(self) -> list[tuple[int, int, int]]:
         """The faces cut into triangles of the same vertices."""
@@ -52,6 +58,21 @@ def equivalent(mass: float, inertia: tuple[float, ...]) -> Solid:
     edges = _thick(np.array([2.0 * radius, 2.0 * radius, length]))
     turned = axes[:, [(axis + 1) % 3, (axis + 2) % 3, axis]]
     return Solid("cylinder", edges * _ring() @ turned.T, _CYLINDER)
+
+
+def looking(shapes: Iterable[Shape], colour: str = "") -> Solid:
+    """All shapes of a body as one, in triangles; nothing if there are none. colour: of those that have none."""
+    vertices: list[np.ndarray] = [np.zeros((0, 3))]
+    faces: list[Face] = []
+    colours: list[str] = []
+    count = 0
+    for shape in shapes:
+        corners, triangles = shape.placed()
+        vertices.append(corners)
+        faces += map(tuple, (triangles + count).tolist())
+        colours += [shape.colour or colour] * len(triangles)
+        count += len(corners)
+    return Solid(SHAPES if faces else NOTHING, np.concatenate(vertices), tuple(faces), tuple(colours))
 
 
 def _axis_of_symmetry(moments: np.ndarray) -> int | None:

@@ -80,10 +80,14 @@ COORDINATES = {
     "joint": ("1", "name of the joint"),
     "constraint": ("1", "name of the joint and number of its constraint equation"),
     "effort": ("1", "name of the driver, and axis where it drives three"),
+    "coordinate": ("1", "name of the joint, and of its coordinate where it has several"),
+    "coordinate_units": ("1", "unit of the coordinate; its rate has this per s, what acts along it N m or N"),
     "event": ("1", "name of the event"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
+
+SAID_OF = {"coordinate_units": "coordinate"}  # coordinates that say more of a dimension than its labels do
 
 
 def dataset(
@@ -95,6 +99,7 @@ def dataset(
     joints: Sequence[str],
     constraints: Sequence[str],
     efforts: Sequence[str] = (),
+    coordinates: Mapping[str, str] | None = None,
     events: Sequence[str] = (),
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
@@ -105,8 +110,8 @@ def dataset(
     total: int | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
-    drivers whose reactions are not unique; `own`: variables that are not those of every scenario; `total`: of how many
-    runs it will be, if it has none of them yet.
+    drivers whose reactions are not unique; `coordinates`: of joints, with their units; `own`: variables that are not
+    those of every scenario; `total`: of how many runs it will be, if it has none of them yet.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -118,6 +123,8 @@ def dataset(
         "joint": np.asarray(joints, dtype=str),
         "constraint": np.asarray(constraints, dtype=str),
         "effort": np.asarray(efforts, dtype=str),
+        "coordinate": np.asarray(list(coordinates or {}), dtype=str),
+        "coordinate_units": np.asarray(list((coordinates or {}).values()), dtype=str),
         "event": np.asarray(events, dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
@@ -160,9 +167,9 @@ def _frame(
             data[name].attrs |= {"not_unique": ", ".join(shared), "comment": "of all possible ones those of least norm"}
     used = {"run", *(dim for variable in data.values() for dim in variable.dims)}
     coordinates: dict[str, xr.Variable] = {
-        name: xr.Variable(name, values, texts(*COORDINATES[name]), _bare(name, values, total))
+        name: xr.Variable(SAID_OF.get(name, name), values, texts(*COORDINATES[name]), _bare(name, values, total))
         for name, values in labels.items()
-        if name in used
+        if SAID_OF.get(name, name) in used
     }
     return xr.Dataset(data, coordinates)
 

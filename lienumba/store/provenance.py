@@ -10,7 +10,8 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from types import MappingProxyType
-from typing import Any
+
+from lienumba.compiler import native
 
 PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 PAPER = (
@@ -21,12 +22,8 @@ PAPER = (
 
 def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: str) -> dict[str, str | int | float]:
     """Global attributes; `scenario_toml`: the resolved scenario; `sha256`: of what determines a run."""
-    import llvmlite.binding
-    import numba
-
     from lienumba import __version__
 
-    config: Any = numba.config
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "Conventions": "CF-1.11",
@@ -37,7 +34,7 @@ def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: 
         "references": PAPER,
         "scenario_sha256": sha256,
         **{f"{name}_version": number for name, number in versions().items()},
-        "cpu": config.CPU_NAME or llvmlite.binding.get_host_cpu_name(),
+        "cpu": native.cpu_name(),
         "scenario": scenario_toml,  # the last, because it is long
     }
 

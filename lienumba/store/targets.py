@@ -28,6 +28,12 @@ def check_target(
     """
     target = Path(path)
     folder = target.parent
+    try:
+        target.stat()
+    except (FileNotFoundError, NotADirectoryError):  # which is told below
+        pass
+    except OSError as error:
+        raise ScenarioError(f"output = {target}: cannot be ({error.strerror}); {CHOOSE}") from error
     if endings and target.suffix.lower() not in endings:
         raise ScenarioError(f"output = {target}: is no {what}; give a name that ends in {listed(endings, 'or')}")
     if target.is_dir():

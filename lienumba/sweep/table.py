@@ -14,7 +14,7 @@ from lienumba.sweep.distributions.base import Finite
 class SampleTable(BaseModel):
     """As the scenario keeps it: with its numbers, whichever file they came from."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", defer_build=True)
 
     columns: dict[str, list[Finite]] = Field(description="the columns by their names, one number for each row")
     runs: list[Annotated[int, Field(strict=True, ge=0)]] | None = Field(

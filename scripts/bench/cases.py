@@ -18,7 +18,8 @@ INERTIA, GRAVITY, PIVOT = np.diag(engine.INERTIA), np.array(engine.GRAVITY), np.
 
 @dataclass(frozen=True)
 class Case:
-    """`work`: steps times runs (or other units) in one call of `seconds`; `flops`: per unit, 0 where not known."""
+    """`work`: steps times runs (or other units) in one call of `seconds`; per unit, 0 where not known: `flops`, and
+    `parts`, stages times bodies; `beside`: what a run costs beside its steps (s)."""
 
     key: str
     label: str
@@ -26,6 +27,8 @@ class Case:
     work: float
     seconds: Callable[[], float]
     flops: float = 0.0
+    parts: int = 0
+    beside: Callable[[], float] = float
 
 
 def timed(function: Callable[..., Any], *arguments: Any) -> Callable[[], float]:

@@ -52,10 +52,11 @@ def cold(k: int) -> dict[str, float]:
 
 def _compile(k: int) -> dict[str, float]:
     from bench import engine
+    from lienumba.compiler.flat import Flat
 
     model, _ = engine.chain(k, 1)
     start = time.perf_counter()
-    import lienumba.integrators.drivers.fixed_step  # noqa: F401
+    Flat("lienumba.integrators.drivers.fixed_step", "drive")
 
     ready = time.perf_counter()
     program = engine.build(model, engine.METHODS["both"])

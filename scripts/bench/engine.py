@@ -18,12 +18,13 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.machine import aligned, compile_program
 from lienumba.integrators.tracing.program import Program, build
-from lienumba.integrators.tracing.tracer import Method, Slot, split
+from lienumba.integrators.tracing.row_selection import UNIQUE
+from lienumba.integrators.tracing.tracer import Method, Slot, Tracer, split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import assembly
-from lienumba.mechanics.system import dynamics, kkt
+from lienumba.mechanics.system import dynamics
 
 # Terze, Mueller, Zlatar (2015), section 7.1; inertia about the mass centre, body frame
 MASS, INERTIA, GRAVITY = 15.0, (0.234375, 0.46875, 0.234375), (0.0, 0.0, -9.81)
@@ -139,7 +140,8 @@ class AccelerationMap:
         graph, k = Graph(), len(model.bodies)
         numbers = map_numbers(template, lambda x, _: graph.input("parameters", x.row) if isinstance(x, Slot) else x)
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(k))
-        solution = dynamics.accelerations(numbers, kkt.Structure.of(model), Instant(bodies))
+        tracer = Tracer(template, METHODS["none"], UNIQUE, fixed=True)
+        solution = dynamics.accelerations(numbers, tracer.structure, Instant(bodies), axes=tracer.axes)
         kernel = Kernel("map", (*solution.x, *solution.mu), len(values))
         self.counts = kernel.counts()
         self.runs = blocks * W

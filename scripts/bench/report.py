@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bench import robot_cases
 from bench.cases import Case
 from bench.checks import Check
 
@@ -59,6 +60,8 @@ def results(
             "ns_least": float(np.min(samples[case.key])) * 1e9,
             "gflops": case.flops / float(np.median(samples[case.key])) * 1e-9,
             "flops": case.flops,
+            "parts": case.parts,
+            "beside_us": case.beside() * 1e6,
             "samples_ns": [float(x) * 1e9 for x in samples[case.key]],
         }
         for case in cases
@@ -92,6 +95,7 @@ def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, floa
     chains = [case.key for case in cases if case.key.startswith("chain_")]
     if "chain_4" in chains:
         found |= {f"{key}/chain_4": ratio(key, "chain_4") for key in chains}
+    found |= robot_cases.ratios(cases, ratio)
     for case in cases:
         if case.key.startswith("rival_"):
             for projection in ("none", "both"):
@@ -116,7 +120,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
     for name in ("threads", "ns", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):
         table.add_column(name, justify="right")
     for key, row in rows.items():
-        if key.startswith("chain_"):
+        if key.startswith(("chain_", "robot_", "joints_")):
             continue
         of_peak = ratios.get(f"peak_fraction_{key}")
         faster = [ratios.get(f"{key}/engine_{projection}") for projection in ("none", "both")]
@@ -139,6 +143,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
             *(f"{seconds[part]:.2f}" for part in ("trace", "compile", "total")),
         )  # fmt: skip
     console.print(chains)
+    robot_cases.show(found, console)
     driver = float(np.median([seconds["driver"] for seconds in found["cold_compile_s"].values()]))
     console.print(
         f"Two threads: {ratios['two_threads_none']:.2f} times one, with both projections "

@@ -142,6 +142,8 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "parameters",
         "quantities",
         "events",
+        "inputs",
+        "start",
         "tables",
         "files",
         "model",

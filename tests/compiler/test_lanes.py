@@ -156,3 +156,10 @@ def test_a_float_stays_a_float():
     for x in (-1.0, math.inf, math.nan, 1000.0, -1000.0):
         plain = (operations.sqrt(x), operations.sin(x), operations.cos(x), operations.exp(x))
         assert_same_bits(np.array(floats(x))[[0, 3]], np.array(plain)[[0, 3]])
+
+
+@pytest.mark.parametrize("held", [*range(W), W])
+def test_all_lanes_are_as_many_as_there_are(held):
+    x = np.where(np.arange(W) < held, 1.0, 2.0)[None]
+    said = njit(lambda x: operations.where(x == x, 1.0 if lanes.all_lanes(x < 1.5) else 0.0, x))
+    assert (on_lanes(said, (0,), 0)(x)[0] == float(held == W)).all()

@@ -10,9 +10,10 @@ import lienumba
 from lienumba.engine.runner import check_initial
 from lienumba.integrators.methods import METHODS
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.resolve import resolve
-from lienumba.store.layout import VARIABLES
+from lienumba.store.layout import VARIABLES, course
 from tests.documents.pages import ROOT, blocks
 from tests.documents.player import COMMANDS
 
@@ -108,8 +109,9 @@ def test_every_variable_is_in_the_table() -> None:
     assert [name for name in VARIABLES if f"`{name}`" not in page] == []
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| ([\w, ]+) \| (.*) \|$", page, re.MULTILINE)
     described = {name: (dims, text) for names, dims, text in rows for name in re.findall(r"`(\w+)`", names)}
-    assert described.keys() >= set(OUTPUT_VARIABLES)
+    every = VARIABLES | {name: course(x) for name, x in JOINT_COORDINATES.items()}
+    assert described.keys() >= {*OUTPUT_VARIABLES, *JOINT_COORDINATES}
     for name, (dims, text) in described.items():
-        spec = VARIABLES[name]
+        spec = every[name]
         assert dims == ", ".join(spec.dims), name
         assert spec.units == "1" or re.search(rf"(^|\W){spec.units}($|\W)", text), name

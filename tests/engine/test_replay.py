@@ -56,6 +56,12 @@ SUMMARY = {"every": 0.04, "mode": "summary", "summary": {"position": ["max", "rm
            "full_runs": "3:5"}  # fmt: skip
 CASES: dict[str, tuple[dict[str, Any], tuple[int, ...], str]] = {
     "steps": (top(runs=11), (10, -1), "at 6 common times"),
+    "joint coordinates": (loop(output={"every": 0.04, "joint_coordinates": True}), (1,), "at 6 common times"),
+    "their summaries": (
+        loop(output=SUMMARY | {"joint_coordinates": True, "summary": {"q": ["max"]}}),
+        (1,),
+        "in all that it keeps of a run",
+    ),
     "tolerance": (paced(loop(), PACES[2]), (0, 19), "at 6 common times"),
     "free lanes": (paced(loop(), PACES[1]), (7,), "at 6 common times"),
     "other rows": (linkage(), (2, 17), "at 5 common times"),

@@ -104,7 +104,8 @@ def test_a_picture_shows_paths_joints_and_time(ds):
     picture.show(5)
     assert [text.get_text() for text in picture.figure.texts] == ["title", "t = 0.10 s  (0.2 × real time)"]
     assert [text.get_text() for text in picture.figure.legends[0].get_texts()] == ["nominal run", "run 2"]
-    for run, [path] in zip(seen.runs, picture.paths, strict=True):
+    for run, paths in zip(seen.runs, picture.paths, strict=True):
+        (path,) = paths.values()
         drawn = np.array(path.get_data_3d()).T
         np.testing.assert_allclose(drawn[:-1], run.positions[:11, 0])
     ground = picture.marks[1][0].get_data_3d()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import lienumba
 from tests.laws.rigs import FUNCTIONS, close, order, run
 from tests.rigs.scenarios import PENDULUM, chain
 
@@ -285,3 +286,45 @@ def test_a_velocity_that_positions_and_the_time_decide():
     assert np.ptp(speed) > 0.1
     assert np.abs(ds.work).max() > 1e-3
     assert order(residuals) > 3.7, residuals
+
+
+TIE = """
+def tie(first, second, *, a, b, c):
+    x = first.angle
+    return second.angle - (a + b * x + c * x * x)
+"""
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_constraint_of_angles_counts_their_turns(coordinates):
+    """Two pendulums of which one follows the other by a polynomial: Lagrange's equation of the one angle."""
+    a, b, c, reach, g = 0.1, 0.5, 0.3, 0.3, 9.81
+    bodies = [{"name": name, "mass": 1.0, "inertia": [0.1, 0.2, 0.3]} for name in "ab"]
+    keys = {"type": "revolute", "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2}
+    joints = [
+        {"name": joint, **keys, "bodies": ["ground", body], "points": [[n, 0, 0], [0, 0, -reach]]}
+        for n, (joint, body) in enumerate(zip(("first", "second"), "ab", strict=True))
+    ]
+    joints[0] |= {"angle": 0.5, "rate": 1.0}
+    law = {"type": "python", "function": "laws.py:tie", "joints": ["first", "second"], "rows": ["rad"]}
+    joints.append({"name": "tie", **law, "parameters": {"a": a, "b": b, "c": c}})
+    ds = lienumba.run(
+        {
+            "files": {"laws.py": TIE},
+            "model": {"bodies": bodies, "joints": joints},
+            "quantities": [{"name": name, "type": "joint", "joint": name} for name in ("first", "second")],
+            "integrator": {"step": 1e-3, "end_time": 2.0, "coordinates": coordinates},
+        }
+    )
+    inertia = 0.2 + reach**2
+
+    def flow(t, y):
+        x, rate = y
+        follower, slope = a + b * x + c * x * x, b + 2 * c * x
+        torque = g * reach * (np.sin(x) + np.sin(follower) * slope) - inertia * slope * 2 * c * rate**2
+        return rate, torque / (inertia * (1 + slope**2))
+
+    expected = solve_ivp(flow, (0, 2), (0.5, 1.0), "DOP853", ds.time.values, rtol=1e-12, atol=1e-12).y[0]
+    assert expected[-1] > np.pi
+    np.testing.assert_allclose(ds["first.angle"].values[0], expected, atol=2e-8)
+    np.testing.assert_allclose(ds["second.angle"].values[0], a + b * expected + c * expected**2, atol=1e-7)

@@ -70,8 +70,8 @@ def test_its_parameters_can_be_swept(path, kp):
 
 def test_another_number_compiles_nothing(monkeypatch):
     emitted = []
-    emit = native._emit
-    monkeypatch.setattr(native, "_emit", lambda *x: emitted.append(1) or emit(*x))
+    emit = native.emit
+    monkeypatch.setattr(native, "emit", lambda *x: emitted.append(1) or emit(*x))
     data = swept("forces.own.parameters.kp", 20, runs=10_000)
     data["integrator"] = {"step": 0.01, "end_time": 0.05}
     data["output"] = {"times": [0.05]}

@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,12 @@ NEEDED = "LIENUMBA_NEEDS_BROWSER"  # set where a browser must be there
 # What Chromium says whatever plotly.js draws: how fast WebGL is in software, and how its labels are rendered.
 DRIVER = ("GL Driver Message", "willReadFrequently")
 WIDTHS = {1280: 800, 390: 844}  # and their heights
+DRAWN = """(run) => {
+  const stage = document.getElementById("stage"), { traces, dataScale } = stage._fullLayout.scene._scene;
+  const parts = stage._fullData.filter((x, n) => stage.data[n].meta.run === run && stage.data[n].meta.part);
+  const placed = (x) => [["x", "y", "z"].map((key) => Array.from(x[key])), Array.from(traces[x.uid].mesh.placed)];
+  return [parts.map(placed), dataScale];
+}"""
 CUT_OFF = (Path(__file__).parent / "cut_off.js").read_text()
 MOVE = "(t) => { const x = document.getElementById('time'); x.value = t; x.dispatchEvent(new Event('input')); }"
 
@@ -64,12 +70,21 @@ class Seen:
     def ask(self, script: str, *arguments: Any) -> Any:
         return self.page.evaluate(script, *arguments)
 
+    def until(self, script: str, told: Callable[[Any], bool]) -> Any:
+        """What the page answers, as soon as it is this, or at last after some seconds."""
+        for _ in range(100):
+            if told(found := self.ask(script)):
+                break
+            self.page.wait_for_timeout(100)
+        return found
+
     def look_at_all(self) -> None:
         """Scroll down, so that all charts are drawn."""
         self.ask("document.documentElement.style.scrollBehavior = 'auto'")
         for top in range(0, self.ask("document.scrollingElement.scrollHeight"), WIDTHS[self.width] // 2):
             self.ask(f"scrollTo(0, {top})")
             self.page.wait_for_timeout(60)
+        self.page.wait_for_selector("[data-chart] .xtick text", state="attached")
         self.ask("scrollTo(0, 0)")
 
     def pause(self) -> None:
@@ -84,12 +99,14 @@ class Seen:
     def time(self) -> float:
         return float(self.page.inner_text("#clock").removesuffix(" s"))
 
-    def vertices(self, trace: int = 0) -> np.ndarray:
-        """The vertices (n, 3) that are drawn of all bodies."""
-        drawn = self.ask(
-            "(n) => ['x', 'y', 'z'].map((key) => Array.from(document.getElementById('stage').data[n][key]))", trace
-        )
-        return np.array(drawn).T
+    def vertices(self, run: int = 0) -> np.ndarray:
+        """The vertices (n, 3) that are drawn of all bodies of a run: where the matrices of their meshes take them."""
+        drawn, scale = self.ask(DRAWN, run)
+        found = []
+        for corners, columns in drawn:
+            matrix = np.reshape(columns, (4, 4)).T
+            found.append((np.array(corners).T * scale @ matrix[:3, :3].T + matrix[:3, 3]) / scale)
+        return np.concatenate(found)
 
 
 @contextmanager

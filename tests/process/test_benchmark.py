@@ -107,5 +107,6 @@ def test_quick_run_end_to_end(tmp_path):
     assert {"naive_none/engine_none", "naive_none/engine_both", "peak_fraction_map", "chain_1/chain_4"} <= set(
         found["ratios"]
     )
+    assert found["ratios"]["robot_ur5_lie_rotors/robot_ur5_lie"] > 0
     assert set(found["cold_compile_s"]) == {"1", "4"}
     assert "naive Numba loop" in done.stdout

@@ -6,8 +6,11 @@ import numpy as np
 
 from lienumba.integrators.methods import METHODS, munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
+from lienumba.integrators.tracing.row_selection import UNIQUE
+from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, embedded, kkt, projection
+from lienumba.mechanics.system.body_axes import Axes
 from lienumba.scenario.resolve import resolve
 from tests.rigs.scenarios import start_of
 
@@ -20,6 +23,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
     settings: Any = resolved.data
     model, states = start_of(data)
     structure = kkt.Structure.of(model)
+    axes = Tracer(split(model)[0], Method(settings.integrator.method, "none", "none"), UNIQUE, fixed=True).axes
     x: Bodies = tuple(tuple(body) for body in states.tolist())
     most = (0, 0)
     tableau = METHODS[settings.integrator.method]
@@ -27,7 +31,7 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
 
     def stage(x: Bodies, u: Any, t: float) -> Any:
         def F(bodies: Bodies) -> Any:
-            a = dynamics.accelerations(model, structure, Instant(bodies)).x
+            a = dynamics.accelerations(model, structure, Instant(bodies), axes=axes).x
             return tuple((*body[12:18], *a[6 * i : 6 * i + 6]) for i, body in enumerate(bodies))
 
         return munthe_kaas.slope(chart, x, u, F)
@@ -37,16 +41,18 @@ def run(data: dict[str, Any]) -> tuple[np.ndarray, tuple[int, int]]:
         x, *_ = munthe_kaas.step(chart, tableau, x, n * h, h, stage)
         used = (0, 0)
         if settings.projection.position != "none":
-            x, positions = project_positions(model, structure, x, settings.projection)
+            x, positions = project_positions(model, structure, x, settings.projection, axes)
             used = (positions, 0)
         if settings.projection.velocity != "none":
-            x, velocities = project_velocities(model, structure, x, settings.projection)
+            x, velocities = project_velocities(model, structure, x, settings.projection, axes)
             used = (used[0], velocities)
         most = (max(most[0], used[0]), max(most[1], used[1]))
     return np.array(x), most
 
 
-def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, settings: Any) -> tuple[Bodies, int]:
+def project_positions(
+    model: Any, structure: kkt.Structure, hat: Bodies, settings: Any, axes: Axes
+) -> tuple[Bodies, int]:
     """By either form; as a chord method with the elimination of the first iteration."""
     state, x, mu, mask = hat, [0.0] * (6 * len(hat)), [0.0] * structure.rows, [1.0] * structure.rows
     first: Any = None
@@ -54,9 +60,9 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, setting
         now, again = Instant(state), settings.chord and first is not None
         if settings.position == "local":
             solution = (
-                projection.chord_correction(model, first, now, x, mu, mask)
+                projection.chord_correction(model, first, now, x, mu, mask, axes)
                 if again
-                else projection.position_correction(model, structure, now, x, mask)
+                else projection.position_correction(model, structure, now, x, mask, axes)
             )
             state = projection.placed(hat, solution.x)
             violation = projection.position_violation(model, Instant(state))
@@ -74,10 +80,12 @@ def project_positions(model: Any, structure: kkt.Structure, hat: Bodies, setting
     raise RuntimeError(f"left {violation}")
 
 
-def project_velocities(model: Any, structure: kkt.Structure, state: Bodies, settings: Any) -> tuple[Bodies, int]:
+def project_velocities(
+    model: Any, structure: kkt.Structure, state: Bodies, settings: Any, axes: Axes
+) -> tuple[Bodies, int]:
     for iteration in range(1, 20):
         x = projection.velocity_correction(
-            model, structure, Instant(state), projection.WEIGHTS[settings.velocity], [1.0] * structure.rows
+            model, structure, Instant(state), projection.WEIGHTS[settings.velocity], [1.0] * structure.rows, axes
         ).x
         state = tuple(
             (*body[0:12], *np.add(body[12:18], x[6 * i : 6 * i + 6]).tolist()) for i, body in enumerate(state)

@@ -1,4 +1,6 @@
-"""Random mechanisms of all joints, drivers and forces, light bodies beside heavy ones, and states for them."""
+"""Random mechanisms of all joints, drivers, rotors and forces, light bodies beside heavy ones, and states for them."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -49,6 +51,11 @@ def joint(rng, name, kind, ends):
         name, kind, tuple(int(i) for i in rng.permutation(ends)), (vector(rng), vector(rng)), (frame(rng), frame(rng)),
         numbers=NUMBERS.get(kind, lambda x: {})(number),
     )  # fmt: skip
+
+
+def with_rotor(rng, x):
+    """Some of the joints that may have one, a rotor of any weight."""
+    return replace(x, armature=10.0 ** rng.uniform(-3.0, 1.0)) if JOINTS[x.type].rotor and rng.random() < 0.7 else x
 
 
 def a_coordinate(rng, every, kinds=("angle", "displacement")):
@@ -147,6 +154,7 @@ def mechanism(topology, seed):
     every = [joint(rng, f"j{n}", str(rng.choice(STRONG)), ends) for n, ends in enumerate(tree)]
     every += [joint(rng, f"c{n}", str(rng.choice(LOOSE)), ends) for n, ends in enumerate(closing)]
     extra = [coupling(rng, f"g{n}", every) for n in range(int(rng.integers(2)))]
+    every = [with_rotor(np.random.default_rng((seed, n)), x) for n, x in enumerate(every)]
     drivers = [driver(rng, f"d{n}", k, every) for n in range(int(rng.integers(3)))]
     model = Model(
         (0.3, Formula("t - 0.2"), -9.81),

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.components import components, dims_of, matching, places
+from lienumba.analysis.components import components, dims_of, matching, places, unit
 from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
@@ -236,14 +236,14 @@ def _dim(variable: xr.DataArray) -> str:
 
 
 def _panels(variable: xr.DataArray, wanted: Iterable[int] | None = None) -> Iterator[Panel]:
-    """A panel for each body or joint of these components; of a whole rotation its angles."""
+    """A panel for each body or joint of these components, and for each unit; of a whole rotation its angles."""
     at, dims = list(places(variable)), dims_of(variable)
     chosen = range(len(at)) if wanted is None else list(wanted)
     each = dims.index(next((dim for dim in EACH if dim in dims), "")) if set(EACH) & set(dims) else None
-    groups: dict[int, list[tuple[int, ...]]] = {}
+    groups: dict[tuple[int, str], list[tuple[int, ...]]] = {}
     for n in chosen:
-        groups.setdefault(0 if each is None else at[n][each], []).append(at[n])
-    for item, group in groups.items():
+        groups.setdefault((0 if each is None else at[n][each], unit(variable, at[n])), []).append(at[n])
+    for (item, _), group in groups.items():
         of = "" if each is None else f" of {variable[dims[each]].values[item]}"
         yield _panel(variable, group, dims, each, of)
 
@@ -263,10 +263,9 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
         lines.append(PanelLine(name, label if len(group) > 1 else "", index))
     frame = ", body frame" if variable.attrs.get("frame") == "body" else ""
     more = f", the first {MOST_LINES} of {len(lines)}" if len(lines) > MOST_LINES else ""
-    units = str(variable.attrs.get("units", ""))
     return Panel(
         f"{words(name)}{of}{alone}{frame}{more}",
-        axis_label(name, units),
+        axis_label(name, unit(variable, group[0])),
         tuple(lines[:MOST_LINES]),
         _dim(variable),
         over_time,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.components import components, dims_of, matching, places
+from lienumba.analysis.components import components, dims_of, matching, places, unit
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import VARIABLES
@@ -121,7 +121,7 @@ def _read(
     part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(dims_of(variable), needed, strict=True)})
     values = np.where(good.reshape(-1, *(1 for _ in needed)), part.transpose("run", ...).values, nan)
     scale = float(np.nanmax(abs(values), initial=0.0))
-    units, long_name = (str(variable.attrs.get(key, default)) for key, default in (("units", "1"), ("long_name", "")))
+    long_name = str(variable.attrs.get("long_name", ""))
     for name in wanted:
         place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(at_place[name], needed, strict=True)))
-        yield Output(name, units, long_name, values[place], time, scale)
+        yield Output(name, unit(variable, at_place[name]), long_name, values[place], time, scale)

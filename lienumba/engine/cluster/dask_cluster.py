@@ -55,7 +55,10 @@ class Cluster:
         connection.put(self.shelf, self.resolved.to_toml())
         return connection
 
-    def __call__(self, runs: Runs, fixed: bool, report: Callable[[float], None]) -> Iterator[Piece]:
+    def __call__(
+        self, runs: Runs, fixed: bool, report: Callable[[float], None], begin: Callable[[], None]
+    ) -> Iterator[Piece]:
+        """Workers compile on their own, of which nothing is told."""
         self._refuse_hopeless(runs)
         dealt, cluster = Dealt(len(runs.labels), self._run_bytes(runs)), self.connection
         active: dict[Future, Sent] = {}

@@ -9,7 +9,7 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
-from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Places, Rows
 from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Sizes, Workspace
 
 
@@ -78,7 +78,7 @@ def observe(
     """Project what was stored between the ends of steps and where runs ended there, and observe what was stored, block
     by block."""
     state = layout.state_rows(sizes)
-    x, lanes = at.new, at.lanes
+    x, lanes, places = at.new, at.lanes, Places(at.new, at.now, at.following)
     for block in range(runs.statuses.shape[0]):
         p = runs.parameters[block].ctypes.data
         for n in range(outputs.size):
@@ -97,7 +97,7 @@ def observe(
             status, iterations = lanes + ROW * STATUS, lanes + ROW * ITERATIONS
             loose = picked & (load(to, state) == 0.0)
             if any_lane(loose):
-                stages.project(kernels, sizes, p, x, at, status, loose, iterations, table, limit, tolerance)
+                stages.project(kernels, sizes, p, places, False, at, status, loose, iterations, table, limit, tolerance)
             stages.copy(iterations, to + ROW * (state + sizes.observed), layout.PROJECTIONS)  # those of the steps
             picked = picked & (load(status, 0) == 0.0)
             if any_lane(load(status, 0) != 0.0):
@@ -112,6 +112,7 @@ def observe(
             store(at.clock, layout.TIME, load(runs.ends[block].ctypes.data, 0))
             store(lanes, STATUS, splat(0.0))
             status = lanes + ROW * STATUS
-            stages.project(kernels, sizes, p, x, at, status, within, lanes + ROW * ITERATIONS, table, limit, tolerance)
+            iterations = lanes + ROW * ITERATIONS
+            stages.project(kernels, sizes, p, places, False, at, status, within, iterations, table, limit, tolerance)
             stages.commit(within & (load(status, 0) == 0.0), runs.states[block].ctypes.data, x, state)
             _fall_back(block, rows, first, runs, outputs, state)

@@ -9,7 +9,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
-from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Lanes, Mask, Rows
 from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
 
 HALVES = 52  # a fraction of a step is known to the last bit
@@ -102,7 +102,7 @@ def find_events(
     return load(at.lanes, PICKED)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def stop_runs(sizes: Sizes, at: Workspace, stop: Lanes, good: Mask) -> None:
     """Runs that an event has stopped end there; where that is within the step, in the state that is in `now`."""
     stopped = good & (stop < NEVER)

@@ -7,16 +7,15 @@ import numpy as np
 from numba import njit
 from numba.core import types
 
-from lienumba.compiler import cache
-from lienumba.compiler.lanes import any_lane, borrowed, call, choose, load, splat, store
+from lienumba.compiler.flat import Jitted
+from lienumba.compiler.lanes import all_lanes, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.row_selection import WEAKENED
-from lienumba.integrators.drivers.stages import commit
-from lienumba.integrators.drivers.workspace import OPTIONS, SIZES, Address, Lanes, Rows, addresses
-from lienumba.integrators.layout import ITERATIONS, UNTIL, Sizes, T
+from lienumba.integrators.drivers.stages import commit, copy
+from lienumba.integrators.drivers.workspace import OPTIONS, SIZES, Address, Lanes, Places, Rows, addresses
+from lienumba.integrators.layout import ACCEPTED, ITERATIONS, STATUS, UNTIL, Sizes, T
 
 
 @njit(**OPTIONS)
@@ -41,21 +40,21 @@ def _set_clock(clock: Address, t: Lanes, to: Lanes, begin: float, end: float, h:
     store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
-@cache.numba_cached(
+@Jitted(
     types.void(
         types.int64[::1], types.float64[::1], SIZES,
         types.int64, types.float64, types.int64[::1], types.int64, types.float64,
         types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
         types.float64[:, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1],
-        types.int64[::1],
+        types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
     kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
     tolerance: float, states: np.ndarray, parameters: np.ndarray, discontinuities: np.ndarray, records: np.ndarray,
-    statuses: np.ndarray, end_steps: np.ndarray, ends: np.ndarray, buffer: np.ndarray, progress: np.ndarray,
-    stop: np.ndarray,
+    statuses: np.ndarray, end_steps: np.ndarray, ends: np.ndarray, buffer: np.ndarray, passed: np.ndarray,
+    progress: np.ndarray, stop: np.ndarray,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
@@ -65,22 +64,24 @@ def drive(
     records (blocks, outputs, record rows, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step; ends
     (blocks, W): the time of the last good state (s), which is later where a step failed behind a discontinuity;
-    buffer: as many rows as `layout.workspace` says, and the kernels' work; progress[0]: outputs done so far;
+    buffer: as many rows as `layout.workspace` says, and the kernels' work; passed (W,): room for the discontinuities
+    that each lane has passed; progress[0]: outputs done so far;
     stop[0]: set from outside to end early; limit and tolerance: of the projections. Every array is contiguous.
     """
-    elements, rows, q = ELEMENT * sizes.elements, layout.state_rows(sizes), sizes.exchangeable
+    elements, rows, q = layout.element_rows(sizes), layout.state_rows(sizes), sizes.exchangeable
     best = elements + sizes.first_mask + q  # the row of the largest margin
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
-    new, clock, lanes, iterations = at.new, at.clock, at.lanes, at.lanes + ROW * ITERATIONS
-    memory = buffer[: W * first.work].reshape((first.work, W))
-    table = borrowed(memory[first.table : first.table + layout.table_rows(q)])
-    since, until = borrowed(memory[first.lanes + T]), borrowed(memory[first.lanes + UNTIL])
-    kernels, nodes = borrowed(kernels), borrowed(nodes)
-    passed, cuts = np.zeros(W, np.int64), discontinuities.shape[1] > 1  # passed: discontinuities of each lane
+    x, places, clock, lanes = at.state, Places(at.new, at.now, at.following), at.clock, at.lanes
+    iterations, status, end_step = lanes + ROW * ITERATIONS, lanes + ROW * STATUS, lanes + ROW * ACCEPTED
+    memory = matrix(buffer.ctypes.data, first.work, W)
+    table = memory[first.table : first.table + layout.table_rows(q)]
+    since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
+    cuts = discontinuities.shape[1] > 1
     for block in range(states.shape[0]):
-        x, p = states[block].ctypes.data, parameters[block].ctypes.data
+        state, p = states[block].ctypes.data, parameters[block].ctypes.data
+        copy(x, state, rows)
         jumps = discontinuities[block]
-        status, end_step = statuses[block].ctypes.data, end_steps[block].ctypes.data
+        store(status, 0, load(statuses[block].ctypes.data, 0))
         for row in range(layout.PROJECTIONS):
             store(iterations, row, splat(0.0))
         store(end_step, 0, splat(0.0))
@@ -88,8 +89,8 @@ def drive(
         store(lanes, T, splat(0.0))
         passed[:] = 0
         if kernels[layout.SAMPLE] != 0:
-            call(kernels[layout.SAMPLE], x, p, clock, 0, new, at.work)
-            commit(load(status, 0) == 0.0, x, new, elements)
+            call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
+            commit(load(status, 0) == 0.0, x, places.new, elements)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:
@@ -102,16 +103,21 @@ def drive(
                     store(lanes, UNTIL, splat(n * h))
                 _set_clock(clock, load(lanes, T), load(lanes, UNTIL), (n - 1) * h, n * h, h)
                 if kernels[layout.STEP] != 0:
-                    call(kernels[layout.STEP], x, p, clock, 0, new, at.work)
+                    call(kernels[layout.STEP], x, p, clock, 0, places.new, at.work)
                 else:
-                    stages.staged_step(kernels, sizes, nodes, 0, x, p, at)
+                    stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
                 store(clock, layout.TIME, load(lanes, UNTIL))
-                code = load(new, rows + layout.CODE)
-                margin = load(new, rows + layout.MARGIN)
+                code = load(places.new, rows + layout.CODE)
+                margin = load(places.new, rows + layout.MARGIN)
                 store(status, 0, choose(going, code, load(status, 0)))
-                stages.project(kernels, sizes, p, new, at, status, going, iterations, table, limit, tolerance)
+                places = stages.project(
+                    kernels, sizes, p, places, True, at, status, going, iterations, table, limit, tolerance
+                )  # fmt: skip
                 good = going & (load(status, 0) == 0.0)
-                commit(good, x, new, rows)
+                if all_lanes(good):
+                    x, places = places.new, Places(x, places.now, places.following)
+                else:
+                    commit(good, x, places.new, rows)
                 if q > 0:
                     weak = good & (margin < WEAKENED * load(x, best))
                     if any_lane(weak):
@@ -119,8 +125,8 @@ def drive(
                         if sizes.fixed != 0:
                             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
                 if landed and kernels[layout.SAMPLE] != 0:
-                    call(kernels[layout.SAMPLE], x, p, clock, 0, new, at.work)
-                    commit(good, x, new, elements)
+                    call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
+                    commit(good, x, places.new, elements)
                 store(lanes, T, choose(good, load(lanes, UNTIL), load(lanes, T)))
                 going = good & (load(lanes, T) < n * h)
             store(clock, layout.TIME, splat(n * h))
@@ -134,6 +140,9 @@ def drive(
                 progress[0] += 1
                 if not any_lane(alive):
                     break
+        copy(state, x, rows)
+        store(statuses[block].ctypes.data, 0, load(status, 0))
+        store(end_steps[block].ctypes.data, 0, load(end_step, 0))
         store(ends[block].ctypes.data, 0, load(lanes, T))
         for rest in range(done, output_steps.size):
             for row in range(layout.record_rows(sizes)):

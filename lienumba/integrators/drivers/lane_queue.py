@@ -11,7 +11,7 @@ from numba import njit
 from lienumba.compiler.lanes import choose, load, splat, store
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers.workspace import OPTIONS, Address, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Address, Lanes, Mask, Rows
 from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,
@@ -146,7 +146,7 @@ def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRun
     return reached
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
     """The next step of each lane: as long as the controller wants it, but to a discontinuity at most, and not leaving a
     tiny rest; h: of steps of one length, else 0."""
@@ -170,11 +170,11 @@ def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
     store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np.ndarray) -> None:
     """In the lanes `lost` the step is tried again, shorter; where it would be too short, the run is over."""
     trial, t = load(lanes, TRIAL), load(lanes, T)
-    shorter = length * choose(trial == 0.0, load(control, layout.SHRUNK), 0.25)
+    shorter = length * choose(trial == 0.0, load(control, layout.FACTOR), 0.25)
     shortest = max(pace[SHORTEST], FIRST_ROUNDING * pace[END])
     least = choose(splat(shortest) > ROUNDING * t, splat(shortest), ROUNDING * t)
     over = lost & ((shorter < least) | (trial == codes.RESELECT))
@@ -184,11 +184,11 @@ def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(lost, 1.0, 0.0))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def accept(lanes: Address, control: Address, length: Lanes, good: Mask, longest: float) -> None:
     """In the lanes `good` the next step is as long as the controller says; one that was cut says nothing against a
     longer one."""
-    grown = load(control, layout.GROWN)
+    grown = load(control, layout.FACTOR)
     grown = choose((load(lanes, BACK) != 0.0) & (grown > 1.0), 1.0, grown)
     wanted, following = load(lanes, H), length * grown
     following = choose((length < wanted) & (following < wanted), wanted, following)

@@ -45,10 +45,11 @@ def strongest(S: np.ndarray, left: np.ndarray, taken: np.ndarray) -> tuple[int, 
 
 
 @kernel
-def select_rows(table: np.ndarray, lane: int, q: int) -> None:
-    """Choose for one lane. table: rows of lanes: lower triangle of S, scale of each row, masks (updated)."""
+def select_rows(table: np.ndarray, lane: int, q: int, room: np.ndarray) -> None:
+    """Choose for one lane. table: rows of lanes: lower triangle of S, scale of each row, masks (updated);
+    room (q + 2, q): to work in."""
     scales, masks = table_scales(q), table_masks(q)
-    S, left, taken = np.empty((q, q)), np.empty(q), np.empty(q)
+    S, left, taken = room[:q], room[q], room[q + 1]
     count, weakest = 0, 1.0
     for attempt in range(2):  # with the present rows, with all
         n = 0

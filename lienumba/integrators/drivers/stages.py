@@ -7,24 +7,23 @@ every iteration is committed by lane.
 import numpy as np
 from numba import njit
 
-from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import all_lanes, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.row_selection import select_rows
-from lienumba.integrators.drivers.workspace import OPTIONS, Address, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Address, Lanes, Mask, Places, Rows
 from lienumba.integrators.layout import Sizes, Workspace
 from lienumba.numerics.operations import maximum
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def commit(mask: Mask, target: Address, source: Address, rows: int) -> None:
     """target = source in the lanes of the mask."""
     for row in range(rows):
         store(target, row, choose(mask, load(source, row), load(target, row)))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def copy(target: Address, source: Address, rows: int) -> None:
     for row in range(rows):
         store(target, row, load(source, row))
@@ -44,28 +43,38 @@ def record(
         store(to, row, choose(alive, load(to, row), splat(np.nan)))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def iterate(
-    kernel: int, again: int, p: Address, hat: Address, now: Address, at: Workspace, status: Address, pending: Mask,
-    limit: int, tolerance: float, violation: int, committed: int,
-) -> Lanes:  # fmt: skip
-    """Iterate a projection until every pending lane is within the tolerance; returns each lane's iterations.
+    kernel: int, again: int, p: Address, hat: Address, places: Places, at: Workspace, status: Address, pending: Mask,
+    limit: int, tolerance: float, violation: int, committed: int, carried: int, exchange: bool,
+) -> tuple[Lanes, Places]:  # fmt: skip
+    """Iterate a projection from `places.now` until every pending lane is within the tolerance; returns each lane's
+    iterations, and the places with the last iterate as `now`.
 
-    `again`: the kernel of the iterations after the first; `violation`: its row in what they give; `committed`: how many
-    rows go to `now`.
+    `again`: the kernel of the iterations after the first; hat: what is projected, 0: the iterate itself; the place
+    `new` is spare; `violation`: its row in what they give; `committed`, `carried`: how many rows go to `now`, and how
+    many it keeps behind them; `exchange`: whether iterates may change places.
     """
-    used = splat(0.0)
+    used, now, following, spare = splat(0.0), places.now, places.following, places.new
     for n in range(limit):
         if not any_lane(pending):
-            return used
-        call(kernel if n == 0 else again, hat, p, at.clock, now, at.following, at.work)
-        commit(pending, now, at.following, committed)
+            return used, Places(spare, now, following)
+        call(kernel if n == 0 else again, now if hat == 0 else hat, p, at.clock, now, following, at.work)
+        code = load(following, violation - layout.VIOLATION + layout.ITERATE_CODE)
+        left = load(following, violation)
+        if exchange and all_lanes(pending):
+            copy(following + ROW * committed, now + ROW * committed, carried)
+            if now == hat:
+                now, following, spare = following, spare, now
+            else:
+                now, following = following, now
+        else:
+            commit(pending, now, following, committed)
         used = used + choose(pending, 1.0, 0.0)
-        code = load(at.following, violation - layout.VIOLATION + layout.ITERATE_CODE)
         store(status, 0, choose(pending, choose(code == 0.0, load(status, 0), code), load(status, 0)))
-        pending = pending & (load(status, 0) == 0.0) & (load(at.following, violation) > tolerance)
+        pending = pending & (load(status, 0) == 0.0) & (left > tolerance)
     store(status, 0, choose(pending, splat(codes.NOT_CONVERGED), load(status, 0)))
-    return used
+    return used, Places(spare, now, following)
 
 
 @njit(**OPTIONS)
@@ -76,15 +85,16 @@ def reselect(
     """Select the constraint rows anew at a state in these lanes; the masks go to the state `target`.
     Returns in which lanes they are others than before."""
     q = sizes.exchangeable
-    first = ELEMENT * sizes.elements + sizes.first_mask
+    first = layout.element_rows(sizes) + sizes.first_mask
     masks, asked = layout.table_masks(q), layout.table_asked(q)
+    room = matrix(at.table + ROW * layout.table_room(q), q + 2, q)
     call(kernels[layout.SCHUR], state, p, at.clock, 0, at.table, at.work)
     for i in range(q):
         store(at.table, masks + i, load(target, first + i))
     store(at.table, asked, choose(lanes, splat(1.0), splat(0.0)))
     for lane in range(W):
         if table[asked, lane] != 0.0:
-            select_rows(table, lane, q)
+            select_rows(table, lane, q, room)
     same = splat(1.0)
     for i in range(q):
         mask = choose(lanes, load(at.table, masks + i), load(target, first + i))
@@ -94,68 +104,85 @@ def reselect(
     return same == 0.0
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def project_positions(
-    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, pending: Mask,
-    table: Rows, limit: int, tolerance: float,
-) -> Lanes:  # fmt: skip
-    """Project the positions of `new` in the pending lanes; returns each lane's iterations.
+    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
+    pending: Mask, table: Rows, limit: int, tolerance: float,
+) -> tuple[Lanes, Places]:  # fmt: skip
+    """Project the positions of `new` in the pending lanes; returns each lane's iterations, and the places.
 
     Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
     the rows are selected anew where the iteration has come to, and it starts again; with fixed rows that is for another
     program to do.
     """
-    rows = ELEMENT * sizes.elements
+    rows = layout.element_rows(sizes)
     iterated = rows + sizes.correction
-    first, again = kernels[layout.POSITION], kernels[layout.CHORD]
-    again = again if again != 0 else first
-    used = splat(0.0)
+    first, chord = kernels[layout.POSITION], kernels[layout.CHORD]
+    again = chord if chord != 0 else first  # reads what the first one left behind its iterate: that stays in its place
+    used, new = splat(0.0), places.new
     for attempt in range(2):
-        copy(at.now, new, rows)
+        # an iterate begins as a copy of `new`, or is `new`, whose rows behind the bodies have been read
+        if not (movable and chord == 0 and sizes.augmented == 0 and all_lanes(pending)):
+            copy(places.now, new, rows)
+        else:
+            places = Places(places.now, new, places.following)
         for row in range(rows, iterated):
-            store(at.now, row, splat(0.0))
+            store(places.now, row, splat(0.0))
         violation = iterated + layout.VIOLATION
-        used = used + iterate(
-            first, again, p, new, at.now, at, status, pending, limit, tolerance, violation, iterated
+        count, places = iterate(
+            first, again, p, new, places, at, status, pending, limit, tolerance, violation, iterated, 0, chord == 0
         )  # fmt: skip
-        commit(pending & (load(status, 0) == 0.0), new, at.now, rows)
+        used = used + count
+        done = pending & (load(status, 0) == 0.0)
+        if movable and all_lanes(done):
+            copy(places.now + ROW * rows, new + ROW * rows, sizes.augmented)
+            return used, Places(places.now, new, places.following)
+        commit(done, new, places.now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
         if attempt == 1 or sizes.exchangeable == 0 or not any_lane(pending):
             break
-        copy(at.now + ROW * rows, new + ROW * rows, sizes.augmented)
-        others = reselect(kernels, sizes, at.now, p, at, pending, table, new)
+        copy(places.now + ROW * rows, new + ROW * rows, sizes.augmented)
+        others = reselect(kernels, sizes, places.now, p, at, pending, table, new)
         if sizes.fixed != 0:
             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
             break
         store(status, 0, choose(pending, splat(0.0), load(status, 0)))
-    return used
+    return used, places
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def project_velocities(
-    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, pending: Mask,
-    limit: int, tolerance: float,
-) -> Lanes:  # fmt: skip
-    """Project the velocities of `new` in the pending lanes; returns each lane's iterations."""
-    rows, kernel = ELEMENT * sizes.elements, kernels[layout.VELOCITY]
+    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
+    pending: Mask, limit: int, tolerance: float,
+) -> tuple[Lanes, Places]:  # fmt: skip
+    """Project the velocities of `new` in the pending lanes; returns each lane's iterations, and the places."""
+    rows, kernel = layout.element_rows(sizes), kernels[layout.VELOCITY]
     violation = rows + layout.VIOLATION
-    return iterate(kernel, kernel, p, new, new, at, status, pending, limit, tolerance, violation, rows)
+    used, after = iterate(
+        kernel, kernel, p, 0, Places(places.now, places.new, places.following), at, status, pending, limit, tolerance,
+        violation, rows, sizes.augmented, movable,
+    )  # fmt: skip
+    return used, Places(after.now, after.new, after.following)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def project(
-    kernels: np.ndarray, sizes: Sizes, p: Address, new: Address, at: Workspace, status: Address, going: Mask,
-    iterations: Address, table: Rows, limit: int, tolerance: float,
-) -> None:  # fmt: skip
-    """Project positions and velocities of `new` in the lanes `going`; the most so far go to the rows `iterations`."""
+    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
+    going: Mask, iterations: Address, table: Rows, limit: int, tolerance: float,
+) -> Places:  # fmt: skip
+    """Project positions and velocities of `new` in the lanes `going`; the most so far go to the rows `iterations`.
+    Returns the places; movable: whether `new` may get another one, where its code and margin do not follow."""
     if kernels[layout.POSITION] != 0:
         pending = going & (load(status, 0) == 0.0)
-        used = project_positions(kernels, sizes, p, new, at, status, pending, table, limit, tolerance)
+        used, places = project_positions(
+            kernels, sizes, p, places, movable, at, status, pending, table, limit, tolerance
+        )  # fmt: skip
         store(iterations, 0, choose(used > load(iterations, 0), used, load(iterations, 0)))
     if kernels[layout.VELOCITY] != 0:
         pending = going & (load(status, 0) == 0.0)
-        used = project_velocities(kernels, sizes, p, new, at, status, pending, limit, tolerance)
+        used, places = project_velocities(kernels, sizes, p, places, movable, at, status, pending, limit, tolerance)
         store(iterations, 1, choose(used > load(iterations, 1), used, load(iterations, 1)))
+    return places
 
 
 @njit(**OPTIONS)
@@ -194,8 +221,9 @@ def extend(
 
 @njit(**OPTIONS)
 def staged_step(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, since: int, x: Address, p: Address, at: Workspace
-) -> None:
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, since: int, x: Address, p: Address, new: Address,
+    at: Workspace,
+) -> None:  # fmt: skip
     """One step stage by stage, from stage `since` on, for mechanisms whose step is too long for one kernel; code and
     margin go behind `new`.
 
@@ -210,15 +238,15 @@ def staged_step(
         every = every * load(at.slopes, layout.report_row(sizes, s) + layout.SOUND)
         first = every if s == 0 else first
     for i in range(sizes.elements):
-        element, slopes = ROW * ELEMENT * i, at.slopes + ROW * layout.slope_row(sizes, i, 0)
-        call(kernels[layout.ADVANCE], x + element, p, at.clock, slopes, at.new + element, at.work)
-        rotation = maximum(load(at.new, ELEMENT * (i + 1) + layout.TURNED), rotation)
-        square = square + load(at.new, ELEMENT * (i + 1) + layout.MOVED)
-    rows, behind = ROW * ELEMENT * sizes.elements, layout.state_rows(sizes)
-    copy(at.new + rows, x + rows, sizes.augmented)
+        element, slopes = ROW * sizes.element * i, at.slopes + ROW * layout.slope_row(sizes, i, 0)
+        call(kernels[layout.ADVANCE], x + element, p, at.clock, slopes, new + element, at.work)
+        rotation = maximum(load(new, sizes.element * (i + 1) + layout.TURNED), rotation)
+        square = square + load(new, sizes.element * (i + 1) + layout.MOVED)
+    rows, behind = ROW * layout.element_rows(sizes), layout.state_rows(sizes)
+    copy(new + rows, x + rows, sizes.augmented)
     store(at.clock, layout.TIME, t + h)
     if sizes.augmented > 0:
-        call(kernels[layout.FINISH], at.new, p, at.clock, at.slopes, at.u, at.work)
-        copy(at.new + rows, at.u, sizes.augmented)
-    store(at.new, behind + layout.CODE, codes.verdict(rotation, square, first, every))
-    store(at.new, behind + layout.MARGIN, load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))
+        call(kernels[layout.FINISH], new, p, at.clock, at.slopes, at.u, at.work)
+        copy(new + rows, at.u, sizes.augmented)
+    store(new, behind + layout.CODE, codes.verdict(rotation, square, first, every))
+    store(new, behind + layout.MARGIN, load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))

@@ -11,10 +11,9 @@ import numpy as np
 from numba import njit
 from numba.core import types
 
-from lienumba.compiler import cache
-from lienumba.compiler.lanes import any_lane, borrowed, call, choose, load, splat, store
+from lienumba.compiler.flat import Jitted
+from lienumba.compiler.lanes import any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.rows import ROW, W
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between, keep_between, keep_ends, observe
@@ -37,7 +36,7 @@ from lienumba.integrators.drivers.lane_queue import (
 )  # fmt: skip
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
-from lienumba.integrators.drivers.workspace import OPTIONS, SIZES, Address, Mask, Rows, addresses
+from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, SIZES, Address, Mask, Places, Rows, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
     BUSY,
@@ -76,7 +75,7 @@ def _next_runs(
     if kernels[layout.SAMPLE] != 0:
         store(at.clock, layout.TIME, splat(0.0))
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
-        commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, ELEMENT * sizes.elements)
+        commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, layout.element_rows(sizes))
     if sizes.events > 0:
         start_events(kernels, sizes, at, first, rows, runs, queue, stops)
     for lane in range(W):
@@ -86,7 +85,7 @@ def _next_runs(
     return busy
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
     """F at the end of a step is the first slope of the next one."""
     for element in range(sizes.elements):
@@ -96,7 +95,7 @@ def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
     commit(mask, slopes + ROW * target, slopes + ROW * source, layout.REPORTS)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def _try(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, table: Rows, limit: int, tolerance: float
 ) -> None:
@@ -112,13 +111,14 @@ def _try(
     if kernels[layout.STEP] != 0:
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
-        stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, at)
+        stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, new, at)
     trial = lanes + ROW * TRIAL
     store(trial, 0, load(new, layout.state_rows(sizes) + layout.CODE))
     store(at.clock, layout.TIME, load(lanes, UNTIL))
     busy = load(lanes, BUSY) != 0.0
     iterations = lanes + ROW * ITERATIONS
-    stages.project(kernels, sizes, p, new, at, trial, busy, iterations, table, limit, tolerance)
+    places = Places(new, at.now, at.following)
+    stages.project(kernels, sizes, p, places, False, at, trial, busy, iterations, table, limit, tolerance)
     if not adaptive:
         return
     call(kernels[layout.FIRST], new, p, at.clock, 0, last, at.work)
@@ -127,7 +127,7 @@ def _try(
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: Rows, pace: np.ndarray) -> None:
     """The step is done in the lanes `good`."""
     rows, lanes, x = layout.state_rows(sizes), at.lanes, at.state
@@ -142,7 +142,7 @@ def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: R
     store(lanes, ACCEPTED, choose(counted, load(lanes, ACCEPTED) + 1.0, load(lanes, ACCEPTED)))
     _take(good, sizes, at.slopes)
     if sizes.exchangeable > 0:
-        best = ELEMENT * sizes.elements + sizes.first_mask + sizes.exchangeable  # the row of the largest margin
+        best = layout.element_rows(sizes) + sizes.first_mask + sizes.exchangeable  # the row of the largest margin
         weak = good & (load(at.new, rows + layout.MARGIN) < WEAKENED * load(x, best))
         if any_lane(weak):
             others = stages.reselect(kernels, sizes, x, at.parameters, at, weak, table, x)
@@ -168,33 +168,34 @@ def _end_on_discontinuity(
     picked = load(at.lanes, PICKED) != 0.0
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
-        commit(picked, at.state, at.new, ELEMENT * sizes.elements)
+        commit(picked, at.state, at.new, layout.element_rows(sizes))
 
 
-@cache.numba_cached(
+@Jitted(
     types.void(
         types.int64[::1], types.float64[::1], SIZES, RUNS,
         types.float64[::1], types.float64[::1], types.int64[::1], types.int64, types.float64, types.float64[::1],
-        types.int64[::1], types.int64[::1],
+        types.int64[:, ::1], types.int64[::1], types.int64[::1],
     ),
     **OPTIONS,
 )  # fmt: skip
 def drive(
     kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, runs: ChunkRuns, outputs: np.ndarray, pace: np.ndarray,
-    stops: np.ndarray, limit: int, tolerance: float, buffer: np.ndarray, progress: np.ndarray, stop: np.ndarray,
+    stops: np.ndarray, limit: int, tolerance: float, buffer: np.ndarray, places: np.ndarray,
+    progress: np.ndarray, stop: np.ndarray,
 ) -> None:  # fmt: skip
     """Integrate all runs.
 
     outputs: the times to be stored, from 0 on; pace: the end of the runs, the step where steps are of one length (else
     0), the longest and the shortest step, and the numbers of a `step_control.Tolerance`; stops: of each event, whether
-    it ends a run; limit and tolerance: of the projections; the rest as in `fixed_step.drive`.
+    it ends a run; limit and tolerance: of the projections; places (5, W): room for a `Queue`; the rest as in
+    `fixed_step.drive`.
     """
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
-    kernels, nodes, pace = borrowed(kernels), borrowed(nodes), borrowed(pace)
-    rows = borrowed(buffer[: W * first.work].reshape((first.work, W)))
-    table = borrowed(rows[first.table : first.table + layout.table_rows(sizes.exchangeable)])
-    empty = np.zeros(W, np.int64)
-    queue = Queue(empty, empty.copy(), empty.copy(), empty.copy(), np.zeros(1, np.int64))
+    rows = matrix(buffer.ctypes.data, first.work, W)
+    table = rows[first.table : first.table + layout.table_rows(sizes.exchangeable)]
+    queue = Queue(places[0], places[1], places[2], places[3], places[4])
+    queue.next[0] = 0
     lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
     for lane in range(W):
         rows[first.lanes + BUSY, lane] = 0.0

@@ -1,6 +1,6 @@
 """What all drivers are written with: the types of their arguments, and the addresses of the regions of their memory."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
@@ -11,7 +11,8 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators.layout import Sizes, Workspace, workspace
 from lienumba.numerics.number import Number
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+INLINE: dict[str, Any] = OPTIONS | {"forceinline": True}  # for what is done in each step: arguments cost more than code
 SIZES: Any = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)  # type: ignore[attr-defined]
 
 jit.register()  # the functions of the layout, the verdict, the selection of rows
@@ -26,6 +27,15 @@ class Mask(Protocol):
 
     def __and__(self, other: "Mask", /) -> "Mask": ...
     def __or__(self, other: "Mask", /) -> "Mask": ...
+
+
+class Places(NamedTuple):
+    """Where states are: one that a step has led to, and two iterates of its projections. What is computed anew for all
+    lanes is not copied: it changes places with what it replaces."""
+
+    new: Address
+    now: Address
+    following: Address
 
 
 @njit(**OPTIONS)

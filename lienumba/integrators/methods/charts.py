@@ -22,6 +22,7 @@ MUELLER = Reference(
     "Mechanism and Machine Theory", "82:173--202",
 )  # fmt: skip
 
+JOINT = "joint"  # the coordinates of all joints together, of which no body has its own
 Coordinates = Vector
 Field = Vector  # F (Terze et al. 2015, eq. 15) for one element: v (global), w (body frame), v', w'
 
@@ -36,6 +37,11 @@ class Chart(Protocol):
     @property
     def plain(self) -> bool: ...
 
+    @property
+    def orthogonal(self) -> bool:
+        """Whether R R^T stays I but for rounding, so that equations may be written along the axes of bodies."""
+        return True
+
     def moved(self, x: State, u: Coordinates) -> State:
         """The element at u about x."""
 
@@ -47,6 +53,10 @@ class Chart(Protocol):
 
     def rotation(self, u: Coordinates) -> Number:
         """The squared rotation by u (rad^2), which the driver keeps below LARGEST_STAGE."""
+
+    def settled(self, x: State) -> State:
+        """The element at the end of a step, where rounding leads off it."""
+        return x
 
 
 class Exponential(Chart, Protocol):
@@ -63,7 +73,7 @@ GROUPS: Registry[Any] = Registry("group", lambda chart: chart.__name__)
 
 @GROUPS.add
 @dataclass(frozen=True)
-class R3xSO3:
+class R3xSO3(Exponential):
     """The paper's (Terze et al. 2015, eqs. 17 to 19): x exp(u) on (R^3 x SO(3)) x R^6, so that u' = dexpinv_{-u}(F),
     its series cut behind ad^terms or in closed form for None."""
 
@@ -93,7 +103,7 @@ class R3xSO3:
 
 @GROUPS.add
 @dataclass(frozen=True)
-class SE3:
+class SE3(Exponential):
     """x exp(u) on SE(3) x R^6, where the velocities are the body's twist (R^T v, w): it stays in every subalgebra to
     which joints confine it, as the motion stays in the subgroup (Mueller, Terze 2014)."""
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from lienumba.groups import so3
 from lienumba.groups.state import State
-from lienumba.integrators.methods.charts import Coordinates, Field
+from lienumba.integrators.methods.charts import Chart, Coordinates, Field
 from lienumba.keys.registry import Registry
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import atan2, cos, divide, sin, sqrt
@@ -19,7 +19,7 @@ Q = Vector  # coordinates of a rotation
 
 
 @dataclass(frozen=True)
-class Parametrised:
+class Parametrised(Chart):
     """words: what a citation calls them; numbers: of q; of: R -> q; matrix: q -> R; rates: (q, w) -> q'; bound: no turn
     by up to a quarter of a full one has a square (rad^2) above this times that of the change of q; note: what the key's
     description says behind the name."""
@@ -33,6 +33,7 @@ class Parametrised:
     bound: float
     plain: bool = True
     note: str = ""
+    orthogonal: bool = True
 
     @property
     def size(self) -> int:
@@ -105,7 +106,15 @@ def _quaternion_rates(q: Q, w: Vector) -> Q:
 COORDINATES: Registry[Parametrised] = Registry("coordinates", lambda chart: chart.name)
 for chart in (
     Parametrised(
-        "matrix", "the nine elements of their matrices", 9, _same, _same, _matrix_rates, 0.62, note="its nine elements"
+        "matrix",
+        "the nine elements of their matrices",
+        9,
+        _same,
+        _same,
+        _matrix_rates,
+        0.62,
+        note="its nine elements",
+        orthogonal=False,
     ),
     Parametrised(
         "tait_bryan", "Tait-Bryan angles", 3, tait_bryan, _of_tait_bryan, _tait_bryan_rates, 2.0, note="angles"

@@ -53,7 +53,7 @@ def advanced(chart: Chart, h: Number, tableau: Tableau, x: State, slopes: Slopes
     square: Number = 0.0
     for c in w:
         square = square + c * c
-    return chart.moved(x, w), rotation, square
+    return chart.settled(chart.moved(x, w)), rotation, square
 
 
 def step(

@@ -6,7 +6,6 @@ Hairer, Norsett and Wanner (1993), sections II.4 and II.10; Gustafsson, ACM Tran
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
-from lienumba.groups.so3 import dot
 from lienumba.groups.state import State
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, exp, log, maximum, minimum, sqrt, where
@@ -39,16 +38,24 @@ def error_square(estimates: Sequence[Vector], x: State, y: State, tolerance: Vec
     estimates: one or two (elements of the algebra, the same rows as in the body's slopes); tolerance: the numbers of a
     `Tolerance`. Positions and velocities are measured by their length, rotations by their angle.
     """
-    relative, *absolutes = tolerance
     places = (slice(0, 3), slice(3, -6), slice(-6, -3), slice(-3, None))
     zero: Number = 0.0
     worst = zero
-    for place, part, allowed in zip(places, (slice(0, 3), None, slice(12, 15), slice(15, 18)), absolutes, strict=False):
-        if part is not None:
-            allowed = allowed + relative * sqrt(maximum(dot(x[part], x[part]), dot(y[part], y[part])))
-        squares = tuple(sum((c * c for c in z[place]), start=zero) / (allowed * allowed) for z in estimates)
-        worst = maximum(_joined(squares), worst)
+    for kind, place, part in zip(range(4), places, (slice(0, 3), None, slice(12, 15), slice(15, 18)), strict=True):
+        sizes = () if part is None else (x[part], y[part])
+        worst = maximum(kind_error_square([z[place] for z in estimates], kind, sizes, tolerance), worst)
     return worst
+
+
+def kind_error_square(estimates: Sequence[Vector], kind: int, sizes: Sequence[Vector], tolerance: Vector) -> Number:
+    """The same of numbers of one kind (0 to 3: see `Tolerance`). sizes: before and after the step, what the relative
+    tolerance counts from; none for rotations."""
+    zero: Number = 0.0
+    allowed = tolerance[1 + kind]
+    if sizes:
+        before, after = (sum((c * c for c in x), start=zero) for x in sizes)
+        allowed = allowed + tolerance[0] * sqrt(maximum(before, after))
+    return _joined(tuple(sum((c * c for c in z), start=zero) / (allowed * allowed) for z in estimates))
 
 
 def state_error_square(estimates: Vector, x: Number, y: Number, tolerance: Vector) -> Number:
@@ -66,14 +73,16 @@ def _joined(squares: Vector) -> Number:
     return where(below > 0.0, fifth * fifth / where(below > 0.0, below, 1.0), below)
 
 
-def factors(square: Number, memory: Number, order: int) -> tuple[Number, Number, Number]:
-    """By how much the next step is longer if this one is accepted, or shorter if it is not, and what to remember.
+def factor(square: Number, memory: Number, order: int) -> tuple[Number, Number]:
+    """By how much the next step is longer if this one is accepted, or the next trial shorter if it is not, and what to
+    remember.
 
-    square: of the error, NaN if there is none; memory: of the last accepted step, 0 at the start; order: of the error
-    of one step.
+    square: of the error, at most 1 where a step is accepted, NaN if there is none; memory: of the last accepted step, 0
+    at the start; order: of the error of one step.
     """
+    accepted = square <= 1.0
     within = where(square < LARGEST * LARGEST, maximum(square, SMALLEST * SMALLEST), LARGEST * LARGEST)
     size = 0.5 * log(within)
-    grown = exp(LOG_SAFETY - (I / order) * size + (P / order) * memory)
-    shrunk = exp(LOG_SAFETY - size / order)
-    return minimum(maximum(grown, LEAST), MOST), maximum(minimum(shrunk, 1.0), LEAST), size
+    grown = LOG_SAFETY - (I / order) * size + (P / order) * memory
+    scale = exp(where(accepted, grown, LOG_SAFETY - size / order))
+    return maximum(minimum(scale, where(accepted, MOST, 1.0)), LEAST), size

@@ -15,17 +15,17 @@ from lienumba.mechanics.elements import joints, quantities
 from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Counted, Model, coordinate_of
 from lienumba.mechanics.system import applied_forces
 from lienumba.numerics.number import Number, Vector
 
 
 @dataclass(frozen=True)
 class AugmentedState:
-    """angles: joints; work: whether there is any; accelerations: their number; masks: rows of C; fixed: the masks of
-    rows of C that are compiled in, whatever a run has."""
+    """angles: those that are counted; work: whether there is any; accelerations: their number; masks: rows of C; fixed:
+    the masks of rows of C that are compiled in, whatever a run has."""
 
-    angles: tuple[int, ...]
+    angles: tuple[Counted, ...]
     work: bool
     accelerations: int
     masks: tuple[int, ...]
@@ -41,15 +41,15 @@ class AugmentedState:
 
     def start(
         self,
-        angles: Mapping[int, float | np.ndarray],
+        angles: Mapping[Counted, float | np.ndarray],
         selection: RowSelection,
         runs: int,
         accelerations: Sequence[np.ndarray] = (),
     ) -> np.ndarray:
         """(runs, rows) at the start; angles: by joint; accelerations and rates: 0 if omitted."""
         rows = np.zeros((runs, self.rows))
-        for place, joint in enumerate(self.angles):
-            rows[:, place] = angles[joint]
+        for place, which in enumerate(self.angles):
+            rows[:, place] = angles[which]
         for place, a in enumerate(accelerations[: self.accelerations]):
             rows[:, len(self.angles) + self.work + place] = a
         if self.masks:
@@ -79,18 +79,21 @@ class AugmentedState:
 
     def counted(self, model: Model, now: Instant) -> list[Number]:
         """The angles, each counted near where `now` has it."""
-        every = [(model.joints[j], now.angles[j]) for j in self.angles]
-        return [joints.angle(joint, kinematics.still(now, joint.bodies), near) for joint, near in every]
+        everything = kinematics.still(now, tuple(range(len(model.bodies))))
+        return [joints.coordinate(model, coordinate_of(which), everything) for which in self.angles]
 
 
-def counted_angles(model: Model, now: Instant) -> tuple[int, ...]:
-    """The joints whose turns are counted: joints, drivers, forces and quantities read their angle. now: any state."""
-    driven = {
-        driver.coordinate.joint
+def counted_angles(model: Model, now: Instant, every: bool = False) -> tuple[Counted, ...]:
+    """The angles of joints that count turns: joints, drivers, forces and quantities read them; every: all that are
+    coordinates of the mechanism, too. now: any state."""
+    found: set[Counted] = {
+        driver.coordinate.counted
         for driver in model.drivers
         if driver.coordinate is not None
         and driver.coordinate.kind == "angle"
         and type_of(driver).level(driver) == POSITION
     }
-    seen = quantities.angle_joints(model)
-    return tuple(sorted(driven | joints.counted_angles(model, now) | applied_forces.angle_joints(model) | seen))
+    found |= joints.counted_angles(model, now) | applied_forces.angle_joints(model) | quantities.counted_angles(model)
+    if every:
+        found |= {which.counted for which in joints.coordinates(model) if joints.freedom(model, which).counts}
+    return tuple(sorted(found, key=lambda which: (coordinate_of(which).joint, coordinate_of(which).kind)))

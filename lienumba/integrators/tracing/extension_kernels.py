@@ -1,52 +1,47 @@
 """The kernels of lanes with a time of their own beyond a step: what its error is, and the state between its ends.
 
-close      state, new state and slopes behind it -> F at the end about x, the error, the factors of the controller
+close      state, new state and slopes behind it -> F at the end about x, the error, the factor of the controller
 dense      state, slopes -> the state at a fraction of the step, on the continuous extension
 """
 
-from collections.abc import Sequence
 from typing import cast
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT, State
-from lienumba.integrators import codes, layout
+from lienumba.integrators import layout
 from lienumba.integrators.methods import munthe_kaas, step_control
-from lienumba.integrators.methods.charts import Coordinates, Exponential
-from lienumba.integrators.tracing.law_states import NUMBERS, RATES
+from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
 from lienumba.integrators.tracing.tracer import Tracer, flat
-from lienumba.numerics.number import Number
-from lienumba.numerics.operations import maximum, where
 
 
 def close(tracer: Tracer) -> Kernel:
-    graph, _ = tracer.graph()
+    graph, model = tracer.graph()
+    chart = tracer.chart_of(model)
     h, tableau, behind = graph.input("clock", layout.LENGTH), tracer.tableau, layout.first_slope(tracer.sizes)
     estimates = []
     for i in range(tracer.elements):
         slopes = _slopes(tracer, graph, i, behind)[: tracer.sizes.stages]
         if any(len(row) > tracer.sizes.stages for row in tableau.errors):
-            slopes.append(_end(tracer, graph, i, behind))
+            slopes.append(_end(tracer, chart, graph, i, behind))
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
-    new = [graph.inputs("extra", ELEMENT, ELEMENT * i) for i in range(tracer.elements)]
-    square = _error_square(tracer, graph, estimates, tracer.state(graph, "state"), new)
-    said = (square, *step_control.factors(square, graph.input("clock", layout.MEMORY), tableau.order))
+    square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
+    said = (square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tableau.order))
     return tracer.kernel("close", said)
 
 
 def end(tracer: Tracer) -> Kernel:
-    graph, _ = tracer.graph()
-    every, sizes = range(tracer.elements), tracer.sizes
+    graph, model = tracer.graph()
+    chart, every, sizes = tracer.chart_of(model), range(tracer.elements), tracer.sizes
     rows = [layout.slope_row(sizes, i, sizes.stages) + c for i in every for c in range(sizes.coordinates)]
-    return tracer.kernel("end", flat(_end(tracer, graph, i, 0) for i in every), rows)
+    return tracer.kernel("end", flat(_end(tracer, chart, graph, i, 0) for i in every), rows)
 
 
-def _end(tracer: Tracer, graph: Graph, element: int, behind: int) -> Coordinates:
+def _end(tracer: Tracer, chart: Chart, graph: Graph, element: int, behind: int) -> Coordinates:
     """The slope at the end of the step, about its start."""
     h, slopes = graph.input("clock", layout.LENGTH), _slopes(tracer, graph, element, behind)
-    u, _ = munthe_kaas.combination(tracer.chart, h, (tracer.tableau.b,), slopes[: tracer.sizes.stages])
+    u, _ = munthe_kaas.combination(chart, h, (tracer.tableau.b,), slopes[: tracer.sizes.stages])
     last = behind + layout.slope_row(tracer.sizes, element, tracer.sizes.slopes - 1)
-    return cast(Exponential, tracer.chart).back(u, graph.inputs("extra", tracer.chart.size, last))
+    return cast(Exponential, chart).back(u, graph.inputs("extra", chart.size, last))
 
 
 def dense(tracer: Tracer) -> Kernel:
@@ -57,12 +52,13 @@ def dense(tracer: Tracer) -> Kernel:
     weights = [h * w for w in tracer.tableau.extension(fraction, float)]
     x, augmented = tracer.state(graph, "state"), tracer.augmented_rows(graph)
     moved = []
+    chart = tracer.chart_of(model)
     for i, body in enumerate(x):
         u = munthe_kaas.weighted(weights, _slopes(tracer, graph, i, 0))
-        moved.append(tracer.chart.moved(body, u))
+        moved.append(chart.moved(body, u))
     after = list(augmented)
     after[: len(tracer.augmented.angles)] = tracer.augmented.counted(
-        model, tracer.instant(moved, augmented, t + fraction * h)
+        model, tracer.posture(model, moved, augmented, t + fraction * h).now
     )
     if tracer.augmented.work:
         stages = [*range(sizes.stages), sizes.slopes - 1, *range(sizes.stages + 1, sizes.slopes - 1)]
@@ -76,21 +72,3 @@ def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Coo
     """Of all stages; behind: the rows before them."""
     every, size = range(tracer.sizes.slopes - 1), tracer.chart.size
     return [graph.inputs("extra", size, behind + layout.slope_row(tracer.sizes, element, s)) for s in every]
-
-
-def _error_square(
-    tracer: Tracer, graph: Graph, estimates: Sequence[Sequence[Coordinates]], x: Sequence[State], y: Sequence[State]
-) -> Number:
-    """Of all elements the worst; infinite if one is not finite."""
-    tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
-    squares = [
-        step_control.error_square(z, a, b, tolerance) for z, a, b in zip(estimates[: tracer.k], x, y, strict=False)
-    ]
-    for z, a, b in zip(estimates[tracer.k :], x[tracer.k :], y[tracer.k :], strict=True):
-        for rate, number in zip(RATES, NUMBERS, strict=True):
-            changes = tuple(e[rate] for e in z)
-            squares.append(step_control.state_error_square(changes, a[number], b[number], tolerance))
-    worst, total = squares[0], squares[0]
-    for square in squares[1:]:
-        worst, total = maximum(square, worst), total + square
-    return where(total < codes.HUGE, worst, codes.HUGE)

@@ -12,7 +12,7 @@ import numpy as np
 
 from lienumba.groups import state
 from lienumba.groups.state import ALGEBRA, ELEMENT, Algebra, State
-from lienumba.mechanics.elements import user_laws
+from lienumba.mechanics.elements import quantities, user_laws
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Force, Model
 from lienumba.numerics.number import Number
@@ -49,10 +49,21 @@ class LawStates:
 
     def read(self, elements: Sequence[State]) -> dict[str, tuple[Number, ...]]:
         """The numbers of each law."""
-        numbers = [element[i] for element in elements for i in NUMBERS]
+        return self.apart([element[i] for element in elements for i in NUMBERS])
+
+    def apart(self, numbers: Sequence[Number]) -> dict[str, tuple[Number, ...]]:
+        """The numbers of each law, from those of all."""
         found = {}
         for name, size in self.sizes.items():
             found[name], numbers = tuple(numbers[:size]), numbers[size:]
+        return found
+
+    def together(self, values: Mapping[str, Sequence[Number]]) -> list[Number]:
+        """The numbers of all laws, one behind the other; 0 where there is none."""
+        found: list[Number] = []
+        for name, size in self.sizes.items():
+            own = list(values.get(name, ()))
+            found += [*own, *[0.0] * (size - len(own))]
         return found
 
     def placed(self, values: Mapping[str, Sequence[Number]]) -> list[State]:
@@ -75,11 +86,14 @@ class LawStates:
             first += size
         return [tuple(element) for element in found]
 
+    def initial(self, forces: Sequence[Force]) -> dict[str, tuple[Number, ...]]:
+        """The states of the laws at the start."""
+        return {force.name: tuple(force.initial.values()) for force in forces if force.name in self.sizes}
+
     def start(self, forces: Sequence[Force], runs: int) -> np.ndarray:
         """(runs, rows) at the start: the laws' initial states; nothing is sampled yet."""
-        initial = {force.name: tuple(force.initial.values()) for force in forces}
         rows = np.zeros((runs, ELEMENT * self.elements))
-        for i, element in enumerate(self.placed({name: initial[name] for name in self.sizes})):
+        for i, element in enumerate(self.placed(self.initial(forces))):
             for n, x in enumerate(element):
                 rows[:, ELEMENT * i + n] = x
         return rows
@@ -114,6 +128,6 @@ def variables(model: Model, now: Instant) -> dict[str, list[Number]]:
     return {
         f"{force.name}.{state}": [x]
         for force in model.forces
-        if force.code is not None
+        if force.code is not None and not quantities.is_input(force.name)
         for state, x in zip(force.code.states, user_laws.states_of(force, now), strict=False)
     }

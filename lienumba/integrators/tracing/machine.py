@@ -4,16 +4,19 @@ import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from lienumba.compiler import native
+from lienumba.compiler.flat import Flat
+from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
-from lienumba.integrators.layout import COMBINE, ORDER, Sizes, workspace
-from lienumba.integrators.tracing.program import Program
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.layout import CLOCK, COMBINE, ORDER, PLACE, READ, Sizes, workspace
+from lienumba.integrators.tracing.program import Outline, Program
 
+_DRIVERS: Memo[Flat] = Memo(2)
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
 
 
@@ -28,7 +31,7 @@ def aligned(*shape: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Machine:
     """`kernels`: addresses, see `layout.ORDER`; `prepares`: of the functions that fill the hoisted rows;
-    `nodes`: c of all stages; `queued`: see `Program`; `drive`: the driver; `engines`: which hold the machine code."""
+    `nodes`: c of all stages; `queued`: see `Outline`; `drive`: the driver; `engines`: which hold the machine code."""
 
     kernels: np.ndarray
     prepares: tuple[int, ...]
@@ -43,25 +46,53 @@ class Machine:
         return aligned(self.buffer_rows * W)
 
 
-def compile_program(program: Program) -> Machine:
-    """Compile or load every kernel; two at a time."""
+@dataclass(frozen=True)
+class ObjectCode:
+    """Of a program. `objects`: by kernel; `entries`: the names under which the cache has them; `work_rows`: those that
+    the kernels need for themselves."""
+
+    objects: dict[str, bytes]
+    entries: dict[str, str]
+    work_rows: int
+
+
+def compile_kernels(program: Program) -> ObjectCode:
+    """Compile every kernel; two at a time."""
     with ThreadPoolExecutor(2) as threads:
-        compiling = {name: threads.submit(native.compile_text, k.text()) for name, k in program.kernels.items()}
-        name = "variable_step" if program.queued else "fixed_step"
-        driver = import_module(f"lienumba.integrators.drivers.{name}")  # meanwhile
+        compiling, entries = {}, {}
+        for name, kernel in program.kernels.items():
+            text = kernel.text()
+            compiling[name], entries[name] = threads.submit(native.compile_text, text), native.entry(text)
+        _driver(program)  # meanwhile
         objects = {name: future.result() for name, future in compiling.items()}
-    order = [*ORDER, *(f"combine{s}" for s in range(len(program.nodes)))]
-    kernels = np.zeros(COMBINE + len(program.nodes), np.int64)
+    return ObjectCode(objects, entries, max(kernel.work_rows for kernel in program.kernels.values()))
+
+
+def compile_program(program: Program) -> Machine:
+    """The program as machine code."""
+    made = compile_kernels(program)
+    return load(program, made)
+
+
+def _driver(outline: Outline) -> Callable[..., None]:
+    name = f"lienumba.integrators.drivers.{'variable_step' if outline.queued else 'fixed_step'}"
+    return _DRIVERS.get(name, lambda: Flat(name, "drive"))
+
+
+def load(outline: Outline, made: ObjectCode) -> Machine:
+    """The program of this object code."""
+    nodes = np.array(outline.nodes)
+    order = [*ORDER, *(f"combine{s}" for s in range(len(nodes)))]
+    kernels = np.zeros(COMBINE + len(nodes), np.int64)
     prepares: list[int] = []
     engines: list[Any] = []
-    for name, code in objects.items():
+    for name, code in made.objects.items():
         engine, addresses = native.load(code, [name, f"{name}_prepare"])
         engines.append(engine)
         kernels[order.index(name)] = addresses[name]
         prepares.append(addresses[f"{name}_prepare"])
-    rows = workspace(program.sizes).work + max(k.work_rows for k in program.kernels.values())
-    nodes = np.array(program.nodes)
-    return Machine(kernels, tuple(prepares), nodes, program.sizes, program.queued, driver.drive, rows, tuple(engines))
+    rows, drive = workspace(outline.sizes).work + made.work_rows, _driver(outline)
+    return Machine(kernels, tuple(prepares), nodes, outline.sizes, outline.queued, drive, rows, tuple(engines))
 
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:
@@ -71,3 +102,25 @@ def prepare(machine: Machine, parameters: np.ndarray) -> None:
         function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address)
         for block in parameters:
             function(0, block.ctypes.data, 0, 0, 0, work.ctypes.data)
+
+
+def place(machine: Machine, states: np.ndarray, parameters: np.ndarray, bodies: int) -> np.ndarray:
+    """The bodies of states (blocks, rows, W), also by rows; the states as they are if these have them."""
+    if not machine.kernels[PLACE]:
+        return states
+    found = aligned(len(states), ELEMENT * bodies, W)
+    _each(machine, PLACE, states, parameters, found)
+    return found
+
+
+def read(machine: Machine, bodies: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+    """Put where the moves are into the states (blocks, rows, W), from the bodies, likewise by rows."""
+    _each(machine, READ, bodies, parameters, states)
+
+
+def _each(machine: Machine, kernel: int, given: np.ndarray, parameters: np.ndarray, found: np.ndarray) -> None:
+    """Call a kernel for each block."""
+    work, clock = machine.buffer(), aligned(CLOCK, W)
+    function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(int(machine.kernels[kernel]))
+    for x, p, out in zip(given, parameters, found, strict=True):
+        function(x.ctypes.data, p.ctypes.data, clock.ctypes.data, 0, out.ctypes.data, work.ctypes.data)

@@ -6,16 +6,19 @@ iterations, which write to the same rows, find them.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.groups import so3
-from lienumba.groups.state import ELEMENT, State
-from lienumba.integrators import codes
-from lienumba.integrators.tracing.tracer import Tracer, finite
+from lienumba.groups.state import State
+from lienumba.integrators import codes, layout
+from lienumba.integrators.tracing import joint_chart
+from lienumba.integrators.tracing.tracer import Correction, Posture, Tracer, finite
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import embedded, kkt, projection
+from lienumba.mechanics.tree import equations, posture
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import at_most, maximum, where
 
@@ -39,34 +42,42 @@ def position(tracer: Tracer) -> tuple[dict[str, Kernel], int]:
 
 def _iteration(tracer: Tracer) -> "_Iteration":
     graph, model = tracer.graph()
-    (hat, _), state, augmented = tracer.now(graph), tracer.state(graph, "extra"), tracer.augmented_rows(graph)
-    mask = tracer.augmented.mask(augmented, tracer.structure.rows)
-    now = tracer.instant(state, augmented, hat.t)
+    (there, mask), augmented = tracer.now(graph, model), tracer.augmented_rows(graph)
+    here = tracer.posture(model, tracer.state(graph, "extra"), augmented, graph.input("clock", layout.TIME))
     x_rows, mu_rows = tracer.correction_rows
-    behind = ELEMENT * tracer.elements
-    x: list[Number] = list(graph.inputs("extra", min(x_rows, 6 * tracer.k), behind))
+    behind = tracer.element * tracer.elements
+    x: list[Number] = list(graph.inputs("extra", x_rows, behind))
     mu: list[Number] = list(graph.inputs("extra", mu_rows, behind + x_rows))
     if mu:
         mu = projection.masked(mu, projection.position_mask(model, mask))
-    return FORMS[tracer.method.position](tracer, graph, model, augmented, mask, hat, now, x, mu)
+    form = tracer.method.coordinates if tracer.method.coordinates in FORMS else tracer.method.position
+    return FORMS[form](tracer, graph, model, augmented, mask, there, here, x, mu)
 
 
 @dataclass(frozen=True)
 class _Iteration:
-    """What an iteration begins with: q^, the iterate `now`, its correction x and multipliers mu."""
+    """What an iteration begins with: q^ `there`, the iterate `here`, its correction x and multipliers mu."""
 
     tracer: Tracer
     graph: Graph
     model: Model
     augmented: Vector
     mask: list[Number]
-    hat: Instant
-    now: Instant
+    there: Posture
+    here: Posture
     x: list[Number]
     mu: list[Number]
 
-    def solution(self) -> kkt.Solution:
-        """The next correction."""
+    @property
+    def hat(self) -> Instant:
+        return self.there.now
+
+    @property
+    def now(self) -> Instant:
+        return self.here.now
+
+    def solution(self) -> Any:
+        """The next correction, a `tracer.Correction`."""
         raise NotImplementedError
 
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
@@ -74,19 +85,20 @@ class _Iteration:
         raise NotImplementedError
 
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
-        """The bodies that this correction leads to, and its largest squared rotation."""
+        """The elements that this correction leads to, and its largest squared rotation."""
         raise NotImplementedError
 
     def violation(self, now: Instant, counts: list[Number]) -> Number:
         """The largest of what the tolerance limits."""
         return projection.position_violation(self.model, now, counts)
 
-    def outputs(self, solution: kkt.Solution) -> list[Number]:
+    def outputs(self, solution: Correction) -> list[Number]:
         """The iterate that follows."""
         tracer = self.tracer
         new, rotation = self.moved(solution.x)
-        there = tracer.instant(new, self.augmented, self.hat.t)
-        counts = projection.counted(solution, self.mask, "position")
+        time = self.graph.input("clock", layout.TIME)
+        there = tracer.posture(self.model, new, self.augmented, time).now
+        counts = tracer.counted(solution, self.mask, "position")
         violation = self.violation(there, counts)
         code = where(rotation < codes.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
         if tracer.structure.looped:
@@ -95,16 +107,29 @@ class _Iteration:
         code = where(solution.sound > 0.0, code, codes.SINGULAR)
         code = where(finite(solution.x), code, codes.NON_FINITE)
         x_rows, mu_rows = tracer.correction_rows
-        x = [*solution.x, *[0.0] * (6 * tracer.law_states.elements)][:x_rows]
-        return [*tracer.with_law_states(self.graph, new), *x, *solution.mu[:mu_rows], violation, code]
+        return [*tracer.with_law_states(self.graph, new), *solution.x[:x_rows], *solution.mu[:mu_rows], violation, code]
+
+
+class _Joint(_Iteration):
+    def solution(self) -> Any:
+        assert isinstance(self.here, posture.Posture)
+        return equations.position_correction(self.here, self.tracer.structure, self.mask, self.x)
+
+    def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
+        assert isinstance(self.there, posture.Posture)
+        chart, element = self.tracer.chart_of(self.model), self.tracer.state(self.graph, "state")[0]
+        u = joint_chart.displacement(self.there.tree, element, tuple(x), chart.size)
+        return (chart.moved(element, u),), chart.rotation(u)
 
 
 class _Local(_Iteration):
     def solution(self) -> kkt.Solution:
-        return projection.position_correction(self.model, self.tracer.structure, self.now, self.x, self.mask)
+        t = self.tracer
+        return projection.position_correction(self.model, t.structure, self.now, self.x, self.mask, t.axes)
 
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
-        return projection.chord_correction(self.model, by, self.now, self.x, self.mu, self.mask)
+        axes = self.tracer.axes
+        return projection.chord_correction(self.model, by, self.now, self.x, self.mu, self.mask, axes)
 
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         rotation: Number = 0.0
@@ -128,4 +153,4 @@ class _Embedded(_Iteration):
         return maximum(embedded.violation(now.bodies), super().violation(now, counts))
 
 
-FORMS: dict[str, type[_Iteration]] = {"local": _Local, "embedded": _Embedded}  # by `Method.position`
+FORMS: dict[str, type[_Iteration]] = {"joint": _Joint, "local": _Local, "embedded": _Embedded}

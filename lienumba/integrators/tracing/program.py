@@ -8,6 +8,8 @@
     position   q^, iterate -> iterate               one Gauss-Newton iteration of the position projection
       chord      q^, iterate -> iterate               the same by the elimination of the first
     velocity   state -> state, violation, code      the velocity projection
+    place      state -> the bodies, where they are no part of it
+    read       the bodies -> the state of the moves, likewise
     observe    state -> what is stored beside the state
     close, end, dense  see `lienumba.integrators.tracing.extension_kernels`
     events     state -> whether the condition of each event holds, 1 or 0
@@ -20,34 +22,44 @@ Every row is a vector of W runs. A code of 0 is good; see `lienumba.integrators.
 own, so that what is observed can never change how a step is computed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators.layout import Sizes
+from lienumba.integrators.methods.charts import JOINT
 from lienumba.integrators.tracing import extension_kernels, position_kernels, state_kernels, step_kernels
 from lienumba.integrators.tracing.augmented_state import AugmentedState
+from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.system import constraints
 
-__all__ = ["Method", "Program", "build"]
+__all__ = ["Method", "Outline", "Program", "build"]
 
 
-@dataclass
-class Program:
-    """`nodes`: c of all stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times."""
+@dataclass(frozen=True)
+class Outline:
+    """What is known of a program beside its kernels, all of it plain data, which is kept on disk. `nodes`: c of all
+    stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times."""
 
     sizes: Sizes
     augmented: AugmentedState
     law_states: LawStates
-    kernels: dict[str, Kernel]
-    nodes: list[float]
+    nodes: tuple[float, ...]
     observed: dict[str, tuple[int, int]]
     queued: bool
+
+
+@dataclass(frozen=True)
+class Program(Outline):
+    kernels: dict[str, Kernel]
+
+    def outline(self) -> Outline:
+        """Without the kernels, which are large and are not needed beside their machine code."""
+        return Outline(**{field.name: getattr(self, field.name) for field in fields(Outline)})
 
 
 @uncollected()
@@ -58,9 +70,10 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     that needs others ends with `codes.RESELECT`; else each run selects them anew on its way.
     """
     template, values = split(model)
-    tracer = Tracer(template, method, selection, fixed)
+    made = JointTracer if method.coordinates == JOINT else Tracer
+    tracer = made(template, method, selection, fixed)
     kernels = step_kernels.step(tracer)
-    levels = {constraint.level for constraint in constraints.constraints_of(tracer.graph()[1])}
+    levels = tracer.levels()
     chord = 0
     if "position" in levels and method.position != "none":
         projecting, chord = position_kernels.position(tracer)
@@ -72,6 +85,8 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     if any(force.code is not None and force.code.every is not None for force in template.forces):
         kernels["sample"] = state_kernels.sample(tracer)
     kernels["observe"], observed = state_kernels.observe(tracer)
+    if isinstance(tracer, JointTracer):
+        kernels |= {"place": place(tracer), "read": read(tracer)}
     if method.queued:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.adaptive:
@@ -83,8 +98,8 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels[name] = kernel.hoisted_from(rows)
         rows += len(kernel.hoisted)
     seen = sum(count for _, count in observed.values())
-    nodes = [float(sum(row, Fraction(0))) for row in tracer.tableau.stages]
     return Program(
         tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1)), tracer.augmented,
-        tracer.law_states, kernels, nodes, observed, method.queued,
+        tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
+        method.queued, kernels,
     )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 
 from lienumba.integrators.drivers.row_selection import strongest
 from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
 
@@ -33,7 +34,7 @@ def initial_selection(model: Model, exchangeable: tuple[int, ...], now: Instant)
     if not exchangeable:
         return UNIQUE
     structure = kkt.Structure.of(model, exchangeable)
-    C, M = constraints.jacobian(model, now), dynamics.mass_matrix(model)
+    C, M = constraints.jacobian(model, now), dynamics.mass_matrix(with_lent_masses(model), now)
     triangle, scales = kkt.schur_complement(structure, dynamics.shapes(model), C)
     S = np.zeros((len(scales), len(scales)))
     S[np.tril_indices(len(scales))] = triangle

@@ -1,14 +1,16 @@
 """The kernels that look at one state, or correct it: velocity projection, selection of rows, what is stored."""
 
+from collections.abc import Iterable
+
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import codes, layout
 from lienumba.integrators.tracing import law_states
-from lienumba.integrators.tracing.tracer import Tracer, finite, flat
+from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum, where
@@ -16,68 +18,74 @@ from lienumba.numerics.operations import minimum, where
 
 def velocity(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
-    now, mask = tracer.now(graph)
-    weight = projection.WEIGHTS[tracer.method.velocity]
-    solution = projection.velocity_correction(model, tracer.structure, now, weight, mask)
-    new = tuple(
-        body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
-        for i, body in enumerate(now.bodies)
-    )
-    counts = projection.counted(solution, mask, "velocity")
-    violation = projection.velocity_violation(model, Instant(new, now.t, now.angles), counts)
+    posture, mask = tracer.now(graph, model)
+    rows, solution = tracer.velocity_projected(graph, model, posture, mask)
+    size = tracer.element
+    new = [tuple(rows[size * i : size * (i + 1)]) for i in range(tracer.elements)]
+    there = tracer.posture(model, new, tracer.augmented_rows(graph), graph.input("clock", layout.TIME)).now
+    counts = tracer.counted(solution, mask, "velocity")
+    violation = projection.velocity_violation(model, there, counts)
     code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
     if tracer.structure.looped:
-        lost = projection.lost_rate(model, Instant(new, now.t, now.angles), counts)
+        lost = projection.lost_rate(model, there, counts)
         code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
     code = where(finite(solution.x), code, codes.NON_FINITE)
-    return tracer.kernel("velocity", (*tracer.with_law_states(graph, new), violation, code))
+    return tracer.kernel("velocity", (*rows, violation, code))
 
 
 def schur(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
-    now, _ = tracer.now(graph)
-    triangle, scales = kkt.schur_complement(tracer.whole, dynamics.shapes(model), constraints.jacobian(model, now))
+    triangle, scales = tracer.schur(model, tracer.now(graph, model)[0])
     return tracer.kernel("schur", (*triangle, *scales))
 
 
 def sample(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
-    now, _ = tracer.now(graph)
-    elements = tracer.law_states.placed(law_states.sampled(model, now))
-    return tracer.kernel("sample", flat((*now.bodies, *elements)))
+    return tracer.kernel("sample", tracer.sampled(graph, model, tracer.now(graph, model)[0]))
 
 
 def events(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
-    now, mask = tracer.now(graph)
+    posture, mask = tracer.now(graph, model)
     read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
-    needed = any(quantities.level(model, name) == quantities.OBSERVED for name in read)
-    observed = _observed(tracer, graph, model, now, mask)[0] if needed else None
-    return tracer.kernel("events", quantities.conditions(model, now, observed))
+    observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
+    return tracer.kernel("events", quantities.conditions(model, posture.now, observed))
+
+
+def _reads_observed(model: Model, names: Iterable[str]) -> bool:
+    """Whether one of these components needs accelerations or multipliers."""
+    return any(quantities.level(model, name) == quantities.OBSERVED for name in names)
 
 
 def _observed(
-    tracer: Tracer, graph: Graph, model: Model, now: Instant, mask: list[Number]
+    tracer: Tracer, graph: Graph, model: Model, posture: Posture, mask: list[Number]
 ) -> tuple[quantities.Observed, list[Number]]:
     """What accelerations and multipliers say of a state, and the multipliers."""
     expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", layout.LENGTH))
-    solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
-    mu = solution.mu
+    now = posture.now
+    accelerations, mu = tracer.observed(model, posture, mask, expected)
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
         mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
     force, torque = constraints.loads(model, now, mu)
     efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
-    return quantities.Observed(solution.x, force, torque, efforts), mu
+    return quantities.Observed(accelerations, force, torque, efforts), mu
 
 
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
-    now, mask = tracer.now(graph)
-    seen = Observation(model, now, *_observed(tracer, graph, model, now, mask))
-    named = {name: list(x.rows(seen)) for name, x in OUTPUT_VARIABLES.items() if x.rows is not None}
+    posture, mask = tracer.now(graph, model)
+    now, reactions = posture.now, tracer.method.reactions
+    own = [quantities.joined(q.name, part.name) for q in model.quantities for part in quantities.parts(model, q)]
+    seen = Observation(model, now, lambda: _observed(tracer, graph, model, posture, mask))
+    named = tracer.shown(now)
+    for name, x in OUTPUT_VARIABLES.items():
+        if x.rows is not None and (reactions or not x.reaction):
+            named[name] = list(x.rows(seen))
+    if tracer.method.joint_coordinates:
+        named |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
     named |= law_states.variables(model, now)
-    named |= quantities.observe(model, now, seen.observed)
+    named |= quantities.observe(model, now, seen.observed if _reads_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []
     for name, rows in named.items():

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT, Algebra, State
+from lienumba.groups.state import Algebra, State
 from lienumba.integrators import layout
 from lienumba.integrators.codes import verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
-from lienumba.integrators.tracing.law_states import rates
 from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -73,20 +72,21 @@ def _inline(tracer: Tracer) -> Kernel:
         first = tuple(graph.inputs("extra", sizes.coordinates, layout.slope_row(sizes, i, 0)) for i in every)
         reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, 0)), tracer)
     F = _vector_field(tracer, model, augmented, reports, h, within)
+    chart = tracer.chart_of(model)
     new, rotation, square, slopes = munthe_kaas.step(
-        tracer.chart,
+        chart,
         tracer.tableau,
         tracer.state(graph, "state"),
         t,
         h,
-        lambda x, u, t: munthe_kaas.slope(tracer.chart, x, u, lambda y: F(y, t)),
+        lambda x, u, t: munthe_kaas.slope(chart, x, u, lambda y: F(y, t)),
         first,
     )
     sound = reports.sound[0]
     for other in reports.sound[1:]:
         sound = sound * other
     code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
-    after = _augmented_after(tracer, model, augmented, tracer.instant(new, augmented, t + h), h, reports)
+    after = _augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
     if not tracer.method.queued:
         return tracer.kernel("step", outputs)
@@ -111,7 +111,7 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     t, h, within = _clock(graph)
     node = 0.0 if first else graph.input("clock", layout.NODE)
     F = _vector_field(tracer, model, tracer.augmented_rows(graph), reports, h, within, node)
-    chart, every = tracer.chart, range(tracer.elements)
+    chart, every = tracer.chart_of(model), range(tracer.elements)
     zero = munthe_kaas.origin(chart)
     u = tuple(zero if first else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
@@ -120,7 +120,7 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     rows += [layout.report_row(sizes, 0) + c for c in range(len(said))]
     if tracer.reports_accelerations:
         said += reports.accelerations
-        rows += [layout.acceleration_row(sizes, 0) + c for c in range(6 * tracer.k)]
+        rows += [layout.acceleration_row(sizes, 0) + c for c in range(tracer.velocities)]
     return tracer.kernel("first" if first else "stage", (*flat(f), *said), rows)
 
 
@@ -132,20 +132,23 @@ def _finish(tracer: Tracer) -> Kernel:
     reports = _Reports()
     for s in range(sizes.stages):
         reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, s)), tracer)
-    last = [layout.slope_row(sizes, i, sizes.stages) - 6 for i in range(tracer.k)]
     if tracer.reports_accelerations:
-        last = [layout.acceleration_row(sizes, sizes.stages - 1) + 6 * i for i in range(tracer.k)]
-    reports.accelerations = [x for first in last for x in graph.inputs("extra", 6, first)]
+        row = layout.acceleration_row(sizes, sizes.stages - 1)
+        reports.accelerations = list(graph.inputs("extra", tracer.velocities, row))
+    else:
+        last = [layout.slope_row(sizes, i, sizes.stages) - 6 for i in range(tracer.k)]
+        reports.accelerations = [x for first in last for x in graph.inputs("extra", 6, first)]
     augmented = tracer.augmented_rows(graph)
-    now = tracer.instant(tracer.state(graph, "state"), augmented, t)
+    now = tracer.posture(model, tracer.state(graph, "state"), augmented, t).now
     return tracer.kernel("finish", _augmented_after(tracer, model, augmented, now, h, reports))
 
 
 def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
     """u of one body in each of these stages; extra: the body's slopes."""
-    kernels, chart = {}, tracer.chart
+    kernels = {}
     for s in stages:
-        graph, _ = tracer.graph()
+        graph, model = tracer.graph()
+        chart = tracer.chart_of(model)
         exponentials = tracer.tableau.exponentials(s)
         slopes = _slopes(chart, graph, s)[: len(exponentials[0])]
         u, rotation = munthe_kaas.combination(chart, _clock(graph)[1], exponentials, slopes)
@@ -155,10 +158,10 @@ def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
 
 def _advance(tracer: Tracer) -> Kernel:
     """One body at the end of a step; extra: the body's slopes."""
-    graph, _ = tracer.graph()
-    x = graph.inputs("state", ELEMENT)
-    slopes = _slopes(tracer.chart, graph, tracer.sizes.stages)
-    new, rotation, square = munthe_kaas.advanced(tracer.chart, _clock(graph)[1], tracer.tableau, x, slopes)
+    graph, model = tracer.graph()
+    chart, x = tracer.chart_of(model), graph.inputs("state", tracer.element)
+    slopes = _slopes(chart, graph, tracer.sizes.stages)
+    new, rotation, square = munthe_kaas.advanced(chart, _clock(graph)[1], tracer.tableau, x, slopes)
     return tracer.kernel("advance", (*new, tracer.strict(rotation), square))
 
 
@@ -175,17 +178,15 @@ def _vector_field(
     mask = tracer.augmented.mask(augmented, tracer.structure.rows)
 
     def F(state: Sequence[State], t: Number) -> Sequence[Algebra]:
-        now = tracer.instant(state, augmented, t, within)
+        posture = tracer.posture(model, state, augmented, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
-        expected = tracer.expected(augmented, c, h)
-        solution = dynamics.accelerations(model, tracer.structure, now, mask, expected, tracer.method.baumgarte)
-        reports.sound.append(solution.sound)
-        reports.margin.append(solution.margin)
+        moving, found = tracer.moving(model, posture, mask, tracer.expected(augmented, c, h))
+        reports.sound.append(found.sound)
+        reports.margin.append(found.margin)
         if tracer.augmented.work:
-            reports.power.append(dynamics.power(model, now, solution.mu))
-        reports.accelerations = a = solution.x
-        moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
-        return (*moving, *tracer.law_states.slopes(rates(model, now)))
+            reports.power.append(dynamics.power(model, posture.now, found.multipliers))
+        reports.accelerations = found.accelerations
+        return moving
 
     return F
 

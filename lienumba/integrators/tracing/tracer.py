@@ -2,25 +2,29 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import pi
-from typing import Any
+from typing import Any, Protocol
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
-from lienumba.groups.state import ELEMENT, State
+from lienumba.groups.state import ELEMENT, Algebra, State
 from lienumba.integrators import codes, layout
-from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods import METHODS, step_control
 from lienumba.integrators.methods.charts import GROUPS, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
-from lienumba.integrators.tracing.law_states import LawStates
+from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, rates, sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
-from lienumba.mechanics.system import dynamics, kkt
+from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
+from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.numerics.number import Condition, Number, Vector
-from lienumba.numerics.operations import is_zero
+from lienumba.numerics.operations import is_zero, maximum, where
+
+BODIES = "bodies"  # their states, where what is integrated does not have them
 
 
 @dataclass(frozen=True)
@@ -33,19 +37,61 @@ class Method:
     dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
     chord: bool = False  # whether the position projection keeps the elimination of its first iteration
     group: str = "R3xSO3"  # or another of GROUPS
-    coordinates: str = "lie"  # or one of COORDINATES
+    coordinates: str = "lie"  # or "joint", or one of COORDINATES
     baumgarte: float | None = None  # rate (1/s)
     queued: bool = False  # whether every lane has its own time and takes its runs from a queue
     adaptive: bool = False  # whether a tolerance chooses the steps; then lanes are queued, too
+    reactions: bool = True  # whether what joints and drivers do is stored
+    joint_coordinates: bool = False  # whether those of the whole mechanism are stored
 
     def chart(self) -> Chart:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
-        if self.coordinates != "lie":
-            return COORDINATES[self.coordinates]
+        return COORDINATES[self.coordinates] if self.coordinates in COORDINATES else GROUPS[self.group](self.terms)
+
+    @property
+    def terms(self) -> int | None:
+        """Of the series of dexpinv; None for its closed form."""
         tableau = METHODS[self.tableau]
         terms = 0 if tableau.composed else max(tableau.order - 2, 0)
-        given = None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
-        return GROUPS[self.group](given)
+        return None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
+
+
+class Correction(Protocol):
+    """A solution of a projection, see `kkt.Solution`."""
+
+    @property
+    def x(self) -> list[Any]: ...
+    @property
+    def mu(self) -> list[Any]: ...
+    @property
+    def sound(self) -> Any: ...
+    @property
+    def firm(self) -> list[Any]: ...
+
+
+class Posture(Protocol):
+    """A mechanism at a state."""
+
+    @property
+    def now(self) -> Instant: ...
+
+
+@dataclass(frozen=True)
+class Still:
+    """Bodies as they are."""
+
+    now: Instant
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """accelerations: of all velocities, as closed loops carry them on; multipliers of all rows; sound, margin: see
+    `kkt.Solution`."""
+
+    accelerations: list[Number]
+    multipliers: list[Number]
+    sound: Number
+    margin: Number
 
 
 @dataclass(frozen=True)
@@ -91,36 +137,56 @@ class Tracer:
         self.template = template
         graph, model = self.graph()
         self.whole = kkt.Structure.of(model, selection.rows, (), selection.singular)
-        self.structure = kkt.Structure.of(model, (), selection.dropped, selection.singular) if fixed else self.whole
         self.tableau = METHODS[method.tableau]
         self.method = method
-        self.chart = method.chart()
         self.k = len(model.bodies)
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
         now = Instant(bodies, graph.input("clock", layout.TIME))
         self.law_states = LawStates.of(model, now)
-        self.elements = self.k + self.law_states.elements
-        looped, angles, stages = self.structure.looped, counted_angles(model, now), len(self.tableau.b)
+        self.structure = self._structure(model, selection, fixed)
+        self.elements, self.element, self.velocities = self._elements(model)
+        looped, stages = self.structure.looped, len(self.tableau.b)
+        angles = counted_angles(model, now, method.joint_coordinates)
         self.augmented = AugmentedState(
             angles=angles,
             work=self._works(angles),
-            accelerations=12 * self.k if looped else 0,
+            accelerations=2 * self.velocities if looped else 0,
             masks=selection.rows if looped else (),
             fixed=dict(zip(selection.rows, selection.masks, strict=True)) if fixed else {},
         )
+        self.chart = self.chart_of(model)
         self.sizes = layout.Sizes(
-            elements=self.elements, augmented=self.augmented.rows,
+            elements=self.elements, element=self.element, augmented=self.augmented.rows,
             first_mask=self.augmented.first_mask, exchangeable=len(self.augmented.masks),
             fixed=int(bool(self.augmented.fixed)), coordinates=self.chart.size, stages=stages,
             slopes=len(self.tableau.stages) + 1 if method.queued else stages, events=len(model.events),
             correction=sum(self.correction_rows),
         )  # fmt: skip
 
+    def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
+        return kkt.Structure.of(model, (), selection.dropped, selection.singular) if fixed else self.whole
+
+    def _elements(self, model: Model) -> tuple[int, int, int]:
+        """How many elements of S there are, their rows, and how many velocities."""
+        return self.k + self.law_states.elements, ELEMENT, 6 * self.k
+
+    def chart_of(self, model: Model) -> Chart:
+        """Of each element, for this model on symbols."""
+        return self.method.chart()
+
+    @cached_property
+    def axes(self) -> Axes:
+        """Of the equations of bodies, in steps and in projections."""
+        if not self.chart.orthogonal:
+            return GLOBAL
+        graph, model = self.graph()
+        dropped = [row for row, used in self.augmented.fixed.items() if not used]
+        return axes_choice.cheapest(graph, model, self.structure, self.now(graph, model)[0].now, dropped)
+
     @property
     def correction_rows(self) -> tuple[int, int]:
-        """Of the correction of positions from q^ in local coordinates, six for every element; of the multipliers, as a
-        chord method."""
-        x = 6 * self.elements if self.method.position == "local" else 0
+        """Of the correction of positions from q^ in local coordinates; of the multipliers, as a chord method."""
+        x = self.velocities if self.method.position == "local" else 0
         return x, self.structure.rows if self.method.chord else 0
 
     @property
@@ -137,13 +203,16 @@ class Tracer:
         """The accelerations to be expected in a stage at t + node h; None if they are not carried on."""
         return self.augmented.expected(augmented, (node + (1.0 - float(self.tableau.c[-1]))) * h)
 
-    def _works(self, angles: tuple[int, ...]) -> bool:
+    def _works(self, angles: tuple[Counted, ...]) -> bool:
         """Whether anything ever works on the system: else the power is zero by its structure."""
         graph, model = self.graph()
-        state, t = self.state(graph, "state"), graph.input("clock", layout.TIME)
-        near = dict(zip(angles, graph.inputs("state", len(angles), ELEMENT * self.elements), strict=True))
-        now = Instant(state[: self.k], t, near, None, self.law_states.read(state[self.k :]))
-        return not is_zero(dynamics.power(model, now, list(graph.inputs("extra", self.structure.rows))))
+        bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
+        others = iter(graph.inputs("extra", self.whole.rows + len(angles) + sum(self.law_states.sizes.values())))
+        mu = [next(others) for _ in range(self.whole.rows)]
+        near = {joint: next(others) for joint in angles}
+        states = {name: tuple(next(others) for _ in range(size)) for name, size in self.law_states.sizes.items()}
+        now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states)
+        return not is_zero(dynamics.power(model, now, mu))
 
     def graph(self) -> tuple[Graph, Model]:
         return symbolic(self.template)
@@ -155,20 +224,94 @@ class Tracer:
 
     def state(self, graph: Graph, array: str) -> tuple[State, ...]:
         """The elements of S: bodies, and behind them the states of laws."""
-        return tuple(graph.inputs(array, ELEMENT, ELEMENT * i) for i in range(self.elements))
+        return tuple(graph.inputs(array, self.element, self.element * i) for i in range(self.elements))
 
-    def instant(self, state: Sequence[State], augmented: Vector, t: Number, within: Number | None = None) -> Instant:
+    def posture(
+        self, model: Model, state: Sequence[State], augmented: Vector, t: Number, within: Number | None = None
+    ) -> Posture:
+        """The mechanism at a state."""
         angles = dict(zip(self.augmented.angles, augmented, strict=False))
-        return Instant(tuple(state[: self.k]), t, angles, within, self.law_states.read(state[self.k :]))
+        return Still(Instant(tuple(state[: self.k]), t, angles, within, self.law_states.read(state[self.k :])))
 
-    def now(self, graph: Graph) -> tuple[Instant, list[Number]]:
-        """The state at the clock's time, and the mask of its rows."""
+    def now(self, graph: Graph, model: Model) -> tuple[Posture, list[Number]]:
+        """The mechanism at the clock's time, and the mask of its rows."""
         augmented = self.augmented_rows(graph)
-        instant = self.instant(self.state(graph, "state"), augmented, graph.input("clock", layout.TIME))
-        return instant, self.augmented.mask(augmented, self.structure.rows)
+        posture = self.posture(model, self.state(graph, "state"), augmented, graph.input("clock", layout.TIME))
+        return posture, self.mask(augmented)
+
+    def mask(self, augmented: Vector) -> list[Number]:
+        """1 or 0 for each row of C."""
+        return self.augmented.mask(augmented, self.structure.rows)
 
     def augmented_rows(self, graph: Graph) -> Vector:
-        return graph.inputs("state", self.augmented.rows, ELEMENT * self.elements)
+        return graph.inputs("state", self.augmented.rows, self.element * self.elements)
+
+    def moving(
+        self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[Algebra], Dynamics]:
+        """F (Terze et al. 2015, eq. 15) of every element, and what is known with it."""
+        now, damping = posture.now, self.method.baumgarte
+        solution = dynamics.accelerations(model, self.structure, now, mask, expected, damping, self.axes)
+        a = solution.x
+        moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
+        found = Dynamics(a, solution.mu, solution.sound, solution.margin)
+        return [*moving, *self.law_states.slopes(rates(model, now))], found
+
+    def observed(
+        self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[Number], list[Number]]:
+        """The accelerations of all bodies (6 k), and the multipliers of all rows."""
+        solution = dynamics.accelerations(model, self.structure, posture.now, mask, expected, self.method.baumgarte)
+        return solution.x, solution.mu
+
+    def error_square(
+        self, graph: Graph, model: Model, estimates: Sequence[Sequence[Vector]], x: Sequence[State], y: Sequence[State]
+    ) -> Number:
+        """The squared error of a step from x to y as a fraction of what is allowed: of all elements the worst; infinite
+        if one is not finite. estimates: of each element one or two (see `step_control.error_square`)."""
+        tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
+        squares = [
+            step_control.error_square(z, a, b, tolerance) for z, a, b in zip(estimates[: self.k], x, y, strict=False)
+        ]
+        for z, a, b in zip(estimates[self.k :], x[self.k :], y[self.k :], strict=True):
+            for rate, number in zip(RATES, NUMBERS, strict=True):
+                changes = tuple(e[rate] for e in z)
+                squares.append(step_control.state_error_square(changes, a[number], b[number], tolerance))
+        return worst(squares)
+
+    def sampled(self, graph: Graph, model: Model, posture: Posture) -> list[Number]:
+        """The elements after the laws whose time has come were sampled."""
+        elements = self.law_states.placed(sampled(model, posture.now))
+        return flat((*posture.now.bodies, *elements))
+
+    def velocity_projected(
+        self, graph: Graph, model: Model, posture: Posture, mask: list[Number]
+    ) -> tuple[list[Number], Correction]:
+        """The rows of the elements whose velocities fulfil the constraints, and the correction."""
+        now, weight = posture.now, projection.WEIGHTS[self.method.velocity]
+        solution = projection.velocity_correction(model, self.structure, now, weight, mask, self.axes)
+        new = tuple(
+            body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
+            for i, body in enumerate(now.bodies)
+        )
+        return self.with_law_states(graph, new), solution
+
+    def schur(self, model: Model, posture: Posture) -> tuple[list[Number], list[Number]]:
+        """See `kkt.schur_complement`."""
+        C = constraints.jacobian(model, posture.now)
+        return kkt.schur_complement(self.whole, dynamics.shapes(model), C)
+
+    def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:
+        """See `projection.counted`."""
+        return projection.counted(solution.firm, mask, level)
+
+    def levels(self) -> set[str]:
+        """On which levels there is something to be projected."""
+        return {constraint.level for constraint in constraints.constraints_of(self.graph()[1])}
+
+    def shown(self, now: Instant) -> dict[str, list[Number]]:
+        """What is stored because the state does not say it as it is."""
+        return {}
 
     def with_law_states(self, graph: Graph, bodies: Sequence[State]) -> list[Number]:
         """The rows of these bodies, and of the law states as they are."""
@@ -177,6 +320,14 @@ class Tracer:
 
 def flat(elements: Iterable[Vector]) -> list[Number]:
     return [x for element in elements for x in element]
+
+
+def worst(squares: Sequence[Number]) -> Number:
+    """The largest; infinite if one is not finite."""
+    largest, total = squares[0], squares[0]
+    for square in squares[1:]:
+        largest, total = maximum(square, largest), total + square
+    return where(total < codes.HUGE, largest, codes.HUGE)
 
 
 def finite(rows: Iterable[Number]) -> Condition:

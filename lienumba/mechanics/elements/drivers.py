@@ -34,7 +34,6 @@ from lienumba.numerics.number import Matrix, Vector
 from lienumba.words import show
 
 POSITION, RATE, VELOCITY = "position", "rate", "velocity"  # the levels on which constraints hold
-UNITS = {"angle": ("rad", "rad s-1"), "displacement": ("m", "m s-1")}
 
 
 class DriverType(Section):
@@ -146,11 +145,10 @@ class JointDriver(DriverType):
     def residual(cls, model: Model, driver: Driver, wanted: Vector, view: View) -> Vector:
         """The coordinate, less its value; or less the integral of its rate, whose own value nobody needs."""
         assert driver.coordinate is not None
-        x = joints.coordinate(model, driver.coordinate, view)
         if cls.level(driver) == POSITION:
-            return (x - wanted[0],)
+            return (joints.coordinate(model, driver.coordinate, view) - wanted[0],)
         rate, t = lift(wanted[0]), lift(view.t)
-        return (x - Jet(0.0, rate.a * t.b, rate.b),)
+        return (joints.in_motion(model, driver.coordinate, view) - Jet(0.0, rate.a * t.b, rate.b),)
 
     @classmethod
     def level(cls, driver: Driver) -> str:
@@ -159,7 +157,7 @@ class JointDriver(DriverType):
     @classmethod
     def kinds(cls, driver: Driver) -> str:
         assert driver.coordinate is not None
-        return "r" if driver.coordinate.kind == "angle" else "m"
+        return joints.named(driver.coordinate.kind).letter
 
     @classmethod
     def acts_on(cls, model: Model, driver: Driver, read: tuple[int, ...]) -> tuple[int, ...]:
@@ -189,7 +187,8 @@ class JointDriver(DriverType):
 
     @classmethod
     def unit(cls, key: str, kind: str | None) -> str:
-        return UNITS[str(kind)][key == "rate"]
+        driven = joints.named(str(kind))
+        return driven.rate_unit if key == "rate" else driven.unit
 
 
 class BodyDriver(DriverType):

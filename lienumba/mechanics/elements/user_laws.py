@@ -15,7 +15,6 @@ from lienumba import laws
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.quantities import bodies_of, component, components, evaluate, rows
-from lienumba.mechanics.elements.quantities.built_in import COORDINATE_OF, RATES
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import GROUND, Code, Coordinate, Force, Model
@@ -81,12 +80,11 @@ def _body(view: View, i: int) -> laws.Body:
 
 def _joint(model: Model, view: View, j: int, rates: bool) -> laws.Joint:
     found = {}
-    for name, kind in COORDINATE_OF.items():
-        if kind in joints.coordinate_kinds(model.joints[j].type):
-            is_rate = name in RATES
-            if rates or not is_rate:
-                x = joints.coordinate(model, Coordinate(j, kind), kinematics.moving(view) if is_rate else view)
-                found[name] = lift(x).b if is_rate else x
+    for kind in joints.coordinate_kinds(model.joints[j].type):
+        which = Coordinate(j, kind)
+        found[kind] = joints.coordinate(model, which, view)
+        if rates:
+            found[joints.freedom(model, which).rate] = joints.rate(model, which, view)
     return laws.Joint(j, **found)
 
 
@@ -188,7 +186,7 @@ def generalized(model: Model, force: Force, now: Instant) -> tuple[dict[int, lis
     Q: dict[int, list[Any]] = {}
     if force.code.returns == POTENTIAL:
         for i in ends:
-            column = kinematics.columns(lambda view: (energy(model, force, now, view),), now, ends, i)[0]
+            column = kinematics.columns(lambda v: (energy(model, force, now, v),), kinematics.still(now, ends), i)[0]
             Q[i] = [-x for x in column]
         return Q, lift(energy(model, force, now, kinematics.waiting(now, ends))).b
     power: Any = 0.0
@@ -214,7 +212,7 @@ def _rows(model: Model, load: laws.Load, now: Instant, view: View) -> list[tuple
         which = Coordinate(load.target, load.coordinate)
         ends = tuple(dict.fromkeys(model.joints[load.target].bodies))
         blocks = [
-            (i, kinematics.columns(lambda v: (joints.coordinate(model, which, v),), now, ends, i)[0])
+            (i, kinematics.columns(lambda v: (joints.coordinate(model, which, v),), kinematics.still(now, ends), i)[0])
             for i in ends
             if i != GROUND
         ]

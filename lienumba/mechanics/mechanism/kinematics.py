@@ -44,13 +44,13 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 
 @dataclass(frozen=True)
 class Instant:
-    """A state at a time. angles: by joint, the angle (rad, over all turns) near which its angle is to be counted;
-    within: the time that tells on which side of a jump t lies, where that is not t itself; states: of the laws of the
-    user's own, by name."""
+    """A state at a time. angles: by joint (`model.Counted`), the angle (rad, over all turns) near which its angle is to
+    be counted; within: the time that tells on which side of a jump t lies, where that is not t itself; states: of the
+    laws of the user's own, by name."""
 
     bodies: tuple[Body, ...]
     t: Any = 0.0
-    angles: dict[int, Any] = field(default_factory=dict)
+    angles: dict[Any, Any] = field(default_factory=dict)
     within: Any = None
     states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
@@ -65,7 +65,7 @@ class View:
 
     motions: dict[int, Motion]
     t: Any
-    angles: dict[int, Any]
+    angles: dict[Any, Any]
     within: Any = None
     states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
@@ -98,6 +98,20 @@ def moving(now: View, accelerations: Sequence[Number] | None = None) -> View:
     return replace(now, motions=motions, t=Jet(now.t, 1.0))
 
 
+def seen_from(view: View, base: int) -> View:
+    """The same from the axes of one body, as if it stood still where the ground stands, r = 0 and R = I, and the ground
+    elsewhere: positions and velocities moved rigidly, by a motion that is frozen."""
+    origin = view[base]
+
+    def moved(m: Motion) -> Motion:
+        r = so3.rotate_back(origin.R, so3.subtract(m.r, origin.r))
+        return Motion(r, so3.multiply(so3.transpose(origin.R), m.R), so3.rotate_back(origin.R, m.v), m.w)
+
+    motions = {i: moved(m) for i, m in view.motions.items() if i != base}
+    own = Motion(AT_REST, so3.IDENTITY, so3.rotate_back(origin.R, origin.v), origin.w)
+    return replace(view, motions=motions | {GROUND: moved(FIXED), base: own})
+
+
 def waiting(now: Instant, ends: tuple[int, ...]) -> View:
     """All bodies at rest, while time moves."""
     view = still(now, ends)
@@ -105,10 +119,9 @@ def waiting(now: Instant, ends: tuple[int, ...]) -> View:
     return replace(view, motions=at_rest, t=Jet(now.t, 1.0))
 
 
-def _unit(now: Instant, ends: tuple[int, ...], body: int, velocity: Rates, velocity_level: bool) -> View:
+def _unit(view: View, body: int, velocity: Rates, velocity_level: bool) -> View:
     """One body moving with a unit velocity (6), or with it as the derivative of its velocity; time stands."""
     v, w = velocity[0:3], velocity[3:6]
-    view = still(now, ends)
     m = view[body]
     if velocity_level:
         m = Motion(m.r, m.R, _duals(m.v, v), _duals(m.w, w))
@@ -124,14 +137,18 @@ def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Matrix]) -> V
     return replace(view, motions=motions)
 
 
-def columns(law: Law, now: Instant, ends: tuple[int, ...], body: int, velocity_level: bool = False) -> list[list[Any]]:
-    """The block of C of one body: rows x 6 (v global, w in the body frame)."""
-    own = now.motion(body)
-    if go_together((*own.r, *own.R, *own.v, *own.w)):
+def columns(
+    law: Law, view: View, body: int, velocity_level: bool = False, along: Sequence[Vector] | None = None
+) -> list[list[Any]]:
+    """The block of C of one body: rows x 6 (v, w in the body frame). along: what v counts along, three unit vectors in
+    the axes of the view; by default these axes."""
+    numbers = (x for m in (view[body], *view.motions.values()) for x in (*m.r, *m.R, *m.v, *m.w))
+    if along is None and go_together(numbers):
         with np.errstate(all="ignore"):  # floats know no warnings
-            rows = [lift(row).b for row in law(_unit(now, ends, body, TOGETHER, velocity_level))]
+            rows = [lift(row).b for row in law(_unit(view, body, TOGETHER, velocity_level))]
         return [row.apart() if isinstance(row, Directions) else [row] * 6 for row in rows]
-    block = [[lift(row).b for row in law(_unit(now, ends, body, u, velocity_level))] for u in UNITS]
+    units = UNITS if along is None else (*((*e, *AT_REST) for e in along), *UNITS[3:])
+    block = [[lift(row).b for row in law(_unit(view, body, u, velocity_level))] for u in units]
     return [list(row) for row in zip(*block, strict=True)]
 
 

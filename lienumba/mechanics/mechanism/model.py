@@ -76,10 +76,23 @@ class Body:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A coordinate of a joint (index): "angle" (rad) or "displacement" (m)."""
+    """A coordinate of a joint (index), by its name: "angle" (rad), "displacement" (m), or another that its type has."""
 
     joint: int
     kind: str
+
+    @property
+    def counted(self) -> "Counted":
+        """By what its turns are known."""
+        return self.joint if self.kind == "angle" else self
+
+
+Counted = int | Coordinate  # the angle of a joint (index), or another coordinate that counts turns
+
+
+def coordinate_of(which: Counted) -> Coordinate:
+    """The reverse of `Coordinate.counted`."""
+    return Coordinate(which, "angle") if isinstance(which, int) else which
 
 
 @dataclass(frozen=True)
@@ -88,7 +101,9 @@ class Joint:
 
     frames: x counts the angle, z is the axis; None where the type has no axis, or as long as the start has not
     decided it. A gear or coupler joins two coordinates instead, and its `bodies` are those of both joints, without
-    repetition. numbers: by name, those of its own; None as long as the start has not decided them.
+    repetition. numbers: by name, those of its own; None as long as the start has not decided them. armature: of a rotor
+    with the kinetic energy armature/2 rate^2 (kg m^2 or kg), the rate being that of the type's `rotor`. way: of the
+    second axis along the first, 1 or -1, where the joint makes them parallel and who integrates it wants to know.
     """
 
     name: str
@@ -99,6 +114,8 @@ class Joint:
     coordinates: tuple[Coordinate, Coordinate] | None = None
     numbers: dict[str, Number] = field(default_factory=dict)
     code: Code | None = None
+    armature: Number = 0.0
+    way: Number = 1.0
 
 
 @dataclass(frozen=True)
@@ -139,12 +156,13 @@ class Force:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something that can be seen of the mechanism; see `lienumba.mechanics.elements.quantities` for the types.
+    """Something that can be seen of the mechanism; see `lienumba.mechanics.elements.quantities` for the types. An input
+    is one, too: its name begins with "inputs."; what it keeps in a state is that of a force of this name.
 
     bodies: what it is about; point: in the first body's frame; derivative: of the position of a point, 0, 1 or 2;
     relative_to: the body from which it is seen; frame: the body along whose axes it is given; target: rotation;
-    joint, driver: indices; about: the point (global) of a moment, None for the mass centre; value: of an expression;
-    numbers: others that a type needs.
+    joint, driver: indices; coordinate: that of the joint which an input asks for; about: the point (global) of a
+    moment, None for the mass centre; value: of an expression; numbers: others that a type needs.
     """
 
     name: str
@@ -156,6 +174,7 @@ class Quantity:
     frame: int = GROUND
     target: Matrix3 | None = None
     joint: int = -1
+    coordinate: Coordinate | None = None
     driver: int = -1
     about: Vec3 | None = None
     value: Timed = 0.0
@@ -204,6 +223,9 @@ class Pose:
 class JointStart:
     """How a joint is placed, and what is known of its coordinates at the start.
 
+    known: by the name of a coordinate, or of its rate; places: where these are said, where that is not a key of the
+    joint.
+
     Either `axes` (a pair, in each body's own frame; a type that needs one axis takes the first) or `axis` (global, at
     the start; a pair for universal and perpendicular axes); `at` (global, at the start) instead of the joint's points.
     """
@@ -212,10 +234,12 @@ class JointStart:
     references: tuple[Vec3, Vec3] | None = None
     at: Vec3 | None = None
     axis: tuple[Vec3, ...] | None = None
-    angle: Number | None = None
-    rate: Number | None = None
-    displacement: Number | None = None
-    speed: Number | None = None
+    known: dict[str, Number] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)
+
+    def place(self, joint: str, name: str) -> str:
+        """Where the scenario says this of a joint."""
+        return self.places.get(name, f"model.joints.{joint}.{name}")
 
 
 @dataclass(frozen=True)

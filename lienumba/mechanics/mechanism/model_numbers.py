@@ -15,8 +15,9 @@ def map_numbers(
     tables hold.
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of
-    inertia, a component of gravity), where a mass or a length is always a parameter. Of the numbers of joints, drivers
-    and forces, only an exact 0 does. Functions of time stay as they are, but for the numbers of a `Law`.
+    inertia, a component of gravity), where a length is always a parameter. Of masses, moments of inertia and the
+    numbers of joints, drivers and forces, only an exact 0 does. Functions of time stay as they are, but for the numbers
+    of a `Law`.
     """
 
     def vector(v: Any) -> Any:
@@ -46,8 +47,8 @@ def map_numbers(
         bodies=tuple(
             replace(
                 body,
-                mass=number(body.mass, False),
-                inertia=tuple(number(x, i >= 3) for i, x in enumerate(body.inertia)),
+                mass=law(body.mass),
+                inertia=tuple(number(x, True) if i >= 3 else law(x) for i, x in enumerate(body.inertia)),
             )
             for body in model.bodies
         ),
@@ -57,6 +58,8 @@ def map_numbers(
                 points=None if joint.points is None else (vector(joint.points[0]), vector(joint.points[1])),
                 frames=None if joint.frames is None else (frame(joint.frames[0]), frame(joint.frames[1])),
                 numbers={key: of_joint(x, joint.code is None) for key, x in joint.numbers.items()},
+                armature=law(joint.armature),
+                way=number(joint.way, True),
             )
             for joint in model.joints
         ),

@@ -14,43 +14,48 @@ import numpy as np
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import Coordinate, Driver, Model, Start
+from lienumba.mechanics.mechanism.massless import with_lent_masses
+from lienumba.mechanics.mechanism.model import Coordinate, Counted, Driver, Model, Start
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
+from lienumba.mechanics.start.along_joints import Along, along_joints, moving_along
 from lienumba.mechanics.start.gauss_newton import ACCEPTED, Closing, velocities
 from lienumba.mechanics.start.least_norm import Entries
 from lienumba.mechanics.start.poses import Poses
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.projection import ROUNDING
 
-MOTIONS = {"angle": "value", "displacement": "value", "rate": "rate", "speed": "rate"}
-COORDINATES = {"angle": "angle", "rate": "angle", "displacement": "displacement", "speed": "displacement"}
+LENT = 1e-4  # of the lightest body, a massless one gets so much; `velocities` takes it back
+SOLVED = 1e-11  # what solving for velocities may leave, relative to the fastest
+FEW = 4  # bodies up to which the least change is found from anywhere; more start along joints without references, too
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Something that the start has to fulfil: a "joint", a "driver", or the "angle", "displacement", "rate" or "speed"
-    given for a joint; name: of the joint or driver; kinds: one letter for each row, "m" for a length, "r" for an angle.
-    """
+    """Something that the start has to fulfil: a "joint", a "driver", or what is given for a coordinate of a joint, by
+    the name of this or of its rate; name: of the joint or driver; kinds: one letter for each row, "m" for a length, "r"
+    for an angle; of_positions: whether only positions have to."""
 
     what: str
     name: str
     bodies: tuple[int, ...]
     rows: slice
     kinds: str
+    of_positions: bool = False
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """model: with all that the start decides; state (runs, k, 18); angles: by joint (runs,) rad; per row of the
-    conditions (runs, m): the violations left (m or 1, m/s or rad/s), and the limits up to which they are accepted.
+    """model: with all that the start decides; state (runs, k, 18); angles: those that count turns (runs,) rad; per row
+    of the conditions (runs, m): the violations left (m or 1, m/s or rad/s), and the limits up to which they are
+    accepted.
 
     Rows come as in the constraints of the model, then those of what is given for joint coordinates.
     """
 
     model: Model
     state: np.ndarray
-    angles: dict[int, np.ndarray]
+    angles: dict[Counted, np.ndarray]
     conditions: tuple[Condition, ...]
     position_violations: np.ndarray
     velocity_violations: np.ndarray
@@ -83,25 +88,60 @@ def assemble(model: Model, start: Start, runs: int) -> Assembly:
 def _assemble(model: Model, start: Start, runs: int) -> Assembly:
     poses = Poses.of(start, joint_frames.carried_by_start(start, model))
     targets = joint_frames.angles_given(model, start)
-    angles = {j: targets.get(j, 0.0) for j in range(len(model.joints))}
-    given = [(j, name) for j, says in enumerate(start.joints) for name in MOTIONS if getattr(says, name) is not None]
+    angles: dict[Counted, Any] = {**dict.fromkeys(range(len(model.joints)), 0.0), **targets}
+    given = [x for j in range(len(model.joints)) for x in _given(model, start, j)]
 
     bodies = poses.bodies(poses.local)
-    unsolved = _with_given(_placed(model, start, poses, targets, bodies, final=False), start, given)
+    unsolved = _with_given(_placed(model, start, poses, targets, bodies, final=False), given)
     unsolved = replace(unsolved, joints=tuple(map(joint_frames.provisional, unsolved.joints)))
+    told = joint_frames.with_driven(model, start)
+    along = along_joints(unsolved, told, poses)
+    by_axes = along_joints(unsolved, told, poses, zero_by_axes=True)
+    if len(by_axes.ties) > FEW:
+        along = by_axes
+    poses = poses.at(along.local, along.bodies)
+    rows = _rows_known(unsolved, model, start)
     local = poses.local
-    if poses.shifts | poses.turns:
-        local = Closing(
-            unsolved, poses, angles, _rows_known(unsolved, model, start), runs, _upright(model, start, poses)
-        ).positions()
+    if poses.shifts | poses.turns and not _all_said(unsolved, poses, along, given):
+        closing = Closing(unsolved, poses, angles, rows, runs, _upright(model, start, poses))
+        local = closing.positions(by_axes.local if by_axes.ties != along.ties else None)
     bodies = poses.bodies(local)
 
     model = _placed(model, start, poses, targets, bodies, final=True)
     model = map_numbers(joint_frames.with_numbers(model, bodies, angles), _plain)
-    full = _with_given(model, start, given)
+    full = _with_given(model, given)
     rows = _on_velocities(_conditions(full, len(model.drivers), given))
-    bodies = velocities(full, poses, local, _inverse_mass(model), rows)
+    moving = moving_along(model, told, poses, along.ties, poses.bodies(local, poses.rates))
+    metric = _inverse_mass(with_lent_masses(model, LENT))
+    bodies = velocities(full, poses, local, metric, rows, moving)
     return _result(model, full, given, Instant(bodies, 0.0, angles), runs)
+
+
+@dataclass(frozen=True)
+class Given:
+    """Of a coordinate at the start: motion, "value" or "rate"; name: by which it or its rate is known; value: of it."""
+
+    which: Coordinate
+    motion: str
+    name: str
+    value: Any
+
+
+def _given(model: Model, start: Start, index: int) -> list[Given]:
+    """What is known of the coordinates of a joint, and then of their rates."""
+    known, every = start.joints[index].known, JOINTS[model.joints[index].type].freedoms()
+    names = [(x.name, "value", x.name) for x in every] + [(x.name, "rate", x.rate) for x in every]
+    return [Given(Coordinate(index, x), motion, key, known[key]) for x, motion, key in names if key in known]
+
+
+def _all_said(unsolved: Model, poses: Poses, along: Along, given: list[Given]) -> bool:
+    """Whether joints have put every body that is not given, and nothing else is asked of positions."""
+    if any(c // 6 not in along.bodies for c in poses.shifts | poses.turns):
+        return False
+    drivers = len(unsolved.drivers) - len(given)
+    asked = [*range(len(unsolved.joints)), *[None] * drivers, *(x.which.joint for x in given)]
+    listed = zip(constraints.constraints_of(unsolved), asked, strict=True)
+    return all(constraint.level != "position" or joint in along.joints for constraint, joint in listed)
 
 
 def _divisible(x: Any, _: bool = False) -> Any:
@@ -113,6 +153,8 @@ def _all_divisible(x: Any) -> Any:
     """A start, or a part of it."""
     if isinstance(x, tuple):
         return tuple(_all_divisible(y) for y in x)
+    if isinstance(x, dict):
+        return {key: y if isinstance(y, str) else _all_divisible(y) for key, y in x.items()}
     if hasattr(x, "__dataclass_fields__"):
         return replace(x, **{name: _all_divisible(y) for name, y in vars(x).items() if name != "relative_to"})
     return _divisible(x)
@@ -126,7 +168,7 @@ def _plain(x: Any, _: bool = False) -> Any:
 
 
 def _placed(
-    model: Model, start: Start, poses: Poses, targets: dict[int, Any], bodies: tuple[Any, ...], final: bool
+    model: Model, start: Start, poses: Poses, targets: dict[Counted, Any], bodies: tuple[Any, ...], final: bool
 ) -> Model:
     """The model with the points and frames of its joints where these bodies have them."""
     placed = []
@@ -136,12 +178,12 @@ def _placed(
     return map_numbers(replace(model, joints=tuple(placed)), _plain)
 
 
-def _with_given(model: Model, start: Start, given: list[tuple[int, str]]) -> Model:
+def _with_given(model: Model, given: list[Given]) -> Model:
     """What is given for the coordinates of joints, as drivers behind those of the model."""
     drivers = []
-    for j, name in given:
-        joint, value = model.joints[j], getattr(start.joints[j], name)
-        drivers.append(Driver(joint.name, MOTIONS[name], joint.bodies, (value,), Coordinate(j, COORDINATES[name])))
+    for x in given:
+        joint = model.joints[x.which.joint]
+        drivers.append(Driver(joint.name, x.motion, joint.bodies, (x.value,), x.which))
     return replace(model, drivers=(*model.drivers, *drivers))
 
 
@@ -170,17 +212,18 @@ def _rows_known(unsolved: Model, model: Model, start: Start) -> tuple[int, ...]:
     return tuple(rows)
 
 
-def _conditions(full: Model, drivers: int, given: list[tuple[int, str]]) -> tuple[Condition, ...]:
-    what = ["joint"] * len(full.joints) + ["driver"] * drivers + [name for _, name in given]
+def _conditions(full: Model, drivers: int, given: list[Given]) -> tuple[Condition, ...]:
+    what = [("joint", False)] * len(full.joints) + [("driver", False)] * drivers
+    what += [(x.name, x.motion == "value") for x in given]
     listed = zip(what, constraints.constraints_of(full), constraints.rows_of(full), strict=True)
-    return tuple(Condition(w, c.name, c.bodies, rows, c.kinds) for w, c, rows in listed)
+    return tuple(Condition(w, c.name, c.bodies, rows, c.kinds, place) for (w, place), c, rows in listed)
 
 
 def _on_velocities(conditions: tuple[Condition, ...]) -> tuple[int, ...]:
     """The rows that hold for velocities: all but given positions."""
     rows: list[int] = []
     for c in conditions:
-        rows += range(c.rows.start, c.rows.stop) if c.what not in ("angle", "displacement") else ()
+        rows += () if c.of_positions else range(c.rows.start, c.rows.stop)
     return tuple(rows)
 
 
@@ -198,7 +241,7 @@ def _inverse_mass(model: Model) -> Entries:
     return entries
 
 
-def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instant, runs: int) -> Assembly:
+def _result(model: Model, full: Model, given: list[Given], now: Instant, runs: int) -> Assembly:
     conditions = _conditions(full, len(model.drivers), given)
     on_velocities = _on_velocities(conditions)
     rates, _ = constraints.rate_and_bias(full, now)
@@ -206,10 +249,11 @@ def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instan
     reach, far, speed = constraints.sizes(full, now)
     fastest = constraints.largest([x for body in now.bodies for x in body[12:18]])
     flat = _stack([x for body in now.bodies for x in body], runs)
+    everything = still(now, tuple(range(len(now.bodies))))
     angles = {
-        j: np.array(np.broadcast_to(joints.angle(joint, still(now, joint.bodies), now.angles[j]), (runs,)), float)
+        which.counted: np.array(np.broadcast_to(joints.coordinate(model, which, everything), (runs,)), float)
         for j, joint in enumerate(model.joints)
-        if "angle" in JOINTS[joint.type].coordinate_kinds
+        for which in (Coordinate(j, x.name) for x in JOINTS[joint.type].freedoms() if x.counts)
     }
     return Assembly(
         model,
@@ -219,7 +263,7 @@ def _result(model: Model, full: Model, given: list[tuple[int, str]], now: Instan
         np.abs(_stack(constraints.residual(full, now), runs)),
         np.abs(_stack(rates, runs)),
         ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
-        ACCEPTED * _stack(speed, runs) + ROUNDING * _stack([fastest], runs),
+        ACCEPTED * _stack(speed, runs) + SOLVED * _stack([fastest], runs),
     )
 
 

@@ -3,7 +3,7 @@
 Elementwise: a run that has converged stays where it is, and no run sees another.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +12,13 @@ import numpy as np
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.massless import massless
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.start.least_norm import Entries, least
+from lienumba.mechanics.start.least_norm import Entries, Least, least
 from lienumba.mechanics.start.poses import Local, Poses, Rates
-from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system import constraints, rotors
 from lienumba.mechanics.system.projection import ROUNDING
+from lienumba.mechanics.tree.links import with_ways
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, cos, maximum, where
 
@@ -27,6 +29,7 @@ PATIENCE = 8  # iterations without a smaller violation than before
 LONGEST_TURN = 1.0  # rad, of any body in one iteration
 DAMPING = 0.1  # of a violation of 1
 SLOW = 0.5  # an accepted state whose violation shrinks no faster than this has met rounding
+TAKEN_BACK = 8  # passes in which lent masses are
 KICKS = (
     0.0,
     0.2,
@@ -45,13 +48,14 @@ class Closing:
 
     model: Model
     poses: Poses
-    angles: dict[int, Any]
+    angles: dict[Any, Any]
     rows: tuple[int, ...]
     runs: int
     upright: tuple[tuple[int, int], ...] = ()  # joint, axis: which shall point the same way; their sines do not say it
 
-    def positions(self) -> tuple[Local, ...]:
-        """Positions first, those without a guess before the others; rotations only where that does not do."""
+    def positions(self, other: tuple[Local, ...] | None = None) -> tuple[Local, ...]:
+        """Positions first, those without a guess before the others; rotations only where that does not do. other: where
+        to start again if no way leads from the first start."""
         poses = self.poses
         local = self._closed(poses.local, poses.loose) if poses.loose else poses.local
         if poses.shifts != poses.loose:
@@ -59,6 +63,11 @@ class Closing:
             local = poses.chosen(self._violation(moved)[1], moved, local)
         free = poses.shifts | poses.turns
         best = self._closed(local, free) if poses.turns else local
+        if other is not None:
+            worst, accepted = self._violation(best)
+            if not np.all(accepted):
+                again = self._closed(poses.chosen(accepted, best, other), free)
+                best = poses.chosen(~accepted & (self._violation(again)[0] < worst), again, best)
         for kick in KICKS:
             worst, accepted = self._violation(best)
             if np.all(accepted):
@@ -147,26 +156,110 @@ def _limited(x: Sequence[Number], new: Sequence[Number]) -> list[Any]:
 
 
 def velocities(
+    model: Model,
+    poses: Poses,
+    local: tuple[Local, ...],
+    inverse_mass: Entries,
+    rows: tuple[int, ...],
+    moving: tuple[Any, ...] | None = None,
+) -> tuple[Any, ...]:
+    """The state with velocities that fulfil these rows: `moving` where it does, else changed as little as can be in
+    kinetic energy."""
+    if moving is None:
+        return _least_energy(model, poses, local, inverse_mass, rows)
+    now = Instant(moving)
+    rates, _ = constraints.rate_and_bias(model, now)
+    speed, fastest = constraints.sizes(model, now)[2], constraints.largest([x for b in moving for x in b[12:18]])
+    fits: Any = True
+    for row in rows:
+        fits = fits & (absolute(rates[row]) <= ROUNDING * (speed[row] + fastest))
+    if np.all(fits):
+        return moving
+    solved = _least_energy(model, poses, local, inverse_mass, rows)
+    return tuple(
+        (*a[0:12], *(where(fits, x, y) for x, y in zip(a[12:18], b[12:18], strict=True)))
+        for a, b in zip(moving, solved, strict=True)
+    )
+
+
+def _least_energy(
     model: Model, poses: Poses, local: tuple[Local, ...], inverse_mass: Entries, rows: tuple[int, ...]
 ) -> tuple[Any, ...]:
-    """The state with velocities that fulfil these rows, changed as little as can be in kinetic energy."""
+    """Velocities of the least kinetic energy of their change: that of bodies, whose inverse mass matrix is given, and
+    of rotors.
+
+    There a massless body has a small mass that is lent. It resists less and less a motion that begins again and again
+    where the last solution has put these bodies.
+    """
     free, size = poses.free_rates, 6 * len(local)
     inverse = {key: x for key, x in inverse_mass.items() if key[0] in free and key[1] in free}
+    light = {c for i in massless(model) for c in range(6 * i, 6 * i + 6)} & free
     rates: tuple[Rates, ...] = poses.rates
     bodies = poses.bodies(local, rates)
     number = {row: n for n, row in enumerate(rows)}
     holonomic = all(constraint.level == "position" for constraint in constraints.constraints_of(model))
     columns: Entries = {}
-    for n in range(2 if free else 0):  # the second time takes back the rounding of the first
+    turning: Entries = {}
+    moved: list[Any] = [0.0] * size  # of the light columns, where a pass begins
+    passes = TAKEN_BACK if light else 1
+    for n in range(passes + 1 if free else 0):  # the last time takes back the rounding of those before
         now = Instant(bodies)
         growth, _ = constraints.rate_and_bias(model, now)
+        if n == 0 and all(np.all(np.asarray(growth[row]) == 0.0) for row in rows):
+            break
+        if n == 0:
+            turned = rotors.roots(with_ways(model, bodies), now)
+            roots = {(k, c): x for k, row in enumerate(turned) for c, x in row.items()}
+            turning = poses.columns(roots, bodies, local, free)
         if n == 0 or not holonomic:
             C = {(number[i], c): x for (i, c), x in constraints.jacobian(model, now).items() if i in number}
-            columns = poses.columns(C, bodies, local, free)
-        change = least(columns, inverse, [-growth[row] for row in rows], size)
-        rates = tuple(
-            tuple(u + change[6 * i + c] if 6 * i + c in free else u for c, u in enumerate(own))
-            for i, own in enumerate(rates)
-        )
+            before, columns = columns, poses.columns(C, bodies, local, free)
+            if n == 0 or not _same(before, columns):
+                solving = _least(columns, inverse, len(rows), size, turning)
+        change = solving([-growth[row] for row in rows], moved)
+        if n < passes - 1:
+            moved = [a + b if c in light else 0.0 for c, (a, b) in enumerate(zip(moved, change, strict=True))]
+            rates = _changed(poses.rates, moved, frozenset(light))
+        else:
+            moved = [0.0] * size
+            rates = _changed(rates, change, free)
         bodies = poses.bodies(local, rates)
     return bodies
+
+
+def _changed(rates: tuple[Rates, ...], change: Sequence[Number], free: frozenset[int]) -> tuple[Rates, ...]:
+    return tuple(
+        tuple(u + change[6 * i + c] if 6 * i + c in free else u for c, u in enumerate(own))
+        for i, own in enumerate(rates)
+    )
+
+
+def _same(a: Entries, b: Entries) -> bool:
+    """Whether they are equal to the bit, in the same order."""
+    return list(a) == list(b) and all(
+        type(x) is type(y) and np.asarray(x).tobytes() == np.asarray(y).tobytes()
+        for x, y in zip(a.values(), b.values(), strict=True)
+    )
+
+
+def _least(
+    C: Entries, inverse: Entries, rows: int, size: int, roots: Entries
+) -> Callable[[Sequence[Number], Sequence[Number]], list[Any]]:
+    """`Least` with the squares of `roots` (moved + x) beside x^T W x, of b and moved: each is one more unknown, and one
+    more row."""
+    every, wide = dict(C), dict(inverse)
+    number = {k: n for n, k in enumerate(dict.fromkeys(k for k, _ in roots))}
+    for n in number.values():
+        every[rows + n, size + n] = -1.0
+        wide[size + n, size + n] = 1.0
+    for (k, c), x in roots.items():
+        every[rows + number[k], c] = x
+    found = Least(every, wide, rows + len(number), size + len(number))
+
+    def change(b: Sequence[Number], moved: Sequence[Number]) -> list[Any]:
+        sums: list[Any] = [*b, *[0.0] * len(number)]
+        for (k, c), x in roots.items():
+            sums[rows + number[k]] = sums[rows + number[k]] - x * moved[c]
+        return found.change(sums)[:size]
+
+    return change

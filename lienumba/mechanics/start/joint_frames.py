@@ -10,11 +10,13 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.joints import JOINTS, named
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Motion, still
 from lienumba.mechanics.mechanism.model import (
     GROUND,
+    Coordinate,
+    Counted,
     Force,
     Frame,
     Joint,
@@ -22,9 +24,11 @@ from lienumba.mechanics.mechanism.model import (
     Model,
     Start,
     at_time,
+    coordinate_of,
     reads_state,
 )
 from lienumba.mechanics.start.poses import Poses
+from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.operations import absolute, cos, sin, sqrt, where
 
 X_AXIS, Y_AXIS, Z_AXIS = kinematics.UNIT
@@ -61,16 +65,22 @@ def without_zero(model: Model, start: Start) -> list[int]:
     poses = Poses.of(start, carried_by_start(start, model))
     return [
         j
-        for j, angle in angles_given(model, start).items()
+        for j in sorted({coordinate_of(which).joint for which in angles_given(model, start)})
         if start.joints[j].references is None
+        and JOINTS[model.joints[j].type].sides
         and not relative_known(model.joints[j], poses)
-        and not _same_axes(start.joints[j])
+        and not _same_axes(model.joints[j], start.joints[j])
     ]
 
 
-def angles_given(model: Model, start: Start) -> dict[int, Any]:
-    """The angle at the start (rad) of every joint for which it is given, or driven."""
-    angles = {j: says.angle for j, says in enumerate(start.joints) if says.angle is not None}
+def angles_given(model: Model, start: Start) -> dict[Counted, Any]:
+    """The angles at the start (rad) that are given, or driven."""
+    angles: dict[Counted, Any] = {
+        Coordinate(j, x.name).counted: says.known[x.name]
+        for j, (joint, says) in enumerate(zip(model.joints, start.joints, strict=True))
+        for x in JOINTS[joint.type].freedoms()
+        if x.counts and x.name in says.known
+    }
     for driver in model.drivers:
         c = driver.coordinate
         if c is None or c.kind != "angle" or reads_state(driver.value[0]):
@@ -78,6 +88,21 @@ def angles_given(model: Model, start: Start) -> dict[int, Any]:
         if type_of(driver).level(driver) == POSITION:
             angles.setdefault(c.joint, at_time(driver.value[0], 0.0))
     return angles
+
+
+def with_driven(model: Model, start: Start) -> Start:
+    """The start with the coordinates, and their rates, that drivers prescribe and joints do not say."""
+    joints = list(start.joints)
+    for driver in model.drivers:
+        c = driver.coordinate
+        if c is None or reads_state(driver.value[0]):
+            continue
+        driven, says = named(c.kind), joints[c.joint]
+        x = lift(at_time(driver.value[0], Jet(0.0, 1.0)))
+        found = {driven.name: x.a, driven.rate: x.b}
+        found = found if type_of(driver).level(driver) == POSITION else {driven.rate: x.a}
+        joints[c.joint] = replace(says, known=found | says.known)
+    return replace(start, joints=tuple(joints))
 
 
 # ---------------------------------------------------------------- directions
@@ -104,8 +129,8 @@ def relative_known(joint: Joint, poses: Poses) -> bool:
     return len({poses.roots[i] if i != GROUND else GROUND for i in joint.bodies}) == 1
 
 
-def _same_axes(says: JointStart) -> bool:
-    if says.axes is None:
+def _same_axes(joint: Joint, says: JointStart) -> bool:
+    if says.axes is None or not JOINTS[joint.type].stays_parallel:
         return False
     first, second = (unit(axis) for axis in says.axes)
     return all(bool((a == b).all() if hasattr(a == b, "all") else a == b) for a, b in zip(first, second, strict=True))
@@ -166,7 +191,7 @@ def _axes(joint: Joint, says: JointStart, a: Motion, b: Motion) -> tuple[Any, An
 
 
 # ---------------------------------------------------------------- what the assembled start decides
-def with_numbers(model: Model, bodies: tuple[Any, ...], angles: dict[int, Any]) -> Model:
+def with_numbers(model: Model, bodies: tuple[Any, ...], angles: dict[Any, Any]) -> Model:
     """Omitted numbers of joints, and rests of forces, as they are at the start; an omitted one is None."""
     now = Instant(bodies, 0.0, angles)
     return replace(

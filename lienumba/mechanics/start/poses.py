@@ -6,7 +6,7 @@ What is free to be solved for is free in these terms, so that a body which moves
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -69,6 +69,10 @@ class Poses:
             tuple(roots),
             tuple(placed),
         )
+
+    def at(self, local: tuple[Local, ...], known: set[int]) -> "Poses":
+        """The same, starting there; known: the bodies for which that is somewhere in particular."""
+        return replace(self, local=local, loose=self.loose - _columns(known, 0))
 
     def bodies(self, local: tuple[Local, ...], rates: tuple[Rates, ...] | None = None) -> tuple[Any, ...]:
         """Of every body the 18 numbers of the state; at rest without `rates`. A given number stays as it is."""

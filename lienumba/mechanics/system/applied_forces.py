@@ -50,6 +50,14 @@ def generalized(model: Model, now: Instant, forces: Iterable[Force] | None = Non
     return Q
 
 
+def effort(model: Model, force: Force, now: Instant, rate: Number) -> Any:
+    """Of a force along the coordinate of a joint (N or N m), where the coordinate's rate is known."""
+    kind, given = FORCES[force.type], _given(model, force, now)
+    (c,) = kind.coordinates(given, given.view)
+    conservative, other = _efforts(kind, given, (c,), (rate,))
+    return conservative[0] + other[0]
+
+
 def potential(model: Model, now: Instant) -> Any:
     """The potential energy (J) of springs, stops, bushings and attractions, and of laws that return it."""
     total: Any = 0.0
@@ -107,14 +115,19 @@ def _acting(model: Model, force: Force, now: Instant) -> _Acting:
     kind, given, ends = FORCES[force.type], _given(model, force, now), _ends(model, force)
     law = partial(kind.coordinates, given)
     c = law(given.view)
-    J = {i: kinematics.columns(law, now, ends, i, kind.velocity_level) for i in ends if i != GROUND}
+    J = {i: kinematics.columns(law, kinematics.still(now, ends), i, kind.velocity_level) for i in ends if i != GROUND}
     rates: tuple[Any, ...] = (0.0,) * len(c)
     for i, rows in J.items():
         velocity = now.bodies[i][12:18]
         rates = tuple(_plus_dot(rate, row, velocity) for rate, row in zip(rates, rows, strict=True))
+    return _Acting(J, rates, *_efforts(kind, given, c, rates))
+
+
+def _efforts(kind: type[ForceLaw], given: Given, c: Vector, rates: Vector) -> tuple[Vector, Vector]:
+    """Along every coordinate, those that have a potential, and the others."""
     conservative = tuple(_slopes(kind, given, c)) if kind.has_potential() else (0.0,) * len(c)
     other = kind.effort(given, c, rates, conservative) if kind.has_effort() else (0.0,) * len(c)
-    return _Acting(J, rates, conservative, other)
+    return conservative, other
 
 
 def _plus_dot(start: Number, a: Sequence[Number], b: Sequence[Number]) -> Any:

@@ -5,7 +5,7 @@ Rows come joint by joint, then driver by driver. A constraint holds on one of th
 C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any
@@ -16,7 +16,9 @@ from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
+from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
+from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
@@ -25,7 +27,9 @@ from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
 @dataclass(frozen=True)
 class Constraint:
     """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
-    whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies."""
+    whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies;
+    indifferent: whether its law knows only how its bodies lie to each other; vector: how many of its first rows are
+    components of a vector, those behind depend on no axes."""
 
     name: str
     bodies: tuple[int, ...]
@@ -34,6 +38,8 @@ class Constraint:
     law: Law
     own: bool = False
     ties: bool = True
+    indifferent: bool = False
+    vector: int = 0
 
     @property
     def rows(self) -> int:
@@ -53,7 +59,11 @@ def constraints_of(model: Model) -> list[Constraint]:
             continue
         kind = JOINTS[joint.type]
         law = partial(kind.equations, model, index)
-        found.append(Constraint(joint.name, joint.bodies, kind.kinds(joint), "position", law))
+        found.append(
+            Constraint(
+                joint.name, joint.bodies, kind.kinds(joint), "position", law, indifferent=True, vector=kind.vector
+            )
+        )
     for driver in model.drivers:
         found.append(_driver(model, driver))
     return found
@@ -80,35 +90,45 @@ def rows_of(model: Model) -> list[slice]:
     return slices
 
 
-def residual(model: Model, now: Instant) -> list[Any]:
+def residual(model: Model, now: Instant, axes: Axes = GLOBAL) -> list[Any]:
     """Phi (m, or 1 for angles), every row; 0 where there is none (Terze et al. 2015, eqs. 10c, 25, 36, B.1)."""
     rows: list[Any] = []
-    for c in constraints_of(model):
-        rows += c.law(kinematics.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
+    for n, c in enumerate(constraints_of(model)):
+        found = c.law(kinematics.still(now, c.bodies)) if c.level == "position" else (0.0,) * c.rows
+        rows += axes.turned(n, now, found, c.vector)
     return rows
 
 
-def rate_and_bias(model: Model, now: Instant) -> tuple[list[Any], list[Any]]:
+def rates(model: Model, now: Instant, axes: Axes = GLOBAL) -> list[Any]:
+    """The rate C v + Phi_t or psi of every row (m/s or rad/s)."""
+    rows: list[Any] = []
+    for n, c in enumerate(constraints_of(model)):
+        found = map(lift, c.law(kinematics.moving(kinematics.still(now, c.bodies))))
+        rows += axes.turned(n, now, [x.a if c.level == "velocity" else x.b for x in found], c.vector)
+    return rows
+
+
+def rate_and_bias(model: Model, now: Instant, axes: Axes = GLOBAL) -> tuple[list[Any], list[Any]]:
     """The rate C v + Phi_t or psi of every row (m/s or rad/s), and its derivative at constant velocities, the bias
     (Terze et al. 2015, eqs. 11, 26, 37, B.2)."""
     rates: list[Any] = []
     biases: list[Any] = []
-    for c in constraints_of(model):
-        for row in map(lift, c.law(kinematics.moving(kinematics.still(now, c.bodies)))):
+    for n, c in enumerate(constraints_of(model)):
+        for row in map(lift, c.law(kinematics.moving(axes.view(n, now, c.bodies)))):
             rates.append(row.a if c.level == "velocity" else row.b)
             biases.append(row.b if c.level == "velocity" else row.c)
     return rates, biases
 
 
-def required(model: Model, now: Instant, damping: float | None = None) -> list[Any]:
+def required(model: Model, now: Instant, damping: float | None = None, axes: Axes = GLOBAL) -> list[Any]:
     """xi of every row: what C v' has to be (Terze et al. 2015, eqs. 12, 27, 35, 41, B.6). With damping (1/s) violations
     decay at this rate, critically damped (Baumgarte 1972): xi - 2 damping Phi' - damping^2 Phi, or xi - damping psi
     where there is no Phi."""
-    rates, biases = rate_and_bias(model, now)
+    rates, biases = rate_and_bias(model, now, axes)
     if damping is None:
         return [-x for x in biases]
     xi: list[Any] = []
-    violations = residual(model, now)
+    violations = residual(model, now, axes)
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         factor = 2.0 * damping if c.level == "position" else damping
         for row in range(rows.start, rows.stop):
@@ -134,22 +154,26 @@ def derivative(model: Model, now: Instant, drifts: Sequence[Matrix]) -> list[Any
     return rows
 
 
-def _columns(c: Constraint, now: Instant, body: int) -> list[list[Any]]:
-    return kinematics.columns(c.law, now, c.bodies, body, c.level == "velocity")
-
-
-def jacobian(model: Model, now: Instant) -> dict[tuple[int, int], Any]:
+def jacobian(model: Model, now: Instant, axes: Axes = GLOBAL) -> dict[tuple[int, int], Any]:
     """The entries of C that are not exactly zero, by (row, column); body i owns columns 6 i to 6 i + 5 (Terze et al.
     2015, eqs. 28, 34, 40, B.5)."""
     entries: dict[tuple[int, int], Any] = {}
     first = 0
-    for c in constraints_of(model):
-        for i in c.bodies:
-            if i != GROUND:
-                for row, values in enumerate(_columns(c, now, i)):
-                    entries |= {(first + row, 6 * i + n): x for n, x in enumerate(values) if not is_zero(x)}
+    for n, c in enumerate(constraints_of(model)):
+        for i, block in blocks(c, n, now, axes):
+            for row, values in enumerate(block):
+                entries |= {(first + row, 6 * i + m): x for m, x in enumerate(values) if not is_zero(x)}
         first += c.rows
     return entries
+
+
+def blocks(c: Constraint, number: int, now: Instant, axes: Axes = GLOBAL) -> Iterator[tuple[int, list[list[Any]]]]:
+    """The blocks of one constraint in C: of each of its bodies, rows x 6."""
+    view = axes.view(number, now, c.bodies)
+    for i in c.bodies:
+        if i != GROUND:
+            along = axes.directions(number, now, i)
+            yield i, kinematics.columns(c.law, view, i, c.level == "velocity", along)
 
 
 def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[list[Any], list[Any]]:
@@ -160,11 +184,12 @@ def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[li
     forces: list[Any] = []
     torques: list[Any] = []
     for joint, c, rows in zip(model.joints, constraints_of(model), rows_of(model), strict=False):
-        body = joint.bodies[-1]
+        body, view = (joint.bodies or c.bodies)[-1], kinematics.still(now, c.bodies)
         load: list[Any] = [0.0] * 6
-        for row, mu in zip(_columns(c, now, body), multipliers[rows], strict=True):
+        columns = kinematics.columns(c.law, view, body, c.level == "velocity")
+        for row, mu in zip(columns, multipliers[rows], strict=True):
             load = [total - x * mu for total, x in zip(load, row, strict=True)]
-        place = kinematics.still(now, joint.bodies)[body]
+        place = view[body]
         force = (load[0], load[1], load[2])
         torque = so3.rotate(place.R, (load[3], load[4], load[5]))
         if joint.points is not None:
@@ -180,12 +205,13 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
     reach: list[Any] = []
     far: list[Any] = []
     speed: list[Any] = []
+    lent = with_lent_masses(model)
     own: list[Any] = [(j.points or (), JOINTS[j.type].reach(j)) for j in model.joints]
     own += [((d.point,), []) for d in model.drivers]
     for c, (arms, lengths) in zip(constraints_of(model), own, strict=True):
         arm = largest([x for p in arms if p is not None for x in p])
         if c.own:  # nobody says what it reaches
-            arm = largest([_size(model.bodies[i]) for i in c.bodies if i != GROUND])
+            arm = largest([_size(lent.bodies[i]) for i in c.bodies if i != GROUND])
         motions = [now.motion(i) for i in c.bodies if i != GROUND]
         position = largest([x for m in motions for x in m.r])
         turning = largest([x for m in motions for x in m.w])

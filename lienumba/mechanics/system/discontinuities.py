@@ -56,8 +56,8 @@ def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset
     timed: list[Any] = [*model.gravity, *(q.value for q in model.quantities)]
     for driver in model.drivers:
         timed += driver.value
-    for force in model.forces:
-        for x in force.numbers.values():
+    for numbers in (*(force.numbers for force in model.forces), *(q.numbers for q in model.quantities)):
+        for x in numbers.values():
             timed += x if isinstance(x, tuple) else (x,)
     for x in timed:
         if isinstance(x, Formula):

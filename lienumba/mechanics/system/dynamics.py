@@ -4,21 +4,25 @@ The paper's lambda is `mu`, `multipliers` or `Solution.mu` in the code.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.kinematics import Instant, inertia_times
-from lienumba.mechanics.mechanism.model import Model, at_time
-from lienumba.mechanics.system import applied_forces, constraints, kkt
+from lienumba.mechanics.mechanism.massless import with_lent_masses
+from lienumba.mechanics.mechanism.model import Body, Model, at_time
+from lienumba.mechanics.system import applied_forces, constraints, kkt, rotors
+from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.numerics.jets import Jet, lift
-from lienumba.numerics.number import Number
+from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero
 
 INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-def mass_matrix(model: Model) -> kkt.Entries:
-    """The lower entries of M = diag(m I, J) that are not exactly zero (Terze et al. 2015, eqs. 30, 33)."""
+def mass_matrix(model: Model, now: Instant) -> kkt.Entries:
+    """The lower entries of M that are not exactly zero: diag(m I, J) (Terze et al. 2015, eqs. 30, 33), and what rotors
+    give."""
     entries: kkt.Entries = {}
     for i, body in enumerate(model.bodies):
         for c in range(3):
@@ -26,17 +30,27 @@ def mass_matrix(model: Model) -> kkt.Entries:
         for (a, b), x in zip(INERTIA_ELEMENTS, body.inertia, strict=True):
             if not is_zero(x):
                 entries[6 * i + 3 + max(a, b), 6 * i + 3 + min(a, b)] = x
+    for key, x in rotors.mass(model, now).items():
+        entries[key] = entries.get(key, 0.0) + x
     return entries
 
 
 def shapes(model: Model) -> kkt.Entries:
     """diag(I, I 6 tr(J)/m): the metric of shifts and turns by the size of each body, whatever its mass: for a slender
-    bar, its length squared."""
+    bar, its length squared. A massless body counts as large as another."""
     entries: kkt.Entries = {}
-    for i, body in enumerate(model.bodies):
-        square = 6.0 * (body.inertia[0] + body.inertia[1] + body.inertia[2]) / body.mass
-        entries |= {(6 * i + c, 6 * i + c): 1.0 if c < 3 else square for c in range(6)}
+    for i, body in enumerate(shaped(model)):
+        entries |= {(6 * i + c, 6 * i + c): body.mass if c < 3 else body.inertia[0] for c in range(6)}
     return entries
+
+
+def shaped(model: Model) -> list[Body]:
+    """Bodies that have this metric as their mass matrix."""
+    found = []
+    for body in with_lent_masses(model).bodies:
+        square = 6.0 * (body.inertia[0] + body.inertia[1] + body.inertia[2]) / body.mass
+        found.append(Body(body.name, 1.0, (square, square, square, 0.0, 0.0, 0.0)))
+    return found
 
 
 def gravity(model: Model, t: Number) -> Any:
@@ -44,15 +58,22 @@ def gravity(model: Model, t: Number) -> Any:
     return tuple(at_time(g, t) for g in model.gravity)
 
 
+def gyroscopic(inertia: Vector, w: Vector) -> Any:
+    """The torque J w x w (N m) about the point about which J is given, body frame."""
+    return so3.cross(inertia_times(inertia, w), w)
+
+
 def loads(model: Model, now: Instant) -> list[Any]:
     """Q: weight (global), gyroscopic torque (body frame) and force laws of every body (Terze et al.
-    2015, eqs. 42 to 44)."""
+    2015, eqs. 42 to 44), and what rotors give."""
     Q: list[Any] = []
     g = gravity(model, now.t)
     for body, x in zip(model.bodies, now.bodies, strict=True):
         w = x[15:18]
         Q += so3.scale(body.mass, g)
-        Q += so3.cross(inertia_times(body.inertia, w), w)
+        Q += gyroscopic(body.inertia, w)
+    for i, x in rotors.loads(model, now).items():
+        Q[i] = Q[i] + x
     return [q + x for q, x in zip(Q, applied_forces.generalized(model, now), strict=True)] if model.forces else Q
 
 
@@ -63,17 +84,21 @@ def accelerations(
     mask: Sequence[Number] | None = None,
     expected: Sequence[Number] | None = None,
     baumgarte: float | None = None,
+    axes: Axes = GLOBAL,
 ) -> kkt.Solution:
     """v' (global) and w' (body frame) of every body, and the multipliers (Terze et al. 2015, eq. 14); mask and
-    expected: see `kkt.solve`; baumgarte: see `constraints.required`."""
-    C = constraints.jacobian(model, now)
-    xi = constraints.required(model, now, baumgarte)
-    return kkt.solve(structure, mass_matrix(model), C, loads(model, now), xi, mask, expected)
+    expected: see `kkt.solve`; baumgarte: see `constraints.required`; axes: of the equations, and of the multipliers."""
+    C = constraints.jacobian(model, now, axes)
+    xi = constraints.required(model, now, baumgarte, axes)
+    Q = axes.into(now, loads(model, now))
+    near = None if expected is None else axes.into(now, expected)
+    solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near)
+    return replace(solution, x=axes.out_of(now, solution.x))
 
 
 def energies(model: Model, now: Instant) -> tuple[Any, Any]:
     """Kinetic and potential energy (J)."""
-    kinetic: Any = 0.0
+    kinetic = rotors.energy(model, now)
     potential: Any = applied_forces.potential(model, now) if model.forces else 0.0
     for body, x in zip(model.bodies, now.bodies, strict=True):
         v, w = x[12:15], x[15:18]

@@ -5,14 +5,17 @@ joint of the same connected group of eliminated bodies still waits for a body: t
 full-rank C. With one body still to come it is definite if the eliminated group behind it is a tree, not tied to
 ground, with no other waiting joint: the group hangs freely, so any load on it moves it (children before parents,
 Baraff 1996). The rule of a plain minimum-degree order, "after one of its bodies", is wrong where there are loops.
+These rules ask for a rank of C and a positive definite mass matrix, whichever bodies it couples: couplings (of rotors)
+cost work, no safety.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from lienumba.mechanics.mechanism.model import GROUND
 
 BODY_ROWS = 6
+Couplings = Sequence[tuple[int, int, bool]]
 
 
 @dataclass
@@ -40,16 +43,21 @@ class _Group:
 
 
 class _Elimination:
-    """One walk through the blocks: bodies 0..k-1, joints k..k+n-1."""
+    """One walk through the blocks: bodies 0..k-1, joints k..k+n-1; touched: bodies whose block is no longer constant,
+    because of a joint or of a coupling."""
 
-    def __init__(self, bodies: int, joints: list[tuple[tuple[int, ...], int]]) -> None:
+    def __init__(self, bodies: int, joints: list[tuple[tuple[int, ...], int]], couplings: Couplings = ()) -> None:
         self.k, self.joints = bodies, joints
         self.near: list[set[int]] = [set() for _ in range(bodies + len(joints))]
         for j, (ends, _) in enumerate(joints):
             for body in set(ends) - {GROUND}:
                 self.near[body].add(bodies + j)
                 self.near[bodies + j].add(body)
-        self.original = [set(near) for near in self.near]
+        self.touched: set[int] = set()
+        for a, b, constant in couplings:
+            self.near[a].add(b)
+            self.near[b].add(a)
+            self.touched |= set() if constant else {a, b}
         self.group: dict[int, _Group] = {}
         self.left = set(range(len(self.near)))
         self.order: list[int] = []
@@ -62,12 +70,11 @@ class _Elimination:
         return sum(self.rows(n) for n in self.near[node])
 
     def work(self, node: int) -> float:
-        """Multiply-adds of eliminating a block. A body that no joint has touched yet has a constant block."""
+        """Multiply-adds of eliminating a block."""
         d, s = self.degree(node), self.rows(node)
         if node >= self.k:
             return 0.5 * s * (d + 0.5 * s) ** 2
-        touched = any(joint not in self.left for joint in self.original[node])
-        return 0.5 * BODY_ROWS * (d + 0.5 * BODY_ROWS) ** 2 if touched else 1.5 * d * d + d
+        return 0.5 * BODY_ROWS * (d + 0.5 * BODY_ROWS) ** 2 if node in self.touched else 1.5 * d * d + d
 
     def fill(self, node: int) -> int:
         near = sorted(self.near[node])
@@ -99,6 +106,7 @@ class _Elimination:
         for body in group.bodies:
             self.group[body] = group
         near = self.near[node]
+        self.touched |= near if node >= self.k or node in self.touched else set()
         for other in near:
             self.near[other] = (self.near[other] | near) - {other, node}
 
@@ -109,8 +117,9 @@ class _Elimination:
         return set(self.joints[node - self.k][0])
 
 
-def elimination_order(bodies: int, joints: list[tuple[tuple[int, ...], int]]) -> list[int]:
-    """The cheapest safe order that the greedy rules find. `joints`: (bodies of the joint, its rows).
+def elimination_order(bodies: int, joints: list[tuple[tuple[int, ...], int]], couplings: Couplings = ()) -> list[int]:
+    """The cheapest safe order that the greedy rules find. `joints`: (bodies of the joint, its rows); `couplings`: two
+    bodies that the mass matrix couples, and whether by constants.
 
     Returns block numbers, bodies 0..k-1, joints k..k+n-1.
     """
@@ -122,7 +131,7 @@ def elimination_order(bodies: int, joints: list[tuple[tuple[int, ...], int]]) ->
     ]
     walks = []
     for rule in rules:
-        walk = _Elimination(bodies, joints)
+        walk = _Elimination(bodies, joints, couplings)
         while walk.left:
             for node in sorted(walk.left, key=lambda n: rule(walk, n)):
                 group = walk.after(node)

@@ -17,7 +17,8 @@ from typing import Any
 
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of, rows_of
-from lienumba.mechanics.system.elimination_order import elimination_order
+from lienumba.mechanics.system.elimination_order import Couplings, elimination_order
+from lienumba.mechanics.system.rotors import rotors_of
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
 
@@ -34,7 +35,8 @@ Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
 
 @dataclass(frozen=True)
 class Structure:
-    """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated.
+    """The shape of a mechanism's KKT matrix. `order`: the variables (6 k velocities, then m rows) as eliminated where A
+    is block diagonal; `coupled`: where it is a mass matrix with rotors, which couple bodies.
 
     looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
     rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
@@ -48,22 +50,50 @@ class Structure:
     masked: tuple[int, ...] = ()
     from_singular: bool = False
     alike: tuple[tuple[int, ...], ...] = ()  # for each row those of its constraint and kind, which share one scale
+    coupled: tuple[int, ...] = ()
 
     @staticmethod
     def of(
         model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = (), from_singular: bool = False
     ) -> "Structure":
         k, blocks = len(model.bodies), _blocks(model, set(dropped))
-        order: list[int] = []
-        for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks]):
-            if block < k:
-                order += range(6 * block, 6 * block + 6)
-            else:
-                order += [6 * k + row for row in blocks[block - k].rows]
-        order += [6 * k + row for row in dropped]
+        couplings = [(*rotor.bodies, rotor.constant) for rotor in rotors_of(model) if len(rotor.bodies) == 2]
+
+        def order(couplings: Couplings) -> tuple[int, ...]:
+            found: list[int] = []
+            for block in elimination_order(k, [(b.bodies, len(b.rows)) for b in blocks], couplings):
+                if block < k:
+                    found += range(6 * block, 6 * block + 6)
+                else:
+                    found += [6 * k + row for row in blocks[block - k].rows]
+            return (*found, *(6 * k + row for row in dropped))
+
+        plain = order(())
         return Structure(
-            k, len(order) - 6 * k, tuple(order), bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model)
-        )
+            k, len(plain) - 6 * k, plain, bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model),
+            order(couplings) if couplings else plain,
+        )  # fmt: skip
+
+    def order_for(self, A: Entries) -> tuple[int, ...]:
+        """The order in which [A C^T; C 0] is eliminated."""
+        return self.coupled if any(i // 6 != j // 6 for i, j in A) else self.order
+
+    @staticmethod
+    def closing(
+        model: Model,
+        tied: set[int],
+        masked: tuple[int, ...] = (),
+        dropped: tuple[int, ...] = (),
+        from_singular: bool = False,
+    ) -> "Structure":
+        """Of the rows alone that do without the joints `tied` (indices), once all velocities are eliminated."""
+        every = rows_of(model)
+        left = [rows for n, rows in enumerate(every) if n not in tied]
+        order = [row for rows in left for row in range(rows.start, rows.stop) if row not in dropped]
+        order = [row for row in order if row not in masked] + [row for row in order if row in masked]
+        rows = every[-1].stop if every else 0
+        looped = bool(masked) or (bool(order) and _has_loop(_blocks(model, set(dropped))))
+        return Structure(0, rows, tuple(order), looped, masked, from_singular, _alike(model))
 
 
 def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
@@ -152,20 +182,24 @@ class _Factors:
     column: list[dict[int, Any]] = field(default_factory=list)
     inverse: list[Any] = field(default_factory=list)
     parts: list[dict[tuple[int, bool], Any]] = field(default_factory=list)  # of by_bodies: (body, whether it turns)
+    ends: list[set[int]] = field(default_factory=list)  # bodies that a row ties, by itself or through eliminated rows
 
     @staticmethod
     def of(order: tuple[int, ...], n: int, A: Entries, C: Entries, diagonal: dict[int, Number]) -> "_Factors":
         size = len(order)
         place = {variable: position for position, variable in enumerate(order)}
         factors = _Factors(
-            order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order]
-        )
+            order, n, [0.0] * size, [0.0] * size, [{} for _ in order], [None] * size, [{} for _ in order],
+            [set() for _ in order],
+        )  # fmt: skip
+        for row, c in C:
+            factors.ends[place[n + row]].add(c // 6)
         for row, x in diagonal.items():
             factors.by_bodies[place[n + row]] = x
         for (i, j), value in [*A.items(), *(((n + row, c), x) for (row, c), x in C.items())]:
             low, high = sorted((place[i], place[j]))
             if low == high:
-                factors.by_bodies[low] = value
+                factors.by_bodies[low] = factors.by_bodies[low] + value
             else:
                 factors.column[low][high] = value
         return factors
@@ -175,20 +209,23 @@ class _Factors:
         entries = sorted(self.column[j].items())
         scaled = [(i, value * self.inverse[j]) for i, value in entries]
         diagonal = self.by_joints if self.order[j] >= self.n else self.by_bodies
+        body, turns = self.order[j] // 6, self.order[j] % 6 >= 3
+        for i in self.column[j] if diagonal is self.by_joints else ():
+            self.ends[i] |= self.ends[j]
         for a, (i, value) in enumerate(entries):
             for i2, factor in scaled[a:]:
                 if i2 == i:
                     diagonal[i] = diagonal[i] - factor * value
-                    if diagonal is self.by_bodies:
-                        part = (self.order[j] // 6, self.order[j] % 6 >= 3)
-                        self.parts[i][part] = self.parts[i].get(part, 0.0) + factor * value
+                    if diagonal is self.by_bodies and body in self.ends[i]:
+                        self.parts[i][body, turns] = self.parts[i].get((body, turns), 0.0) + factor * value
                 else:
                     self.column[i][i2] = self.column[i].get(i2, 0.0) - factor * value
         self.column[j] = dict(scaled)
 
     def smallest(self, rows: list[int]) -> Any:
-        """Of the parts of the scale of these rows: what shifting or turning one of the bodies gives to any of them. By
-        this neither a small mechanism nor a light body between heavy ones looks singular."""
+        """Of the parts of the scale of these rows: what shifting or turning one of their bodies gives to any of them.
+        By this neither a small mechanism nor a light body between heavy ones looks singular. (What rotors carry over
+        from other bodies may be as small as they are, and would let singular positions look sound.)"""
         parts: dict[tuple[int, bool], Any] = {}
         for j in rows:
             for part, value in self.parts[j].items():
@@ -217,7 +254,7 @@ class _Factors:
             y[j] = y[j] * self.inverse[j]
             for i, factor in self.column[j].items():
                 y[j] = y[j] - factor * y[i]
-        solved: list[Any] = [None] * len(y)
+        solved: list[Any] = [0.0] * (max(self.order, default=-1) + 1)
         for position, variable in enumerate(self.order):
             solved[variable] = y[position]
         return solved[: self.n], solved[self.n :]
@@ -235,20 +272,25 @@ class Eliminated:
 
     @staticmethod
     def of(structure: Structure, A: Entries, C: Entries, mask: Sequence[Number]) -> "Eliminated":
-        """C: its masked rows are 0."""
+        """C: its masked rows are 0. Without bodies, A is the matrix of the constraints after all else is eliminated."""
         n = 6 * structure.bodies
-        diagonal = {row: m - 1.0 for row, m in enumerate(mask) if not (isinstance(m, float) and m == 1.0)}
-        factors = _Factors.of(structure.order, n, A, C, diagonal)
-        place = {variable: position for position, variable in enumerate(structure.order)}
+        order = structure.order_for(A) if n else structure.order
+        used = set(order)
+        diagonal = {
+            row: m - 1.0 for row, m in enumerate(mask) if n + row in used and not (isinstance(m, float) and m == 1.0)
+        }
+        factors = _Factors.of(order, n, A, C, diagonal)
+        place = {variable: position for position, variable in enumerate(order)}
         firm: list[Any] = [1.0] * structure.rows
         sound: Any = 1.0
         margin: Any = 1.0
-        for j, variable in enumerate(structure.order):
+        for j, variable in enumerate(order):
             scale = factors.by_bodies[j]
             pivot = scale + factors.by_joints[j]
             if variable >= n and structure.looped:
-                alike = [place[n + row] for row in structure.alike[variable - n]]
-                scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
+                if n:
+                    alike = [place[n + row] for row in structure.alike[variable - n]]
+                    scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
                 part = pivot / scale
                 margin = minimum(part, margin)
                 firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
@@ -258,13 +300,14 @@ class Eliminated:
             factors.eliminate(j, pivot)
         return Eliminated(structure, factors, sound, firm, margin)
 
-    def solve(self, f: Sequence[Number], g: Sequence[Number]) -> Solution:
-        """g: of a masked row 0."""
+    def solve(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> Solution:
+        """g: of a masked row 0; pulled: what forces have added to it already, where velocities have been eliminated."""
         factors, every = self.factors, [1.0] * self.structure.rows
+        pulled = [0.0] * len(g) if pulled is None else pulled
         if not self.structure.looped:
-            x, mu = factors.backward(factors.forward(f, g, every))
+            x, mu = factors.backward(factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every))
             return Solution(x, mu, self)
-        by_forces = factors.forward(f, [0.0] * len(g), every)
+        by_forces = factors.forward(f, pulled, every)
         by_constraints = factors.forward([0.0] * len(f), g, self.firm)
         x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
         if self.structure.from_singular:
@@ -295,7 +338,8 @@ def solve(
     mask: Sequence[Number] | None = None,
     expected: Sequence[Number] | None = None,
 ) -> Solution:
-    """`A`: block diagonal, symmetric and positive definite, entries (i, j) with i >= j; `C`: entries (row, column).
+    """`A`: symmetric and positive definite, entries (i, j) with i >= j, block diagonal but for what rotors of the
+    structure's mechanism couple; `C`: entries (row, column).
 
     mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops.
     """

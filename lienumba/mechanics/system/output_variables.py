@@ -19,12 +19,24 @@ from lienumba.numerics.number import Number
 
 @dataclass(frozen=True)
 class Observation:
-    """A state, and what accelerations and multipliers say of it."""
+    """A state, and what accelerations and multipliers say of it, computed where it is asked for; look: gives that, and
+    the multipliers."""
 
     model: Model
     now: Instant
-    observed: Observed
-    multipliers: Sequence[Number]
+    look: Callable[[], tuple[Observed, Sequence[Number]]]
+
+    @cached_property
+    def _seen(self) -> tuple[Observed, Sequence[Number]]:
+        return self.look()
+
+    @property
+    def observed(self) -> Observed:
+        return self._seen[0]
+
+    @property
+    def multipliers(self) -> Sequence[Number]:
+        return self._seen[1]
 
     @cached_property
     def energies(self) -> tuple[Number, Number]:

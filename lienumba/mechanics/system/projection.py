@@ -6,15 +6,16 @@ x is the total correction: adding up plain Gauss-Newton steps would miss the min
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.groups import so3
 from lienumba.groups.state import State
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, kkt
+from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.dynamics import mass_matrix
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
@@ -38,7 +39,7 @@ def position_violation(model: Model, now: Instant, counts: Sequence[Number] | No
 def velocity_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
     """The largest rate of a violation (m/s or rad/s) beyond the rounding of its joint; 0 if there is none."""
     _, _, speed = constraints.sizes(model, now)
-    return _worst(constraints.rate_and_bias(model, now)[0], [ROUNDING * v for v in speed], counts)
+    return _worst(constraints.rates(model, now), [ROUNDING * v for v in speed], counts)
 
 
 def _worst(rows: Sequence[Number], rounding: Sequence[Number], counts: Sequence[Number] | None) -> Any:
@@ -60,33 +61,48 @@ def placed(bodies: Sequence[State], x: Sequence[Number]) -> tuple[Any, ...]:
 
 
 def position_correction(
-    model: Model, structure: kkt.Structure, now: Instant, x: Sequence[Number], mask: Sequence[Number]
+    model: Model,
+    structure: kkt.Structure,
+    now: Instant,
+    x: Sequence[Number],
+    mask: Sequence[Number],
+    axes: Axes = GLOBAL,
 ) -> kkt.Solution:
     """The next total correction x+ from q^ (Terze et al. 2015, eqs. 21, 22):  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;
-    `now` is q^ moved by x."""
-    C = constraints.jacobian(model, now)
+    `now` is q^ moved by x; axes: of the equations at `now`."""
+    C = constraints.jacobian(model, now, axes)
     W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
-    g = [-phi for phi in constraints.residual(model, now)]
+    g = [-phi for phi in constraints.residual(model, now, axes)]
+    along = axes.into(now, x)
     for (row, column), entry in C.items():
-        g[row] = g[row] + entry * x[column]
-    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, position_mask(model, mask))
+        g[row] = g[row] + entry * along[column]
+    solution = kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, position_mask(model, mask))
+    return replace(solution, x=axes.out_of(now, solution.x))
 
 
 def chord_correction(
-    model: Model, by: kkt.Eliminated, now: Instant, x: Sequence[Number], mu: Sequence[Number], mask: Sequence[Number]
+    model: Model,
+    by: kkt.Eliminated,
+    now: Instant,
+    x: Sequence[Number],
+    mu: Sequence[Number],
+    mask: Sequence[Number],
+    axes: Axes = GLOBAL,
 ) -> kkt.Solution:
     """The next total correction and multipliers by an earlier elimination, which need not be that of `now`: it turns
     what x and mu leave of  W x + C^T mu = 0,  Phi = 0  into their changes. So the limit is the same."""
-    pull = [-weight * xi for weight, xi in zip(_weights(by.structure.bodies), x, strict=True)]
-    g = masked([-phi for phi in constraints.residual(model, now)], position_mask(model, mask))
-    step = by.solve(without_reactions(model, now, pull, mu), g)
-    return kkt.Solution(_sum(x, step.x), _sum(mu, step.mu), by)
+    pull = [-weight * xi for weight, xi in zip(_weights(by.structure.bodies), axes.into(now, x), strict=True)]
+    g = masked([-phi for phi in constraints.residual(model, now, axes)], position_mask(model, mask))
+    step = by.solve(without_reactions(model, now, pull, mu, axes), g)
+    return kkt.Solution(_sum(x, axes.out_of(now, step.x)), _sum(mu, step.mu), by)
 
 
-def without_reactions(model: Model, now: Instant, f: Sequence[Number], mu: Sequence[Number]) -> list[Any]:
+def without_reactions(
+    model: Model, now: Instant, f: Sequence[Number], mu: Sequence[Number], axes: Axes = GLOBAL
+) -> list[Any]:
     """f - C^T mu."""
     rest = list(f)
-    for (row, column), entry in constraints.jacobian(model, now).items():
+    for (row, column), entry in constraints.jacobian(model, now, axes).items():
         rest[column] = rest[column] - entry * mu[row]
     return rest
 
@@ -111,10 +127,10 @@ def _sum(x: Sequence[Number], y: Sequence[Number]) -> list[Any]:
     return [a + b for a, b in zip(x, y, strict=True)]
 
 
-def counted(solution: kkt.Solution, mask: Sequence[Number], level: str) -> list[Any]:
+def counted(firm: Sequence[Number], mask: Sequence[Number], level: str) -> list[Any]:
     """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
     "position" level, and while none is faded: their rates follow from the others no better than positions do."""
-    counts = [where(firm == 1.0, 1.0, 0.0) for firm in solution.firm]
+    counts = [where(x == 1.0, 1.0, 0.0) for x in firm]
     every: Any = 1.0
     for count in counts:
         every = minimum(count, every)
@@ -137,7 +153,7 @@ def lost(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
 def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     """The largest violation (m/s or rad/s) of the rows that have no position and do not count."""
     worst: Any = 0.0
-    rates, _ = constraints.rate_and_bias(model, now)
+    rates = constraints.rates(model, now)
     for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
         if c.level != "position":
             for row in range(rows.start, rows.stop):
@@ -146,30 +162,43 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
 
 
 def velocity_correction(
-    model: Model, structure: kkt.Structure, now: Instant, weight: "Weight", mask: Sequence[Number]
+    model: Model,
+    structure: kkt.Structure,
+    now: Instant,
+    weight: "Weight",
+    mask: Sequence[Number],
+    axes: Axes = GLOBAL,
 ) -> kkt.Solution:
     """The change x of all velocities (Terze et al. 2015, eq. 21, for velocities) with  W x + C^T mu = 0,  C (v + x) =
     -Phi_t."""
-    C = constraints.jacobian(model, now)
-    W = weight.matrix(model)
-    rates, _ = constraints.rate_and_bias(model, now)
-    return kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), [-rate for rate in rates], mask)
+    C = constraints.jacobian(model, now, axes)
+    W = weight.matrix(model, now)
+    rates = [-rate for rate in constraints.rates(model, now, axes)]
+    solution = kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), rates, mask)
+    return replace(solution, x=axes.out_of(now, solution.x))
 
 
 @dataclass(frozen=True)
 class Weight:
-    """W of a velocity correction; words: what a citation calls it."""
+    """W of a velocity correction; words: what a citation calls it; bodies: as they weigh in it; rotors: whether these
+    do, too."""
 
     name: str
     words: str
-    matrix: Callable[[Model], dict[tuple[int, int], Number]]
+    matrix: Callable[[Model, Instant], dict[tuple[int, int], Number]]
+    bodies: Callable[[Model], Sequence[Body]]
+    rotors: bool
 
 
-def identity(model: Model) -> dict[tuple[int, int], Number]:
+def identity(model: Model, now: Instant) -> dict[tuple[int, int], Number]:
     """I, of all velocities."""
     return {(i, i): 1.0 for i in range(6 * len(model.bodies))}
 
 
+def _units(model: Model) -> list[Body]:
+    return [Body(body.name, 1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)) for body in model.bodies]
+
+
 WEIGHTS: Registry[Weight] = Registry("weight", lambda weight: weight.name)
-MASS = WEIGHTS.add(Weight("mass", "the mass matrix", mass_matrix))
-WEIGHTS.add(Weight("identity", "the identity", identity))
+MASS = WEIGHTS.add(Weight("mass", "the mass matrix", mass_matrix, lambda model: model.bodies, True))
+WEIGHTS.add(Weight("identity", "the identity", identity, _units, False))

@@ -1,7 +1,8 @@
 """What the constraints of one run amount to at its start: rank, degrees of freedom, rows that say the same.
 
 Dense, in NumPy: nothing here enters a result, only what is reported, refused, or masked. Rows are scaled to length 1
-in the metric of the kinetic energy, so that the tolerance means the same whatever the units and masses.
+in the metric of the kinetic energy, so that the tolerance means the same whatever the units and masses; a massless body
+has the mass of another there.
 """
 
 from dataclasses import dataclass
@@ -9,13 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.massless import massless, with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
-from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.system.projection import placed
 from lienumba.numerics.number import Vector
 
 NEGLIGIBLE = 1e-9  # singular values below this fraction of the largest count as zero
+SURE = 1e-12  # where the square of the smallest is above this fraction, rounding has no say in it
 INVOLVED = 1e-6  # a row takes part in a dependence from this component of the (unit) null vector on
 CONTRADICTORY = 1e-6  # relative to the largest right-hand side
 MISSED = 1e-9  # what is left below this, relative to the size, distance or speed of the joints, is met
@@ -71,6 +74,12 @@ def rank_of(model: Model, now: Instant) -> Rank:
             redundant[constraint.name] = constraint.rows - (so_far - before)
         before = so_far
     return Rank(len(C), rank, C.shape[1] - rank, redundant, tuple(shared), tuple(exchangeable))
+
+
+def independent(model: Model) -> Rank:
+    """Of rows none of which can depend on others."""
+    rows = sum(constraint.rows for constraint in constraints.constraints_of(model))
+    return Rank(rows, rows, 6 * len(model.bodies) - rows, {}, (), ())
 
 
 def _ranks(C: np.ndarray, ends: list[int]) -> list[int]:
@@ -171,13 +180,37 @@ def _jacobian(model: Model, now: Instant) -> np.ndarray:
 def _scaled(model: Model, now: Instant) -> tuple[np.ndarray, np.ndarray]:
     """C M^(-1/2) with rows of length 1, and the lengths that they had."""
     C = _jacobian(model, now)
-    for i, body in enumerate(model.bodies):
-        C[:, 6 * i : 6 * i + 3] /= np.sqrt(body.mass)
-        turning = slice(6 * i + 3, 6 * i + 6)
-        C[:, turning] = np.linalg.solve(np.linalg.cholesky(_tensor(body.inertia)), C[:, turning].T).T
+    _unit_masses(model, C)
     lengths = np.linalg.norm(C, axis=1)
     lengths[lengths == 0.0] = 1.0
     return C / lengths[:, None], lengths
+
+
+def _unit_masses(model: Model, C: np.ndarray) -> None:
+    """The columns of C by velocities u with v = M^(-1/2) u, M being that of the bodies."""
+    for i, body in enumerate(with_lent_masses(model).bodies):
+        C[:, 6 * i : 6 * i + 3] /= np.sqrt(body.mass)
+        turning = slice(6 * i + 3, 6 * i + 6)
+        C[:, turning] = np.linalg.solve(np.linalg.cholesky(_tensor(body.inertia)), C[:, turning].T).T
+
+
+def moving_no_mass(model: Model, now: Instant) -> tuple[str, ...]:
+    """The massless bodies that can move while nothing with a mass does, nor a rotor turns; () if there is none."""
+    light = massless(model)
+    if not light:
+        return ()
+    C, n = _scaled(model, now)[0], 6 * len(model.bodies)
+    _, sizes, directions = np.linalg.svd(C) if C.size else (None, np.zeros(0), np.eye(n))
+    free = directions[int(np.sum(sizes > NEGLIGIBLE)) :]
+    M = np.zeros((n, n))
+    for (i, j), x in dynamics.mass_matrix(model, now).items():
+        M[i, j] = M[j, i] = x
+    _unit_masses(model, M)
+    M = np.ascontiguousarray(M.T)
+    _unit_masses(model, M)
+    energies, ways = np.linalg.eigh(free @ M @ free.T)
+    moved = np.abs(ways[:, energies < NEGLIGIBLE].T @ free).max(axis=0, initial=0.0)
+    return tuple(model.bodies[i].name for i in light if moved[6 * i : 6 * i + 6].max() > INVOLVED)
 
 
 def _tensor(inertia: Vector) -> np.ndarray:
@@ -189,6 +222,10 @@ def _dependences(C: np.ndarray) -> tuple[int, np.ndarray]:
     """The rank, and an orthonormal basis of the u with u^T C = 0 (rows, rows - rank)."""
     if not C.size:
         return 0, np.eye(len(C))
+    if len(C) <= C.shape[1]:
+        squares = np.linalg.eigvalsh(C @ C.T)  # of the singular values; this is much cheaper
+        if squares[0] > SURE * squares[-1]:
+            return len(C), np.zeros((len(C), 0))
     U, sizes, _ = np.linalg.svd(C)
     rank = int(np.sum(sizes > NEGLIGIBLE * sizes[0]))
     return rank, U[:, rank:]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from lienumba.integrators.methods import METHODS
-from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.mechanics.system.projection import WEIGHTS
@@ -63,7 +63,9 @@ def _group(source: CitedScenario) -> str:
     if "lie" in coordinates:
         named = _or(GROUPS[name].words for name in groups)
         ways.append(f"on the Lie group of the states of all bodies, each with the group {named}")
-    vectors = [COORDINATES[name].words for name in coordinates if name != "lie"]
+    if JOINT in coordinates:
+        ways.append("on the Lie group of the joints of a tree [@featherstone2008], loops closed by constraints")
+    vectors = [COORDINATES[name].words for name in coordinates if name in COORDINATES]
     if vectors:
         ways.append(f"with rotations as vectors, namely {_or(vectors)}, which each step began anew")
     return f"{start}{', and for comparison '.join(ways)}."

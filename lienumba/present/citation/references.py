@@ -26,6 +26,10 @@ LITERATURE = (
         "Applied Numerical Mathematics", "29(1):115--127", "10.1016/S0168-9274(98)00030-0",
     ),
     Reference(
+        "featherstone2008", "book", "Featherstone, Roy", 2008, "Rigid Body Dynamics Algorithms", "Springer", "",
+        "10.1007/978-1-4899-7560-7",
+    ),
+    Reference(
         "baumgarte1972", "article", "Baumgarte, J.", 1972,
         "Stabilization of constraints and integrals of motion in dynamical systems",
         "Computer Methods in Applied Mechanics and Engineering", "1(1):1--16", "10.1016/0045-7825(72)90018-7",

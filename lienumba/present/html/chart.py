@@ -20,7 +20,7 @@ COLORS = 7  # of the palette, --c0 to --c6
 DASHES = ("solid", "dash", "dot", "dashdot")
 MOST_POWERS = 6  # of ten, on an axis
 FEW_POWERS = 2  # over which one reads values between them too
-KINDS = {"f8": "<f8", "f4": "<f4", "i2": "<i2", "u2": "<u2"}
+KINDS = {"f8": "<f8", "f4": "<f4", "i2": "<i2", "u2": "<u2", "u4": "<u4"}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
 """The data of the moving mechanism: some runs, each with its solids, the marks of its joints, and frames of its course.
+Runs that look alike share their figure.
 
 A frame is the positions of the bodies and, as quaternions of 16-bit integers, their attitudes. The page turns bodies
 between frames by slerp, so frames need not be dense, but close enough to tell which way a body turns; and it moves them
@@ -7,7 +8,9 @@ along cubics, so that joints hold between frames too.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,12 +18,13 @@ import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.present.html.chart import Json, Section, packed, section
+from lienumba.present.html.chart import COLORS, Json, Section, packed, section
 from lienumba.present.html.clipping import within
 from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.time_series import MarkedRun
 from lienumba.scene import MovingRun, Scene, scene
-from lienumba.scene.solids import Solid
+from lienumba.scene.mechanism import Mechanism
+from lienumba.scene.solids import SHAPES, Solid
 
 if TYPE_CHECKING:
     from lienumba.engine.simulate import Tell
@@ -66,12 +70,15 @@ def _stage(found: Scene) -> list[Markup]:
     run = element("label", "run ", element("select", id="run"))
     other = [element("label", "beside ", element("select", id="beside"))] if len(found.runs) > 1 else []
     place = element("div", class_="plot", id="stage", role="img", aria_label="the mechanism, moving")
-    words = ["Each body is the box or cylinder that has its mass and its moments of inertia"]
+    mechanism = found.runs[0].mechanism
+    clad = [mechanism.solids[n].kind == SHAPES for n in mechanism.seen]
+    which = "Each body without shapes of its own" if any(clad) else "Each body"
+    words = [] if all(clad) else [f"{which} is the box or cylinder that has its mass and its moments of inertia"]
     words += ["the view travels with the mass centre of the mechanism"] if found.followed else []
     return [
         element("figure", place, element("div", track, class_="controls"),
                 element("div", run, *other, speed, class_="controls choices"), class_="stage"),
-        element("p", sentence("; ".join(words)), class_="quiet"),
+        *([element("p", sentence("; ".join(words)), class_="quiet")] if words else []),
         *(element("p", sentence(remark), class_="quiet") for remark in found.remarks),
     ]  # fmt: skip
 
@@ -81,6 +88,9 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
     low, high = found.low, found.high
     margin = 0.04 * float((high - low).max())
     per_run = BYTES // len(found.runs)
+    looks = [_figure(_without_ground(run.mechanism) if found.followed else run.mechanism) for run in found.runs]
+    keys = [json.dumps(look) for look in looks]
+    figures = dict(zip(keys, looks, strict=True))
     eye, up = _view(high - low, gravity)
     return {
         "low": (low - margin).tolist(),
@@ -89,41 +99,64 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
         "up": up.tolist(),
         "bodies": list(found.runs[0].mechanism.bodies),
         "compared": next((n for n, run in enumerate(found.runs) if n and run.why.startswith("farthest")), 0),
-        "runs": [_run(run, per_run, found.followed) for run in found.runs],
+        "figures": [*figures.values()],
+        "runs": [
+            _run(run, per_run) | {"figure": [*figures].index(key)} for run, key in zip(found.runs, keys, strict=True)
+        ],
         "duration": float(max(run.times[-1] for run in found.runs)),
     }
 
 
-def _run(run: MovingRun, most: int, followed: bool) -> Json:
+def _run(run: MovingRun, most: int) -> Json:
     kept = frames(run.times, run.rotations, max(most // (run.positions.shape[1] * POSE), 2))
-    mechanism = run.mechanism
-    vertices = [solid.vertices for solid in mechanism.solids]
-    first = np.cumsum([0, *map(len, vertices)])
-    triangles = np.concatenate(
-        [np.array(solid.triangles()) + at for solid, at in zip(mechanism.solids, first, strict=False)]
-    )
-    colors = [2 * n + half for n, solid in enumerate(mechanism.solids) for half in _halves(solid)]
     return {
         "label": run.label,
         "good": run.good,
         "times": packed(run.times[kept]),
         "positions": packed(run.positions[kept].ravel(), "f4"),
         "quaternions": packed(np.rint(UNIT * quaternions(run.rotations[kept])).ravel(), "i2"),
-        "vertices": packed(np.concatenate(vertices).ravel(), "f4"),
-        "owner": packed(np.repeat(np.arange(len(vertices)), list(map(len, vertices))), "u2"),
-        "triangles": packed(triangles.ravel(), "u2"),
-        "painted": packed(np.array(colors), "u2"),
-        "segments": [
-            {"kind": x.kind, "ends": [[end.body, *map(float, end.point)] for end in x.ends]}
-            for x in mechanism.segments
-            if not (followed and any(end.body == GROUND for end in x.ends))
-        ],
-        "marks": [
-            [x.place.body, *map(float, x.place.point)]
-            for x in mechanism.marks
-            if not (followed and x.place.body == GROUND)
-        ],
     }
+
+
+def _figure(mechanism: Mechanism) -> Json:
+    """What moves in a run: corners as 16-bit integers, of the radius of each body, triangles of these
+    corners, counts of both; what stands still comes last."""
+    solids = [*mechanism.solids, mechanism.ground]
+    radii = [solid.radius or 1.0 for solid in solids]
+    corners = [UNIT / radius * solid.vertices for solid, radius in zip(solids, radii, strict=True)]
+    triangles = [np.array(solid.triangles(), int).reshape(-1, 3) for solid in solids]
+    colors = [color for n, solid in enumerate(solids) for color in _colors(n, solid)]
+    palette = list(dict.fromkeys(colors))
+    return {
+        "radii": radii,
+        "vertices": packed(np.rint(np.concatenate(corners)).ravel(), "i2"),
+        "counts": [[len(v), len(f)] for v, f in zip(corners, triangles, strict=True)],
+        "triangles": packed(np.concatenate(triangles).ravel(), "u4"),
+        "palette": palette,
+        "painted": packed(np.array([palette.index(color) for color in colors]), "u2"),
+        "seen": mechanism.seen,
+        "segments": [
+            {"kind": x.kind, "ends": [[end.body, *map(float, end.point)] for end in x.ends]} for x in mechanism.segments
+        ],
+        "marks": [[x.place.body, *map(float, x.place.point)] for x in mechanism.marks],
+    }
+
+
+def _without_ground(mechanism: Mechanism) -> Mechanism:
+    """What stays in place where the view travels with the mechanism."""
+    return replace(
+        mechanism,
+        segments=tuple(x for x in mechanism.segments if all(end.body != GROUND for end in x.ends)),
+        marks=tuple(x for x in mechanism.marks if x.place.body != GROUND),
+    )
+
+
+def _colors(body: int, solid: Solid) -> list[str]:
+    """Of each triangle: its own, or that of the body, lighter in shapes, where shadows tell more, and in one half of a
+    cylinder."""
+    if solid.colours:
+        return [own or f"--s{body % COLORS}" for own in solid.colours]
+    return [f"--{'s' if half else 'c'}{body % COLORS}" for half in _halves(solid)]
 
 
 def _halves(solid: Solid) -> list[int]:

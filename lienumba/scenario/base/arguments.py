@@ -50,6 +50,14 @@ def check_labels(labels: Sequence[int], runs: int) -> None:
         )
 
 
+def parse_numbers(text: str, at: str) -> list[float]:
+    """The numbers of a text such as "0 0.5 -1" or "0,0.5,-1"."""
+    try:
+        return [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        raise ScenarioError.at(f"{at}{text}", "are not all numbers", 'give them such as "0 0.5 -1"') from None
+
+
 def parse_share(text: str, at: str) -> Callable[[int], float]:
     """How many of so many runs "10" or "5%" allows."""
     match = re.fullmatch(r"(\d+)|(\d+(?:\.\d+)?)%", text.strip())

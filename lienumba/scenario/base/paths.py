@@ -20,13 +20,17 @@ Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
-BESIDE = ("quantities", "events")  # of these, those that stand beside [model] in a file
+INPUTS = "inputs"  # a table of them by their names
+RECORDING = "recording"  # of this table, what gives one for each column of a file
+START = "start"  # what is known of coordinates at the start, by their names, which may have dots
+BESIDE = ("quantities", "events", INPUTS, START)  # what is part of the model and stands beside [model] in a file
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative", "action",
+    "interpolation",
 }  # fmt: skip  # whose values are texts as they should be
-WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events")
-WITH_STATE = ("drivers", "forces", "quantities", "events")  # whose formulas may read tables and quantities
+WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events", INPUTS)
+WITH_STATE = ("drivers", "forces", "quantities", "events", INPUTS)  # whose formulas may read tables and quantities
 # Of distributions, those that no path of the model ends with.
 DISTRIBUTION_KEYS = (
     "distribution|mean|std|low|high|relative|median|sigma|mode|values|weights|covariance|scipy|expression|column"
@@ -64,9 +68,19 @@ def parse(text: str) -> list[Token]:
         position = match.end()
         if tokens == ["sweep", "vary"] and position < len(text):
             return tokens + _vary_tokens(text[position:])
+        tokens = _of_start(tokens)
     if not tokens:
         raise PathError("is not a path", f"write one {EXAMPLES}")
     return tokens
+
+
+def _of_start(tokens: list[Token]) -> list[Token]:
+    """With the name of a coordinate as one key: start.q.piston.angle."""
+    first = tokens.index(START) + 3 if tokens[:1] == [START] or tokens[:2] == ["model", START] else len(tokens)
+    joined = [token for token in tokens[first - 1 :] if isinstance(token, str)]
+    if first >= len(tokens) or len(joined) < 2:
+        return tokens
+    return [*tokens[: first - 1], ".".join(joined), *(token for token in tokens[first:] if isinstance(token, int))]
 
 
 def _vary_tokens(rest: str) -> list[Token]:
@@ -155,7 +169,8 @@ def get(data: object, tokens: list[Token]) -> Any:
 def put(data: object, tokens: list[Token], value: object) -> None:
     """Replace the value at a path; a table's key may be new, and so may a whole section."""
     for depth, token in enumerate(tokens[:-1]):
-        if isinstance(data, dict) and token not in data and (depth == 0 or token == "vary"):
+        is_new = depth == 0 or token == "vary" or START in tokens[max(depth - 1, 0) : depth + 1]
+        if isinstance(data, dict) and token not in data and is_new:
             data[token] = {}
         data = child(data, token)
     last = tokens[-1]
@@ -205,7 +220,8 @@ def numeric_paths(model: Keys) -> list[str]:
             node = dict(node)
         if isinstance(node, dict):
             for key, item in node.items():
-                walk(item, [*tokens, key])
+                if not is_recording([*tokens, key]):
+                    walk(item, [*tokens, key])
         elif isinstance(node, list):
             for index, item in enumerate(node):
                 name = name_of(item)
@@ -215,6 +231,11 @@ def numeric_paths(model: Keys) -> list[str]:
 
     walk(model, [])
     return found
+
+
+def is_recording(tokens: Sequence[Token]) -> bool:
+    """Whether a path leads to the numbers of a recorded input, of which none varies by itself."""
+    return len(tokens) > 2 and tokens[0] == INPUTS and tokens[2] in ("times", "values")
 
 
 def _is_constant(node: object, tokens: list[Token]) -> bool:

@@ -32,12 +32,24 @@ def _section(table: Mapping[str, object], names: list[str]) -> list[str]:
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             for item in value:
                 inner += ["", f"[[{'.'.join(here)}]]"]
-                inner += [f"{_key(name)} = {value_text(part)}" for name, part in item.items()]
+                inner += pairs(item)
         elif isinstance(value, str) and "\n" in value:
             lines.append(f"{_key(key)} = {_long_text(value)}")
         else:
             lines.append(f"{_key(key)} = {value_text(value)}")
     return lines + inner
+
+
+def pairs(table: Mapping[str, object]) -> list[str]:
+    """A line for each key of a table."""
+    return [f"{_key(name)} = {_lines_text(part)}" for name, part in table.items()]
+
+
+def _lines_text(value: object) -> str:
+    """One value; each table of a list in a line of its own."""
+    if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+        return "[\n" + "".join(f"  {value_text(item)},\n" for item in value) + "]"
+    return value_text(value)
 
 
 def _long_text(text: str) -> str:

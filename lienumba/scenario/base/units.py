@@ -11,7 +11,7 @@ from lienumba.scenario.base.toml import Keys
 UNITS = {
     "gravity": "m s-2", "mass": "kg", "inertia": "kg m2", "position": "m", "velocity": "m s-1",
     "angular_velocity": "rad s-1", "points": "m", "point": "m", "angle": "rad", "angles": "rad",
-    "rotation_vector": "rad",
+    "rotation_vector": "rad", "size": "m", "radius": "m", "radii": "m", "length": "m", "ends": "m",
 }  # fmt: skip
 SETTINGS = {
     "integrator.step": "s",
@@ -28,6 +28,10 @@ def units(path: str, model: Keys) -> str:
     key = keys[-1]
     if keys[0] == "parameters" or "parameters" in keys or "states" in keys:
         return "1"  # nobody says
+    if keys[0] == paths.START:
+        return _of_coordinate(keys[1], keys[2], [token for token in tokens if isinstance(token, int)], model)
+    if keys[0] == paths.INPUTS:
+        return "s" if len(keys) > 2 and key in ("filter", "delay") else "1"
     item = paths.get(model, tokens[:2]) if keys[0] in ("joints", "drivers", "forces") else None
     if isinstance(item, Coupling):
         kinds = item.coordinates or (None, None)
@@ -41,6 +45,16 @@ def units(path: str, model: Keys) -> str:
         of_joint = _coordinate(item.joint, item.coordinate, model) if isinstance(item, AlongJoint) else None
         return number.units_of(of_joint)
     return UNITS.get(key, "1")
+
+
+def _of_coordinate(key: str, name: str, place: list[int], model: Keys) -> str:
+    """Of one of [start], or of one in the list of a joint."""
+    for joint in paths.get(model, ["joints"]):
+        labelled = joint.labelled(joint.name)
+        found = labelled.get(name) or (list(labelled.values())[place[0]] if joint.name == name and place else None)
+        if found is not None:
+            return found.unit if key == "q" else found.rate_unit
+    return "1"
 
 
 def _coordinate(joint: str, kind: str | None, model: Keys) -> str:

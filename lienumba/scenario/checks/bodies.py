@@ -1,15 +1,17 @@
-"""What is wrong with a body's inertia, rotation, or base, one sentence each."""
+"""What is wrong with a body's inertia, rotation, base or shapes, one sentence each."""
 
 from math import pi
 from typing import Any
 
 import numpy as np
 
+from lienumba.integrators.methods.charts import JOINT
 from lienumba.keys.conversions import tensor_of
-from lienumba.keys.types import AxisAngle, Euler, RotationVector
+from lienumba.keys.types import AxisAngle, Euler, Inertia, RotationVector
 from lienumba.scenario.base.problems import GROUND, Report, norm
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.scenario import Body
+from lienumba.scenario.schema.shapes import Long, Mesh, Shape
 from lienumba.words import suggestion
 
 ORTHOGONAL = 1e-6  # how far R R^T of a given rotation matrix may lie from the unit matrix
@@ -17,9 +19,14 @@ SMALLEST = 1e-80  # of the largest element of an inertia, whose cube must be a n
 SYMMETRIC = 1e-9  # how far a given inertia matrix may be from symmetric, relative to its largest element
 
 
-def check_body(place: str, body: Body, report: Report) -> None:
-    """Check one body by itself."""
-    _check_inertia(place, body, report)
+def check_body(place: str, body: Body, coordinates: str | None, report: Report) -> None:
+    """Check one body by itself; coordinates: of the integrator, if they are known."""
+    if body.mass == 0.0:
+        _check_massless(place, body, coordinates, report)
+    elif body.inertia is None:
+        report.miss(f"{place}.inertia", f"give {Body.model_fields['inertia'].description}")
+    else:
+        _check_inertia(place, body.inertia, report)
     check_rotation(f"{place}.rotation", body.rotation, report)
     if body.guess is not None:
         check_rotation(f"{place}.guess.rotation", body.guess.rotation, report)
@@ -53,9 +60,20 @@ def check_bases(bodies: list[Keys], names: list[str], report: Report) -> None:
             )
 
 
-def _check_inertia(place: str, body: Body, report: Report) -> None:
-    tensor = np.array(tensor_of(body.inertia))
-    at, value = f"{place}.inertia", body.inertia
+def _check_massless(place: str, body: Body, coordinates: str | None, report: Report) -> None:
+    if coordinates not in (None, JOINT):
+        report.add(
+            f"{place}.mass",
+            f'must be above 0 with integrator.coordinates = "{coordinates}"',
+            f'give the mass in kg, or coordinates = "{JOINT}"',
+            body.mass,
+        )
+    elif body.inertia is not None and np.abs(tensor_of(body.inertia)).max() > 0.0:
+        report.add(f"{place}.inertia", "belongs to no mass, which is 0", "leave it out, or give a mass", body.inertia)
+
+
+def _check_inertia(place: str, value: Inertia, report: Report) -> None:
+    tensor, at = np.array(tensor_of(value)), f"{place}.inertia"
     skew = np.abs(tensor - tensor.T)
     if skew.max() > SYMMETRIC * np.abs(tensor).max():
         row, column = sorted(int(i) for i in np.unravel_index(int(skew.argmax()), (3, 3)))
@@ -143,3 +161,28 @@ def _check_matrix(at: str, rows: list[list[float]], report: Report) -> None:
             "make its determinant +1, for instance by changing the sign of one axis",
             rows,
         )
+
+
+def check_shapes(place: str, shapes: list[Shape] | None, report: Report) -> None:
+    """Check the shapes of a body, or of the ground."""
+    for n, shape in enumerate(shapes or ()):
+        at = f"{place}[{n}]"
+        check_rotation(f"{at}.rotation", shape.rotation, report)
+        if isinstance(shape, Long):
+            _check_long(at, shape, report)
+        if isinstance(shape, Mesh) and shape.data is None:
+            report.miss(f"{at}.file", f"give {Mesh.model_fields['file'].description}")
+
+
+def _check_long(at: str, shape: Long, report: Report) -> None:
+    """Either a length, or both ends, which say all of where it is."""
+    if shape.ends is None:
+        if shape.length is None:
+            report.miss(f"{at}.length", "give the length in m along z, or ends = [[0, 0, 0], [0, 0, 1]]")
+        return
+    for key in ("length", "position", "rotation"):
+        if key in shape.model_fields_set and (getattr(shape, key) not in (None, [0.0, 0.0, 0.0])):
+            report.add(f"{at}.{key}", "the ends say already where it is", "leave out either this or ends")
+    first, second = shape.ends
+    if not norm([a - b for a, b in zip(first, second, strict=True)]) > 0.0:
+        report.add(f"{at}.ends", "are one point", "give two points, or a sphere", shape.ends)

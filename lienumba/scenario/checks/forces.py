@@ -11,10 +11,11 @@ from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, O
 from lienumba.mechanics.elements.forces.numbers import Sign
 from lienumba.mechanics.elements.forces.python import PythonForce
 from lienumba.mechanics.elements.joints import coordinate_kinds
-from lienumba.scenario.base.problems import GROUND, Report, check_name, read
+from lienumba.scenario.base.paths import INPUTS
+from lienumba.scenario.base.problems import Report, read
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.drivers import check_driven_body, check_start, numbers_at
-from lienumba.scenario.checks.joints import Tables, check_two_bodies, find_coordinate
+from lienumba.scenario.checks.joints import Tables, check_seen, check_two_bodies, find_coordinate
 from lienumba.store.layout import VARIABLES
 from lienumba.words import show
 
@@ -30,7 +31,7 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
     elif issubclass(kind, OnBody):
         check_driven_body(place, force.get("body"), bodies, report)
     elif issubclass(kind, PythonForce):
-        _check_seen(place, force, bodies, joints, report)
+        check_seen(place, force, bodies, joints, report)
     checked = read(kind, force)
     if checked is None:
         return
@@ -74,18 +75,8 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
         )
 
 
-def _check_seen(place: str, force: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
-    """What a law of the user's own is given."""
-    for key, known, what in (("bodies", [*bodies, GROUND], "a body"), ("joints", list(joints), "a joint")):
-        named = force.get(key)
-        for i, name in enumerate(named if isinstance(named, list) else []):
-            check_name(f"{place}.{key}[{i}]", name, known, what, report)
-
-
 def _check_own(place: str, force: PythonForce, report: Report) -> None:
     """A law of the user's own, in itself."""
-    if not force.bodies and not force.joints:
-        report.add(place, "sees nothing", "give bodies or joints, as the function takes them")
     if force.returns == "potential" and (force.states or force.every is not None):
         report.add(place, "a potential energy has neither states nor samples", "leave states and every out")
     if force.states and force.name in VARIABLES:
@@ -94,6 +85,10 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
             "its states are stored by this name, which the dataset has already",
             "give another name",
             force.name,
+        )
+    if force.states and force.name == INPUTS:
+        report.add(
+            f"{place}.name", "formulas would read its states by the name of the inputs", "give another name", INPUTS
         )
     for name in force.states:
         if not re.fullmatch(NAME, name) or iskeyword(name):

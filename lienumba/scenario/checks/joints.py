@@ -1,13 +1,15 @@
 """What is wrong with a joint: the names it refers to, where it is placed, its directions, one sentence each."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from lienumba.errors import missing
-from lienumba.mechanics.elements.joints import JOINTS, JointType, coordinate_kinds
+from lienumba.mechanics.elements.joints import JOINTS, Freedom, JointType, coordinate_kinds
 from lienumba.mechanics.elements.joints.couplings import Coupling
 from lienumba.mechanics.elements.joints.keys import AtPoints, Placed, WithAxes
 from lienumba.scenario.base.problems import GROUND, Report, check_name, norm, read
-from lienumba.words import show, suggestion
+from lienumba.scenario.base.toml import Keys
+from lienumba.words import listed, plural, show, suggestion
 
 PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
 
@@ -16,9 +18,12 @@ Tables = dict[str, dict[str, Any]]
 
 def check_joint(place: str, joint: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
     """Check one joint against the names of all bodies, and all joints by name."""
-    if "bodies" in joint:
-        check_two_bodies(place, joint["bodies"], bodies, report)
     kind = joint.get("type")
+    if kind == "python":
+        others = {name: table for name, table in joints.items() if coordinate_kinds(table.get("type"))}
+        check_seen(place, joint, bodies, others, report)
+    elif "bodies" in joint:
+        check_two_bodies(place, joint["bodies"], bodies, report)
     checked: JointType | None = read(JOINTS[kind], joint) if isinstance(kind, str) and kind in JOINTS else None
     if isinstance(checked, Coupling):
         _check_coupling(place, checked, joints, report)
@@ -26,6 +31,46 @@ def check_joint(place: str, joint: dict[str, Any], bodies: list[str], joints: Ta
         _check_points(place, checked, report)
     if isinstance(checked, WithAxes):
         _check_axes(place, checked, report)
+
+
+def coordinates_of(joints: list[Keys]) -> dict[str, tuple[str, Freedom]]:
+    """Those of the mechanism, by their names among all: the joint, and what the coordinate is."""
+    found: dict[str, tuple[str, Freedom]] = {}
+    for joint in joints:
+        kind, name = JOINTS.get(str(joint.get("type"))), str(joint.get("name"))
+        found |= {label: (name, x) for label, x in (kind.labelled(name) if kind is not None else {}).items()}
+    return found
+
+
+def check_coordinates(q: Mapping[str, Any], qd: Mapping[str, Any], joints: list[Keys], report: Report) -> None:
+    """Check what is given for coordinates at the start: each by its name once, or all of a joint in a list."""
+    known = coordinates_of(joints)
+    having: dict[str, list[str]] = {}
+    for label, (joint, _) in known.items():
+        having.setdefault(joint, []).append(label)
+    for key, given in (("q", q), ("qd", qd)):
+        for name, x in given.items():
+            own, at = having.get(name, []), f"start.{key}.{show(name) if '.' in name else name}"
+            if isinstance(x, list) and len(own) != len(x) and own:
+                what = plural(len(own), "coordinate", "coordinates")
+                report.add(at, f"has {plural(len(x), 'entry', 'entries')}, but the joint has {what}", _each(own), x)
+            elif isinstance(x, list) and name in known and not own:
+                report.add(at, "is one coordinate", "give a number", x)
+            elif not isinstance(x, list) and len(own) > 1:
+                report.add(at, f"the joint has {len(own)} coordinates", _each(own), x)
+            elif name not in known and not own:
+                report.add(
+                    at, "is not a coordinate of the mechanism", suggestion(name, list(dict.fromkeys([*known, *having])))
+                )
+            twice = [label for label in own if label != name and label in given]
+            if twice:
+                report.add(at, f"gives {show(twice[0])}, too, which stands beside it", "leave one of the two out")
+
+
+def _each(labels: list[str]) -> str:
+    if len(labels) == 1:
+        return "give a number"
+    return f"give a list of {len(labels)} numbers, or one for each of {listed(labels)}"
 
 
 def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -> None:
@@ -36,6 +81,16 @@ def check_two_bodies(place: str, ends: Any, bodies: list[str], report: Report) -
         check_name(f"{place}.bodies[{index}]", name, [*bodies, GROUND], "a body", report)
     if len(ends) == 2 and isinstance(ends[0], str) and ends[0] == ends[1]:
         report.add(f"{place}.bodies", f"joins {show(ends[0])} to itself", "name two different bodies", ends)
+
+
+def check_seen(place: str, law: Mapping[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
+    """Check what a law of the user's own is given."""
+    for key, known, what in (("bodies", [*bodies, GROUND], "a body"), ("joints", list(joints), "a joint")):
+        named = law.get(key)
+        for i, name in enumerate(named if isinstance(named, list) else []):
+            check_name(f"{place}.{key}[{i}]", name, known, what, report)
+    if not law.get("bodies") and not law.get("joints"):
+        report.add(place, "sees nothing", "give bodies or joints, as the function takes them")
 
 
 def check_direction(at: str, v: list[float], report: Report) -> bool:

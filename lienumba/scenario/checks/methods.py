@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from lienumba.integrators.methods import METHODS
-from lienumba.integrators.methods.charts import R3xSO3
+from lienumba.integrators.methods.charts import JOINT, R3xSO3
+from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.scenario.schema.scenario import Integrator, Projection
 from lienumba.words import show
 
@@ -15,11 +16,12 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension."""
     chosen, value = "integrator.coordinates", integrator.coordinates
-    as_vectors, method = integrator.coordinates != "lie", METHODS[integrator.method]
-    if as_vectors and integrator.group != R3xSO3.__name__:
+    as_vectors, method = value in COORDINATES, METHODS[integrator.method]
+    whose = "joints" if value == JOINT else "rotations alone"
+    if value != "lie" and integrator.group != R3xSO3.__name__:
         report.add(
             chosen,
-            f'are coordinates of rotations alone, not of integrator.group = "{integrator.group}"',
+            f'are coordinates of {whose}, not of integrator.group = "{integrator.group}"',
             "leave one of the two out",
             value,
         )
@@ -61,8 +63,15 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
         )
 
 
-def check_projection(projection: Projection, report: "Report") -> None:
-    """Violations are damped or projected; chords are of projected positions."""
+def check_projection(projection: Projection, integrator: Integrator | None, report: "Report") -> None:
+    """Violations are damped or projected; chords are of projected positions, and neither they nor the embedded form are
+    of joints."""
+    if integrator is not None and integrator.coordinates == JOINT:
+        joints, remedy = f'is not for integrator.coordinates = "{JOINT}", which projects joints', "leave it out"
+        if projection.chord:
+            report.add("projection.chord", joints, remedy, True)
+        if projection.position == "embedded":
+            report.add("projection.position", joints, 'give "local" or "none"', projection.position)
     if projection.chord and projection.position == "none":
         report.add(
             "projection.chord",

@@ -4,25 +4,42 @@ one sentence each."""
 from collections import Counter
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.quantities import INPUTS, is_input
+from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.problems import Report
+from lienumba.scenario.checks.joints import coordinates_of
 from lienumba.scenario.checks.quantities import Lists, with_states
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.stop import Stop
 from lienumba.words import show, suggestion
 
+ASK = "give joint_coordinates = true"
+
 
 def check_output(output: Output, lists: Lists, parameters: Parameters, report: Report) -> None:
     """Check that what is to be stored exists: variables, quantities and their components, and laws with states."""
-    known = [*OUTPUT_VARIABLES, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
+    own = [*JOINT_COORDINATES] if output.joint_coordinates else []
+    known = [*OUTPUT_VARIABLES, *own, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
+    inputs = sorted(filter(is_input, parameters.quantities))
+    known += [INPUTS, *inputs] if inputs else []
     for i, name in enumerate(output.variables):
-        if name not in known:
+        if name in JOINT_COORDINATES and name not in known:
+            report.add(f"output.variables[{i}]", "is stored only where it is asked for", ASK, name)
+        elif name not in known:
             report.add(f"output.variables[{i}]", "is not known", suggestion(name, known), name)
-    parts = [*known, *sorted(parameters.quantities - {*known})]
+    along = coordinates_of(lists["joints"])
+    parts = [*known, *sorted(parameters.quantities - {*known}), *(f"{name}.{x}" for name in own for x in along)]
+    for name in own:
+        if any(item.get("name") == name for item in (*lists["quantities"], *lists["forces"])):
+            rule = f"stores {name}, but a quantity or force has this name already"
+            report.add("output.joint_coordinates", rule, "give that another name")
     for name, statistics in output.summary.items():
-        if name not in parts:
+        if name.partition(".")[0] in JOINT_COORDINATES and not output.joint_coordinates and name not in parts:
+            report.add(f"output.summary.{show(name)}", "is computed only where it is asked for", ASK)
+        elif name not in parts:
             report.add(f"output.summary.{show(name)}", "is not known", suggestion(name, parts))
         for statistic, number in Counter(statistics).items():
             if number > 1:

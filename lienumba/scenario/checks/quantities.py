@@ -1,16 +1,27 @@
-"""What is wrong with a quantity: the names it refers to, and what its own name hides; one sentence each."""
+"""What is wrong with a quantity or an input: the names it refers to, and what its own name hides; one sentence each."""
 
-from lienumba.mechanics.elements.joints import coordinate_kinds
+import re
+
+from lienumba.keys.types import NAME, NAME_RULE
+from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
+from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
+from lienumba.mechanics.elements.quantities.built_in import Momentum
+from lienumba.mechanics.system.discontinuities import SAME
+from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import Report, check_name, names_of, read
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
+from lienumba.scenario.checks.drivers import check_start
+from lienumba.scenario.checks.joints import Tables, find_coordinate
+from lienumba.scenario.schema.tables import points_problem
 from lienumba.store.layout import COORDINATES as DIMENSIONS
 from lienumba.store.layout import VARIABLES
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver"}
+TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
 
 Lists = dict[str, list[Keys]]
 
@@ -39,6 +50,8 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
         _check_joint(place, str(quantity["joint"]), lists, report)
     for key in kind.rotations:
         check_rotation(f"{place}.{key}", getattr(checked, key), report)
+    if isinstance(checked, Momentum):
+        _check_mass(place, checked, lists, report)
     for fault in checked.faults():
         report.problems.append(fault.below(place))
 
@@ -63,10 +76,66 @@ def with_states(lists: Lists) -> list[str]:
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
     """A joint needs a coordinate to be looked at."""
     joint = next((j for j in lists["joints"] if j["name"] == name), None)
-    if joint is not None and not coordinate_kinds(joint.get("type")):
-        having = names_of(j for j in lists["joints"] if coordinate_kinds(j.get("type")))
+    if joint is not None and not _has_coordinates(joint):
+        having = names_of(filter(_has_coordinates, lists["joints"]))
         remedy = (
             f"joints that have one are {listed(having)}" if having else "look at a point or a rotation_error instead"
         )
         kind = joint.get("type")
-        report.add(f"{place}.joint", f"a {kind} joint has no angle or displacement", remedy, name)
+        report.add(f"{place}.joint", f"a {kind} joint has no coordinate", remedy, name)
+
+
+def _has_coordinates(joint: Keys) -> bool:
+    kind = JOINTS.get(str(joint.get("type")))
+    return kind is not None and bool(kind.freedoms())
+
+
+def _check_mass(place: str, momentum: Momentum, lists: Lists, report: Report) -> None:
+    """Bodies have a mass centre if one of them has a mass."""
+    counted = [body for body in lists["bodies"] if momentum.bodies is None or body["name"] in momentum.bodies]
+    if momentum.about == "mass_centre" and counted and not any(body.get("mass") for body in counted):
+        report.add(f"{place}.about", "these bodies have no mass, and so no mass centre", "give a point", momentum.about)
+
+
+def check_inputs(inputs: Keys, joints: Tables, report: Report) -> None:
+    """Check every input, with all joints by name."""
+    for name, value in inputs.items():
+        place = f"{INPUTS}.{name}"
+        if not re.fullmatch(NAME, name):
+            report.add(place, "is no valid name", f"give {NAME_RULE}")
+        elif isinstance(value, dict):
+            _check_table(place, value, joints, report)
+        elif isinstance(value, str):
+            check_start(place, value, 1, report)
+
+
+def _check_table(place: str, table: Keys, joints: Tables, report: Report) -> None:
+    checked = read(INPUTS_BY_FORM.get(input_form(table) or ""), table)
+    if checked is None:
+        return
+    for fault in checked.faults():
+        report.problems.append(fault.below(place))
+    for key in TIMED:
+        if (value := getattr(checked, key, None)) is not None:
+            follows = key == "target" and "kd" in table and "rate" not in table
+            check_start(f"{place}.{key}", value, 2 if follows else 1, report)
+    if isinstance(checked, TrackingInput):
+        find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
+    if isinstance(checked, RecordedInput):
+        _check_recording(place, checked, table, report)
+
+
+def _check_recording(place: str, recording: RecordedInput, table: Keys, report: Report) -> None:
+    wrong = points_problem(table)
+    if wrong is not None:
+        report.problems.append(wrong.below(place))
+        return
+    if report.times is None:
+        return
+    last, end = recording.times[-1], float(report.times[-1]) - recording.delay
+    if end > last * (1.0 + SAME) + SAME:
+        report.add(
+            place,
+            f"ends at {last:g}, but the run reads it until {end:.6g}",
+            "add a point there, or end the run earlier",
+        )

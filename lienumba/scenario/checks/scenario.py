@@ -5,24 +5,32 @@ from collections import Counter
 
 from lienumba.keys.types import NAME
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import LISTS
+from lienumba.scenario.base.paths import INPUTS, LISTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
-from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.checks.bodies import check_bases, check_body
+from lienumba.scenario.base.toml import Keys, table_in
+from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
-from lienumba.scenario.checks.joints import check_joint
+from lienumba.scenario.checks.joints import check_coordinates, check_joint
 from lienumba.scenario.checks.methods import check_method, check_projection
 from lienumba.scenario.checks.output import check_output, check_stop
-from lienumba.scenario.checks.quantities import check_quantity
+from lienumba.scenario.checks.quantities import check_inputs, check_quantity
 from lienumba.scenario.checks.study import check_study
 from lienumba.scenario.checks.sweep import check_sweep
 from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, section_of
+from lienumba.scenario.schema.scenario import (
+    Body,
+    Gravity,
+    Integrator,
+    Projection,
+    Standing,
+    StartSection,
+    section_of,
+)
 from lienumba.scenario.schema.stop import Stop
 from lienumba.words import listed
 
@@ -41,10 +49,13 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
         check_method(integrator, bool(lists["events"]), report)
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
-        check_projection(projection, report)
+        check_projection(projection, integrator, report)
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
-        _check_model(lists, report)
+        _check_model(lists, table_in(model, INPUTS), report)
+        start = read(StartSection, model.get("start", {}))
+        if start is not None:
+            check_coordinates(start.q, start.qd, lists["joints"], report)
     check_tables(parameters, report)
     gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
     if gravity is not None:
@@ -52,7 +63,11 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     for place, body in placed("bodies", lists["bodies"]):
         checked = read(Body, body)
         if checked is not None:
-            check_body(place, checked, report)
+            check_body(place, checked, None if integrator is None else integrator.coordinates, report)
+            check_shapes(f"{place}.shapes", checked.shapes, report)
+    standing = read(Standing, {key: x for key, x in model.items() if key in Standing.model_fields})
+    if standing is not None:
+        check_shapes("model.ground_shapes", standing.ground_shapes, report)
     if integrator is not None:
         output = read(Output, raw.get("output", {}))
         if check_integrator(integrator, report):
@@ -73,7 +88,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     return report
 
 
-def _check_model(lists: dict[str, list[Keys]], report: Report) -> None:
+def _check_model(lists: dict[str, list[Keys]], inputs: Keys, report: Report) -> None:
     """What refers to names."""
     bodies = names_of(lists["bodies"])
     joints = {str(joint["name"]): joint for joint in lists["joints"]}
@@ -87,6 +102,7 @@ def _check_model(lists: dict[str, list[Keys]], report: Report) -> None:
         check_force(place, force, bodies, joints, report)
     for place, quantity in placed("quantities", lists["quantities"]):
         check_quantity(place, quantity, lists, report)
+    check_inputs(inputs, joints, report)
 
 
 def _named(items: list[Keys]) -> bool:
@@ -100,8 +116,13 @@ def _named(items: list[Keys]) -> bool:
 def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
     """What may vary: the model with the default of gravity and without unknown keys."""
     numbers: Keys = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
+    start = model.get("start")
+    if isinstance(start, dict):
+        numbers["start"] = {key: x for key, x in start.items() if key in ("q", "qd")}
+    numbers |= {key: model[key] for key in Standing.model_fields if key in model}
     for kind, items in lists.items():
         numbers[kind] = [_known_keys(kind, item) for item in items]
+    numbers[INPUTS] = table_in(model, INPUTS)
     return numbers
 
 

@@ -131,7 +131,7 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
         return _parameter(tokens, parameters)
     _refuse_formulas(tuple(paths.named(tokens, model)), parameters)
     tokens = tokens[1:] if tokens[0] == "model" else tokens
-    if tokens and tokens[0] == "tables":
+    if tokens and (tokens[0] == "tables" or paths.is_recording(tokens)):
         raise paths.PathError("is part of a table", "multiply the table by a parameter, and vary that")
     if tokens and tokens[-1] == EVERY:
         raise paths.PathError(*ONE_INTERVAL)
@@ -148,7 +148,7 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
         raise paths.PathError("leads to a key that is omitted", "give its nominal value first") from None
     if shape != NUMBER:
         return _whole(value, tokens, shape)
-    if isinstance(value, str) and not paths.TEXT_KEYS.intersection(tokens[2:]):
+    if isinstance(value, str) and not {*paths.TEXT_KEYS, "shapes"}.intersection(tokens[2:]):
         if tokens[0] not in paths.WITH_FORMULAS:
             return None
         value = _constant(value)
@@ -213,15 +213,15 @@ def _constant(text: str) -> float | None:
 
 def _omitted_field(tokens: list[paths.Token], model: Keys) -> FieldInfo | None:
     """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
-    if len(tokens) < 3 or tokens[0] not in LISTS:
+    if len(tokens) < 3 or tokens[0] not in (*LISTS, paths.INPUTS):
         return None
     try:
         item = paths.get(model, tokens[:2])
     except paths.PathError:
         return None
-    section = section_of(str(tokens[0]), item)
+    section = section_of(str(tokens[0]), item) if isinstance(item, dict) else None
     fields = section.model_fields if section is not None else {}
-    return fields.get(str(tokens[2])) if tokens[2] not in item else None
+    return fields.get(str(tokens[2])) if fields and tokens[2] not in item else None
 
 
 def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:

@@ -4,11 +4,13 @@ from dataclasses import dataclass, replace
 
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.drivers import DRIVERS, JointDriver, driver_form
+from lienumba.mechanics.elements.inputs import has_state, input_form
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
+from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys, table_in
 
@@ -31,12 +33,20 @@ class Known:
 
     def is_state(self, name: str) -> bool:
         """Whether it is a state of a law."""
-        return any(f.name == name.partition(".")[0] for f in self.sketch.forces)
+        first = quantities.owner(name)[0]
+        kept = any(q.name == first and has_state(q) for q in self.sketch.quantities)
+        return kept or any(f.name == first for f in self.sketch.forces)
+
+    def described(self, name: str) -> str:
+        """What a component of the level of velocities is."""
+        if quantities.is_input(name):
+            return "which is a state" if self.is_state(name) else "which depends on velocities"
+        return "a state of a law" if self.is_state(name) else "a velocity"
 
     def singular(self, name: str) -> bool:
         """Whether a component has no derivative somewhere, as the angle of a rotation."""
-        first, _, rest = name.partition(".")
-        return any(q.name == first and rest in QUANTITIES[q.type].singular for q in self.sketch.quantities)
+        first, rest = quantities.owner(name)
+        return any(q.name == first and rest in quantities.kind_of(q).singular for q in self.sketch.quantities)
 
     def with_values(self, used: dict[str, frozenset[str]]) -> "Known":
         """With what each expression reads, by its name."""
@@ -52,6 +62,7 @@ def known_of(model: object) -> Known:
     drivers = {str(t.get("name")): t for t in tables(model.get("drivers"))}
     stub = [m.Joint(name, str(t.get("type")), ()) for name, t in joints.items()]
     sketch = Model((0.0, 0.0, 0.0), (), tuple(stub), tuple(_driver(name, t, joints) for name, t in drivers.items()))
+    inputs = [_input(name, x) for name, x in table_in(model, INPUTS).items()]
     found = [
         QUANTITIES[str(t["type"])].sketch(t, [*joints], [*drivers])
         for t in tables(model.get("quantities"))
@@ -59,7 +70,16 @@ def known_of(model: object) -> Known:
     ]
     laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
     forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)
-    return Known(replace(sketch, quantities=tuple(q for q in found if q is not None), forces=forces))
+    return Known(replace(sketch, quantities=tuple(q for q in (*found, *inputs) if q is not None), forces=forces))
+
+
+def _input(name: str, value: object) -> m.Quantity | None:
+    """As much of an input as tells whether it is a state; None for a number, which is no quantity."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return None
+    form = input_form(value) if isinstance(value, dict) else None
+    filtered = {"filter": 0.0} if isinstance(value, dict) and "filter" in value else {}
+    return m.Quantity(quantities.joined(INPUTS, name), form or "formula", numbers=filtered)
 
 
 def _driver(name: str, table: Keys, joints: dict[str, Keys]) -> m.Driver:

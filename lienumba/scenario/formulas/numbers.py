@@ -11,11 +11,12 @@ from lienumba.keys.facts import is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.inputs import InputType
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import Tokens
+from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
-from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
@@ -23,11 +24,12 @@ from lienumba.scenario.formulas.parameters import (
     TIME,
     Parameters,
     not_finite,
-    ordered,
+    order,
     section_of,
     value_of,
 )
 from lienumba.scenario.schema import scenario
+from lienumba.scenario.schema.shapes import SHAPES, Shape
 from lienumba.scenario.schema.tables import tables_of
 from lienumba.words import is_number
 
@@ -51,7 +53,7 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
         return Parameters(), problems
     model = raw.get("model")
     known = known_of(model)
-    parameters = replace(parameters, quantities=known.names)
+    parameters = replace(parameters, quantities=known.names, inputs=_input_numbers(model))
     problems = _taken_names(parameters, model)
     _Taking(parameters, known, model, problems).every()
     return parameters, problems
@@ -73,6 +75,16 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     return problems
 
 
+def _input_numbers(model: object) -> dict[str, float]:
+    """The inputs that are numbers, by their paths."""
+    inputs = table_in(model, INPUTS) if isinstance(model, dict) else {}
+    return {
+        paths.text_of([INPUTS, name]): float(x)
+        for name, x in inputs.items()
+        if isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST
+    }
+
+
 def _rows(model: object, kind: str) -> list[Keys]:
     return rows_of(model.get(kind)) if isinstance(model, dict) else []
 
@@ -88,11 +100,16 @@ class _Taking:
     def every(self) -> None:
         read = {tokens: self.formula(tokens, text) for tokens, text in _formulas(self.model)}
         formulas = {tokens: formula for tokens, formula in read.items() if formula is not None}
-        inner = {str(tokens[1]): f for tokens, f in formulas.items() if tokens[0] == "quantities" and len(tokens) == 3}
-        before = len(self.problems)
-        ordered(inner, "quantities", self.problems)
+        inner: dict[str, frozenset[str]] = {}
+        for tokens, formula in formulas.items():
+            if tokens[0] == INPUTS or (tokens[0] == "quantities" and len(tokens) == 3):
+                name = paths.text_of(list(tokens[:2])) if tokens[0] == INPUTS else str(tokens[1])
+                inner[name] = inner.get(name, frozenset()) | formula.used
+        before, states = len(self.problems), {name for name in inner if self.known.is_state(name)}
+        at_once = {name: used for name, used in inner.items() if name not in states}
+        order(at_once, INPUTS if any(map(quantities.is_input, at_once)) else "quantities", self.problems)
         if len(self.problems) == before:  # no expression depends on itself
-            self.known = self.known.with_values({name: f.used for name, f in inner.items()})
+            self.known = self.known.with_values(inner)
         for tokens, formula in formulas.items():
             self.take(tokens, formula)
 
@@ -156,12 +173,17 @@ class _Taking:
                 )
                 return rule, "read positions and velocities"
             if level > allowed:
-                what = "a state of a law" if self.known.is_state(name) else "a velocity"
-                return f"reads {name}, {what}, but {why}", "read positions only"
+                return f"reads {name}, {self.known.described(name)}, but {why}", "read positions only"
         return None
 
     def allowed(self, tokens: Tokens) -> tuple[int, str]:
-        """The highest level that may be read at a place of a driver or a force, and why not more."""
+        """The highest level that may be read at a place of a driver, a force or an input, and why not more."""
+        if tokens[0] == INPUTS:
+            input_ = table_in(table_in({"model": self.model}, "model"), INPUTS).get(str(tokens[1]))
+            follows = isinstance(input_, dict) and "kd" in input_ and "rate" not in input_
+            if tokens[-1] == "target" and follows:
+                return quantities.POSITION, "kd needs the rate of the target, unless rate is given"
+            return quantities.VELOCITY, ""
         if tokens[0] == "drivers":
             return quantities.POSITION, "what a driver prescribes is differentiated"
         forces = {str(f.get("name")): f for f in _rows(self.model, "forces")}
@@ -177,7 +199,25 @@ class _Taking:
 
 def _may_vary(tokens: Tokens) -> bool:
     """Whether the number of a place may read tables and quantities."""
+    if tokens[0] == INPUTS:
+        return len(tokens) == 2 or tokens[2] not in InputType.fixed
     return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
+
+
+def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
+    """The keys of a table of the model whose values are texts as they should be."""
+    if {"shapes", "ground_shapes"} & {*tokens[:1], *tokens[-2:-1]} and isinstance(tokens[-1], int):
+        shape = SHAPES.get(str(node.get("type")), Shape)
+        return {key for key in node if key not in shape.model_fields or is_text(shape, key)}
+    if tokens == (INPUTS,):
+        return set()  # its keys are names
+    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS)
+    section = scenario.section_of(str(tokens[0]), node) if typed else None
+    return (
+        paths.TEXT_KEYS.union(key for key in section.model_fields if is_text(section, key))
+        if section
+        else {*paths.TEXT_KEYS}
+    )
 
 
 def _formulas(model: object) -> list[tuple[Tokens, str]]:
@@ -186,12 +226,9 @@ def _formulas(model: object) -> list[tuple[Tokens, str]]:
 
     def walk(node: object, tokens: Tokens) -> None:
         if isinstance(node, dict):
-            typed = len(tokens) == 2 and tokens[0] in scenario.FORMS
-            section = scenario.section_of(str(tokens[0]), node) if typed else None
-            known = section.model_fields if section is not None else {}
-            texts = paths.TEXT_KEYS.union(key for key in known if section is not None and is_text(section, key))
+            texts = _text_keys(tokens, node)
             for key, item in node.items():
-                if not tokens or key not in texts:
+                if (not tokens or key not in texts) and not paths.is_recording((*tokens, key)):
                     walk(item, (*tokens, key))
         elif isinstance(node, list):
             names = [item.get("name") if isinstance(item, dict) else None for item in node]

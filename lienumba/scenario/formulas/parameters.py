@@ -13,34 +13,37 @@ from typing import Any
 from lienumba.errors import NOTHING, Problem
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.keys.types import NAME
+from lienumba.mechanics.elements.quantities import owner
 from lienumba.mechanics.mechanism.model import Law
 from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import Tokens
+from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import listed
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
-RESERVED = {TIME, *CONSTANTS, *FUNCTIONS}
+RESERVED = {TIME, INPUTS, *CONSTANTS, *FUNCTIONS}
 
 
 @dataclass(frozen=True)
 class Parameters:
     """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
-    quantities: every component that formulas may read; places: the numbers of the model (paths without `model`) that
-    are formulas, but for those of the time alone."""
+    inputs: those that are numbers, by their paths; quantities: every component that formulas may read; places: the
+    numbers of the model (paths without `model`) that are formulas, but for those of the time alone."""
 
     numbers: dict[str, float] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
     tables: dict[str, Table] = field(default_factory=dict)
+    inputs: dict[str, float] = field(default_factory=dict)
     quantities: frozenset[str] = frozenset()
     places: dict[Tokens, Formula] = field(default_factory=dict)
 
     def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Every parameter: a float, or an array (runs,); samples: by path, `parameters.kp`."""
-        found: dict[str, Any] = {}
+        """Every parameter, and every input that is a number: a float, or an array (runs,); samples: by path,
+        `parameters.kp`."""
+        found: dict[str, Any] = {name: (samples or {}).get(name, x) for name, x in self.inputs.items()}
         for name in (*self.numbers, *self.formulas):
             sampled = (samples or {}).get(f"parameters.{name}")
             if sampled is not None:
@@ -105,7 +108,7 @@ class Parameters:
         found: set[str] = set()
         waiting = [f for tokens, f in self.places.items() if tokens[0] != "quantities"]
         while waiting:
-            new = {name.partition(".")[0] for name in waiting.pop().used & self.quantities} - found
+            new = {owner(name)[0] for name in waiting.pop().used & self.quantities} - found
             found |= new
             waiting += [f for tokens, f in self.places.items() if tokens[0] == "quantities" and tokens[1] in new]
         return found
@@ -117,6 +120,11 @@ class Parameters:
             Problem(f"parameters.{name}", "nothing uses it", "write its name in a number of the model, or remove it")
             for name in (*self.numbers, *self.formulas)
             if name not in used
+        ]
+        parameters += [
+            Problem(path, "nothing reads it", f"write {path} in a formula, or remove it")
+            for path in self.inputs
+            if path not in used
         ]
         return parameters + [
             Problem(
@@ -159,10 +167,15 @@ def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], lis
 
 def ordered(formulas: dict[str, Formula], what: str, problems: list[Problem]) -> dict[str, Formula]:
     """Each formula behind those that it uses; a cycle is a problem. what: the section."""
-    found: dict[str, Formula] = {}
-    waiting = dict(formulas)
+    return {name: formulas[name] for name in order({name: f.used for name, f in formulas.items()}, what, problems)}
+
+
+def order(uses: Mapping[str, Set[str]], what: str, problems: list[Problem]) -> list[str]:
+    """The names, each behind those that it uses; a cycle is a problem. what: the section."""
+    found: list[str] = []
+    waiting = dict(uses)
     while waiting:
-        ready = [name for name, formula in waiting.items() if not formula.used & set(waiting)]
+        ready = [name for name, used in waiting.items() if not used & waiting.keys()]
         if not ready:
             cycle = [name for name in waiting if _reaches(name, name, waiting)]
             if cycle:
@@ -170,15 +183,16 @@ def ordered(formulas: dict[str, Formula], what: str, problems: list[Problem]) ->
                 problems.append(Problem(what, f"{listed(cycle)} {depend} in a circle", f"give a number for {cycle[0]}"))
             return found
         for name in ready:
-            found[name] = waiting.pop(name)
+            found.append(name)
+            del waiting[name]
     return found
 
 
-def _reaches(start: str, end: str, formulas: dict[str, Formula]) -> bool:
+def _reaches(start: str, end: str, uses: Mapping[str, Set[str]]) -> bool:
     seen: set[str] = set()
     left = [start]
     while left:
-        for name in formulas[left.pop()].used & set(formulas):
+        for name in uses[left.pop()] & uses.keys():
             if name == end:
                 return True
             if name not in seen:

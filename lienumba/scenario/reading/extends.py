@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, input_form
 from lienumba.scenario.base.code import without_clash
+from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import show
 
@@ -15,9 +17,10 @@ if TYPE_CHECKING:
 # A key that is given takes the place of these below.
 REPLACES = {
     "every": ("times",), "times": ("every",), "points": ("at",), "at": ("points",), "axes": ("axis",),
-    "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",),
-    "step": ("tolerance", "first_step", "max_step", "min_step"),
+    "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",), "file": ("data",),
+    "step": ("tolerance", "first_step", "max_step", "min_step"), "limit": ("limits",), "limits": ("limit",),
 }  # fmt: skip
+BY_KEY = ("vary", "q", "qd")  # tables that go over those below key by key
 Read = Callable[[Path], Keys]
 
 
@@ -45,22 +48,31 @@ def _over(below: Keys, raw: Keys) -> Keys:
     raw = without_clash(raw, below.get("files"))
     for name, section in raw.items():
         old = below.get(name)
-        if _are_tables(section) and _are_tables(old):
+        if name == INPUTS and isinstance(section, dict) and isinstance(old, dict):
+            merged[name] = {**old, **{key: _input(old.get(key), x) for key, x in section.items()}}
+        elif _are_tables(section) and _are_tables(old):
             merged[name] = _by_name(old, section)
         else:
             merged[name] = _section(old, section) if isinstance(section, dict) and isinstance(old, dict) else section
     return merged
 
 
+def _input(below: object, value: object) -> object:
+    """A table over a table of the form to which all its keys belong; else it takes the place of what was there."""
+    form = INPUTS_BY_FORM.get(input_form(below) or "")
+    within = form is not None and isinstance(value, dict) and value.keys() <= form.model_fields.keys()
+    return _replaced(below, value) if within and isinstance(below, dict) and isinstance(value, dict) else value
+
+
 def _section(below: Keys, section: Keys) -> Keys:
-    """Lists of tables go by their names, but grids and correlations have none; what is varied, by its path; the rest is
-    replaced."""
+    """Lists of tables go by their names, but grids, correlations and shapes have none; what is varied, by its path; the
+    rest is replaced."""
     merged = _replaced(below, section)
     for key, value in section.items():
         old = below.get(key)
-        if key not in ("grid", "correlate") and _are_tables(value) and _are_tables(old):
+        if key not in ("grid", "correlate", "ground_shapes") and _are_tables(value) and _are_tables(old):
             merged[key] = _by_name(old, value)
-        elif isinstance(value, dict) and isinstance(old, dict) and (key == "vary" or "values" in old):  # a table
+        elif isinstance(value, dict) and isinstance(old, dict) and (key in BY_KEY or "values" in old):  # a table
             merged[key] = {**old, **value}
     return merged
 

@@ -13,15 +13,18 @@ from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import embedded
-from lienumba.scenario.base.paths import BESIDE, LISTS
+from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.reading.extends import extended, replaced_by
+from lienumba.scenario.reading.mesh_files import with_meshes
+from lienumba.scenario.reading.recordings import with_recordings
 from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.sample_table import sampled
+from lienumba.scenario.reading.start_file import located
 from lienumba.scenario.schema.tables import inlined
 from lienumba.words import nearest, show, suggestion
 
-MODEL_KEYS = ("gravity", *LISTS)
+MODEL_KEYS = ("gravity", "ground_shapes", *LISTS, INPUTS, START)
 
 
 def load(source: object) -> Keys:
@@ -34,16 +37,22 @@ def load(source: object) -> Keys:
         listed = raw.pop(kind, None)
         model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
         if listed is not None and isinstance(model, dict):
-            within = model.get(kind, [])
-            both = [*within, *listed] if isinstance(listed, list) and isinstance(within, list) else listed
-            raw["model"] = {**model, kind: both}
+            raw["model"] = {**model, kind: _together(model.get(kind), listed)}
     return raw
 
 
+def _together(within: object, beside: object) -> object:
+    """What stands in the model, and what beside it."""
+    if isinstance(within, list) and isinstance(beside, list):
+        return [*within, *beside]
+    return {**within, **beside} if isinstance(within, dict) and isinstance(beside, dict) else beside
+
+
 def with_files(raw: Keys, folder: Path) -> Keys:
-    """The scenario with what the files hold that it names: tables, the texts of functions, the mark of a reference,
-    samples."""
-    return sampled(marked(embedded(inlined(raw, folder), folder), folder), folder)
+    """The scenario with what the files hold that it names: tables, recordings, meshes, the texts of functions, the mark
+    of a reference, samples; of the start, where its file is."""
+    raw = with_recordings(with_meshes(inlined(raw, folder), folder), folder)
+    return located(sampled(marked(embedded(raw, folder), folder), folder), folder)
 
 
 def _load(source: object) -> Keys:
@@ -180,7 +189,8 @@ def put_setting(data: Keys, tokens: list[paths.Token], value: object, beside: Co
     _refuse_unknown_parameter(data, tokens)
     paths.put(data, tokens, value)
     section = paths.get(data, tokens[:-1])
-    for other in replaced_by(tokens[-1]) if isinstance(section, dict) else ():
+    named = isinstance(section, dict) and tokens[:-1] != ["model", INPUTS]
+    for other in replaced_by(tokens[-1]) if named else ():
         if paths.text_of([*tokens[:-1], other]) not in beside:
             section.pop(other, None)
 
@@ -207,10 +217,13 @@ def _text(value: object) -> str:
 
 
 def _refuse_unknown_parameter(data: Keys, tokens: list[paths.Token]) -> None:
-    """A parameter that the scenario does not have would change nothing."""
+    """A parameter or an input that the scenario does not have would change nothing."""
     known = data.get("parameters") or {}
     if tokens[0] == "parameters" and len(tokens) == 2 and isinstance(known, dict) and tokens[1] not in known:
         raise paths.PathError("is no parameter of the scenario", suggestion(str(tokens[1]), known))
+    inputs = table_in(table_in(data, "model"), INPUTS)
+    if tokens[:2] == ["model", INPUTS] and len(tokens) > 2 and tokens[2] not in inputs:
+        raise paths.PathError("is no input of the scenario", suggestion(str(tokens[2]), inputs))
 
 
 def _refuse_varied(data: Keys, tokens: list[paths.Token]) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import Discriminator
 
-from lienumba.scenario.base.paths import BESIDE, LISTS, written
+from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START, written
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.schema import scenario
 from lienumba.words import show
@@ -44,12 +44,20 @@ def _is_tag(loc: Loc, position: int) -> bool:
     in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in scenario.FORMS
     if position == 3 and (in_form or tuple(loc[:2]) == ("sweep", "vary")):
         return True
+    if position > 2 and loc[position - 2] in ("shapes", "ground_shapes") and isinstance(loc[position], str):
+        return True
+    if position > 4 and loc[position - 1] == "scale":
+        return isinstance(loc[position], str)
     if position > 2 and loc[position - 1] in ("rotation", "inertia") and isinstance(loc[position], str):
         return True
     if in_form and position == 5 and isinstance(loc[5], str) and _has_forms(loc):
         return True
     if position == 2 and tuple(loc[:2]) == ("integrator", "tolerance"):
         return True
+    if tuple(loc[:2]) == ("model", START):
+        return position == 4
+    if tuple(loc[:2]) == ("model", INPUTS) and position > 2:
+        return position == 3 or (position > 4 and position == len(loc) - 1 and loc[position] in ("number", "formula"))
     timed = position >= 5 if in_form else len(loc) > 1 and loc[1] == "gravity"
     return timed and position == len(loc) - 1 and loc[position] in ("number", "formula")
 
@@ -66,4 +74,6 @@ def section_key(loc: Loc) -> tuple[str, ...]:
     names = [part for part in loc if isinstance(part, str)]
     if names[:2] == ["sweep", "vary"] and len(names) > 2:
         names[2] = "*"
+    if names[:2] == ["model", INPUTS] and len(names) > 3:
+        del names[2]
     return tuple(names)

@@ -9,7 +9,7 @@ from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema import scenario
+from lienumba.scenario.schema import scenario, shapes
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
 from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, suggestion
@@ -17,6 +17,9 @@ from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plu
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
+
+
+GROUND, SHAPES = "ground_shapes", "shapes"
 
 
 def problems(error: "ValidationError", raw: object) -> list[Problem]:
@@ -34,6 +37,8 @@ def _problem(item: "ErrorDetails", raw: object) -> Problem:
         return missing(path, remedy)
     if loc[:1] == ("model",) and kind in ("union_tag_not_found", "union_tag_invalid") and loc[1] in scenario.FORMS:
         return _no_type(str(loc[1]), path, value)
+    if kind in ("union_tag_not_found", "union_tag_invalid") and without_tags(loc)[-2:-1] in ([SHAPES], [GROUND]):
+        return _no_type_of(list(shapes.SHAPES), path, value, f"write [[model.{GROUND}]], or shapes = [{{ ... }}]")
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return _no_form(loc, path, value, remedy)
     if "error" in context:  # of our own
@@ -122,10 +127,13 @@ def _unknown(loc: Loc, raw: object) -> Problem:
     key, path = str(loc[-1]), place(loc, raw)
     section = scenario.SECTIONS.get(section_key(loc[:-1]))
     known = list(section.model_fields) if section else []
-    forms = scenario.FORMS.get(str(loc[1]), {}) if loc[0] == "model" and len(loc) > 1 else {}
-    having = [form for form, other in forms.items() if key in other.model_fields]
+    names = section_key(loc[:-1])
+    kind, form = (SHAPES, names[-1]) if names[:-1] in scenario.SHAPE_LISTS else (str(loc[min(1, len(loc) - 1)]), "")
+    forms: Mapping[str, type[BaseModel]] = shapes.SHAPES if kind == SHAPES else {}
+    if loc[0] == "model" and kind in scenario.FORMS:
+        forms, form = scenario.FORMS[kind], str(loc[3])
+    having = [other for other, having_it in forms.items() if key in having_it.model_fields]
     if having and alias(key, known) is None:
-        kind, form = str(loc[1]), str(loc[3])
         belongs = ", ".join(_form(kind, other) for other in having)
         return Problem(
             path, "", f"leave it out (it belongs to {belongs})", verb=f"has no meaning for {_kind(kind, form)}"
@@ -144,8 +152,11 @@ def _form(kind: str, form: str) -> str:
 
 def _kind(kind: str, form: str) -> str:
     """What one of the model's tables is, as a noun."""
+    article = "an" if form[0] in "aeio" else "a"
     if kind == "joints":
-        return f"{'an' if form[0] in 'aeio' else 'a'} {form} joint"
+        return f"{article} {form} joint"
+    if kind == SHAPES:
+        return f"{article} {form}"
     if kind == "forces":
         return f"a force of type {form}"
     return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
@@ -161,13 +172,9 @@ def _header(names: tuple[str, ...]) -> str:
 
 def _no_type(kind: str, path: str, value: object) -> Problem:
     """A joint, driver or force whose type is missing or not known."""
-    known = list(scenario.FORMS[kind])
-    if not isinstance(value, dict):
-        return Problem(path, "must be a table of keys and values", f"write it as [[{written([kind])}]]", value)
-    if kind != "drivers":
-        if "type" not in value:
-            return missing(f"{path}.type", f"give one of {', '.join(known)}")
-        return Problem(f"{path}.type", "is not known", suggestion(str(value["type"]), known), value["type"])
+    known, remedy = list(scenario.FORMS[kind]), f"write it as [[{written([kind])}]]"
+    if kind != "drivers" or not isinstance(value, dict):
+        return _no_type_of(known, path, value, remedy)
     motions = [form for form, kind_of_driver in DRIVERS.items() if "motion" in kind_of_driver.model_fields]
     if "motion" in value:
         return Problem(f"{path}.motion", "is not known", suggestion(str(value["motion"]), motions), value["motion"])
@@ -175,6 +182,15 @@ def _no_type(kind: str, path: str, value: object) -> Problem:
         return missing(f"{path}.motion", f"give one of {', '.join(motions)}")
     remedy = f"give joint = ..., or body = ... with motion = one of {', '.join(motions)}"
     return Problem(path, "drives nothing", remedy)
+
+
+def _no_type_of(known: list[str], path: str, value: object, remedy: str) -> Problem:
+    """A table whose type is missing or not known, or what is none."""
+    if not isinstance(value, dict):
+        return Problem(path, "must be a table of keys and values", remedy, value)
+    if "type" not in value:
+        return missing(f"{path}.type", f"give one of {', '.join(known)}")
+    return Problem(f"{path}.type", "is not known", suggestion(str(value["type"]), known), value["type"])
 
 
 def _no_form(loc: Loc, path: str, value: object, remedy: str) -> Problem:

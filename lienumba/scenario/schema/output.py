@@ -41,6 +41,11 @@ class Output(Section):
         default=list(OUTPUT_VARIABLES),
         description=outputs_described(),
     )
+    joint_coordinates: Annotated[bool, Field(strict=True)] = Field(
+        default=False,
+        description="whether the coordinates of all joints are stored by one name, q, with their rates, qd, and what "
+        "acts along them, tau: true or false",
+    )
     mode: Literal["full", "summary"] = Field(
         default="full",
         description='"full" (the course of every variable), or "summary" (only what there is one of for each run)',

@@ -7,10 +7,11 @@ also the remedy in its error messages, which read "give <description>".
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag, WithJsonSchema
 
+from lienumba.errors import BadValueError
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
-from lienumba.integrators.methods.charts import GROUPS
+from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
@@ -21,6 +22,7 @@ from lienumba.keys.types import (
     Euler,
     Inertia,
     Name,
+    Number,
     Positive,
     Rotation,
     RotationVector,
@@ -32,6 +34,7 @@ from lienumba.mechanics.elements.drivers import DRIVERS, DriverType, driver_form
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
+from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, AnyInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
@@ -39,8 +42,9 @@ from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.scenario.base import paths
 from lienumba.scenario.schema.output import Output, outputs_described
+from lienumba.scenario.schema.shapes import SHAPES, AnyShapes
 from lienumba.scenario.schema.stop import Stop
-from lienumba.scenario.schema.tables import TableFile, TableSection
+from lienumba.scenario.schema.tables import InputFile, Recording, TableFile, TableSection
 from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
@@ -51,12 +55,24 @@ from lienumba.words import listed
 MOST_RUNS = 2**32  # the samplers' labels have 32 bits
 
 
+def _not_negative(mass: float) -> float:
+    if mass < 0.0:
+        raise BadValueError("must be above 0", "give the mass in kg, above 0")
+    return mass
+
+
+Mass = Annotated[Number, AfterValidator(_not_negative), WithJsonSchema({**WRITTEN, "minimum": 0})]
+
+
 class Matter(Section):
+    """Without mass, a body has no inertia either."""
+
     name: Name = Field(description=NAME_RULE)
-    mass: Positive = Field(description="the mass in kg, above 0")
-    inertia: Inertia = Field(
+    mass: Mass = Field(description="the mass in kg, above 0")
+    inertia: Inertia | None = Field(
+        default=None,
         description="the inertia in kg m^2 about the mass centre in the body frame: 3 principal moments, "
-        "the 6 elements xx yy zz xy xz yz of the tensor, or its 3x3 matrix"
+        "the 6 elements xx yy zz xy xz yz of the tensor, or its 3x3 matrix",
     )
 
 
@@ -94,17 +110,50 @@ class Body(StartState, Matter):
         default=None,
         description="where to start for what is omitted: position, rotation, velocity, angular_velocity, not held",
     )
+    shapes: AnyShapes | None = Field(
+        default=None,
+        description=f"how it looks: a list of {{ type = ..., ... }}, of {', '.join(SHAPES)} (or omit it: the box or "
+        "cylinder that has its inertia)",
+    )
 
 
 class Gravity(Section):
     gravity: Timed3 = Field(default=[0.0, 0.0, -9.81], description="the acceleration of gravity in m/s^2: 3 numbers")
 
 
+class Standing(Section):
+    ground_shapes: AnyShapes | None = Field(
+        default=None, description="shapes that stand still, each as [[model.ground_shapes]], in the global frame"
+    )
+
+
+OneOrMore = Annotated[
+    Annotated[Number, Tag("number")] | Annotated[list[Number], Tag("list")],
+    Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "number"),
+]
+
+
+class StartSection(Section):
+    """What is known of the coordinates of joints at the start, over what the joints say themselves."""
+
+    q: dict[str, OneOrMore] = Field(
+        default={},
+        description='coordinates by their names, in rad or m: { elbow = 0.3, "piston.angle" = 0.1 }, or all of a joint '
+        "in a list",
+    )
+    qd: dict[str, OneOrMore] = Field(default={}, description="their rates in rad/s or m/s, likewise: { elbow = 1.0 }")
+    file: str | None = Field(
+        default=None, description="a dataset with q and qd, from which those are taken that are not given here"
+    )
+    run: int | None = Field(default=None, description="the label of its run (or omit it: the first)")
+    time: Number | None = Field(default=None, description="a stored time of it in s (or omit it: the last)")
+
+
 AnyJoint = Annotated[JointType, OneOf(JOINTS)]
 AnyDriver = Annotated[DriverType, OneOf(DRIVERS, driver_form)]
 
 
-class ModelSection(Gravity):
+class ModelSection(Standing, Gravity):
     bodies: Annotated[list[Body], Field(min_length=1)] = Field(
         description="at least one body, each as [[model.bodies]]"
     )
@@ -117,6 +166,12 @@ class ModelSection(Gravity):
         default=[], description="named quantities, each as [[quantities]]"
     )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
+    inputs: dict[str, AnyInput] = Field(
+        default={},
+        description="what comes from outside, by name: motor = 12.0, a formula in quotes, or a table with file, time "
+        "and value, with joint, kp, kd and target, or with rate",
+    )
+    start: StartSection | None = Field(default=None, description="the section [start]")
 
 
 DexpInv = Annotated[
@@ -170,7 +225,9 @@ def _groups() -> str:
 
 def _coordinates() -> str:
     named = [f'"{name}"' + (f" ({chart.note})" if chart.note else "") for name, chart in COORDINATES.items()]
-    return f'"lie" (those of the group), or to compare with, as vectors, {listed(named, "or")}'
+    every = f"to compare with, as vectors, {listed(named, 'or')}"
+    joints = f'"{JOINT}" (those of the joints, which hold by themselves)'
+    return f'"lie" (those of the group of each body), {joints}, or {every}'
 
 
 class Integrator(Section):
@@ -193,7 +250,7 @@ class Integrator(Section):
         default="R3xSO3",
         description=_groups(),
     )
-    coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie",))] = Field(
+    coordinates: Annotated[str, NameOf(COORDINATES, besides=("lie", JOINT))] = Field(
         default="lie",
         description=_coordinates(),
     )
@@ -309,11 +366,13 @@ class ScenarioData(Section):
 FORMS: dict[str, Mapping[str, type[Section]]] = {
     "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
 }  # fmt: skip
+SHAPE_LISTS = (("model", "bodies", "shapes"), ("model", "ground_shapes"))
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
 SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {}
 
 
 def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
+    shapes = {(*place, form): section for place in SHAPE_LISTS for form, section in SHAPES.items()}
     return {
         (): ScenarioData,
         ("model",): ModelSection,
@@ -321,11 +380,13 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         ("model", "bodies", "guess"): StartState,
         **{
             (*start, "rotation", form): section
-            for start in (("model", "bodies"), ("model", "bodies", "guess"))
+            for start in (("model", "bodies"), ("model", "bodies", "guess"), *shapes)
             for form, section in (("axis_angle", AxisAngle), ("euler_angles", Euler), ("vector", RotationVector))
         },
         **{("model", kind, form): section for kind, forms in FORMS.items() for form, section in forms.items()},
         ("model", "events"): Event,
+        **{("model", "inputs", form): kind for form, kind in INPUTS_BY_FORM.items()},
+        ("model", "start"): StartSection,
         ("integrator",): Integrator,
         ("integrator", "tolerance", "table"): Tolerance,
         ("integrator", "tolerance", "table", "absolute"): Absolute,
@@ -337,6 +398,7 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         ("sweep", "table"): SampleTable,
         **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
         ("study",): Study,
+        **shapes,
     }
 
 
@@ -347,7 +409,16 @@ def _derive() -> None:
     Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
     variables.default, variables.description = list(OUTPUT_VARIABLES), outputs_described()
-    sections = Event, Integrator, Output, Sweep, ModelSection, ScenarioData  # those that hold others behind these
+    sections = (
+        Body,
+        Standing,
+        Event,
+        Integrator,
+        Output,
+        Sweep,
+        ModelSection,
+        ScenarioData,
+    )  # those that hold others behind these
     for section in sections:
         section.model_rebuild(force=True)
     SECTIONS.clear()
@@ -357,7 +428,7 @@ def _derive() -> None:
 SECTIONS.update(_sections())
 for registry in (
     JOINTS, DRIVERS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
-    DISTRIBUTIONS,
+    DISTRIBUTIONS, SHAPES,
 ):  # fmt: skip
     registry.listeners.append(_derive)
 
@@ -372,13 +443,26 @@ def json_schema() -> dict[str, Any]:
     schema["properties"]["tables"]["additionalProperties"] = {
         "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
     }
+    inputs = schema["properties"][paths.INPUTS]
+    inputs["additionalProperties"] = {"anyOf": [*inputs["additionalProperties"]["oneOf"], _defined(schema, InputFile)]}
+    recording = _defined(schema, Recording)
+    inputs["properties"] = {paths.RECORDING: {"anyOf": [recording, {"type": "array", "items": recording}]}}
     schema["$defs"]["SampleFile"] = SampleFile.model_json_schema()
     schema["$defs"]["Sweep"]["properties"]["table"]["anyOf"].append({"$ref": "#/$defs/SampleFile"})
     return schema
 
 
+def _defined(schema: dict[str, Any], section: type[Section]) -> dict[str, str]:
+    """A reference to a section that is added to the definitions of a schema."""
+    own = section.model_json_schema()
+    schema["$defs"] |= {**own.pop("$defs", {}), section.__name__: own}
+    return {"$ref": f"#/$defs/{section.__name__}"}
+
+
 def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
-    """The class of a table in one of the model's lists, as far as its type is known."""
+    """The class of a table in one of the model's lists, or of an input, as far as its type is known."""
+    if kind == paths.INPUTS:
+        return INPUTS_BY_FORM.get(input_form(item) or "")
     if kind in ("bodies", "events"):
         return SECTIONS[("model", kind)]
     form = driver_form(item) if kind == "drivers" else item.get("type")

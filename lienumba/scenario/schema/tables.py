@@ -12,7 +12,8 @@ from pydantic import Field, ValidationError
 
 from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, missing
 from lienumba.keys.formulas import LARGEST
-from lienumba.keys.types import NAME, Section
+from lienumba.keys.types import NAME, Number, Section
+from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import show, suggestion
@@ -33,6 +34,31 @@ class TableFile(_Table):
     file: str = Field(description="the path of a CSV or netCDF file, relative to the scenario")
     time: str = Field(description="the column or variable of the times, or whatever the table depends on")
     value: str = Field(description="the column or variable of the values")
+
+
+class InputFile(InputType, _Table):
+    """An input that is recorded, as people write it."""
+
+    file: str = Field(description="the path of a CSV or netCDF file, or of a dataset, relative to the scenario")
+    time: str | None = Field(default=None, description='the column of the times (or omit it: "t" or "time")')
+    value: str = Field(description='the column of the values; of a dataset such as "tau[elbow]"')
+    run: int = Field(default=0, description="of a dataset, the run")
+    delay: Number = Field(default=0.0, description="by how much later in s it is played")
+
+
+class Recording(InputType, _Table):
+    """Inputs of one file, as people write them: one for each column."""
+
+    file: str = Field(description="the path of a CSV or netCDF file, or of a dataset, relative to the scenario")
+    time: str | None = Field(default=None, description='the column of the times (or omit it: "t" or "time")')
+    values: dict[str, str] | list[str] | str | None = Field(
+        default=None,
+        description="the columns by the names of the inputs, a list of columns, or the name of a variable of a dataset "
+        'that has several, such as "tau" (or omit it: all columns)',
+    )
+    run: int = Field(default=0, description="of a dataset, the run")
+    prefix: str = Field(default="", description="what the names of the inputs begin with, before those of the columns")
+    delay: Number = Field(default=0.0, description="by how much later in s it is played")
 
 
 class TableSection(_Table):
@@ -99,6 +125,11 @@ def _problem(table: Keys) -> Problem | None:
         if place:
             return Problem(f"{where}[{place[0]}]", "must be a number", "correct it")
         return Problem(str(where), "must be a list of numbers")
+    return points_problem(table)
+
+
+def points_problem(table: Keys) -> Problem | None:
+    """What is wrong with the points of a table that has times and values, lists of numbers."""
     times, values = (cast(list[float], table[key]) for key in ("times", "values"))
     if len(times) != len(values):
         return Problem("", f"has {len(times)} times and {len(values)} values", "give one value for each time")

@@ -12,14 +12,17 @@ import numpy as np
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import JOINTS, Own
+from lienumba.mechanics.elements.inputs import written
+from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
+from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
-from lienumba.mechanics.mechanism.model import GROUND, Model, Pose, Start
+from lienumba.mechanics.mechanism.massless import is_massless
+from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.schema.scenario import Body, ModelSection, StartState
+from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
@@ -62,16 +65,19 @@ class _Builder:
 
     def build(self) -> tuple[Model, Start]:
         data = self.data
+        inputs = {name: x for name, value in data.inputs.items() if (x := written(value)) is not None}
+        signals = [x.to_model(name, self) for name, x in inputs.items()]
+        laws = [x.law(name) for name, x in inputs.items()]
         model = Model(
             gravity=timed3(data.gravity),
             bodies=self.masses(),
             joints=tuple(x.to_model(self) for x in data.joints),
             drivers=tuple(x.to_model(self) for x in data.drivers),
-            forces=tuple(x.to_model(self) for x in data.forces),
-            quantities=tuple(x.to_model(self) for x in data.quantities),
+            forces=(*(x.to_model(self) for x in data.forces), *filter(None, laws)),
+            quantities=(*(x.to_model(self) for x in data.quantities), *signals),
             events=tuple(event.to_model() for event in data.events),
         )
-        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(x.start() for x in data.joints))
+        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(self.joint_start, data.joints)))
 
     def geometry(self) -> tuple[Model, Start]:
         drawn = [joint for joint in self.data.joints if joint.has_points or joint.sides]
@@ -79,7 +85,11 @@ class _Builder:
         return model, Start((), tuple(x.start() for x in drawn))
 
     def masses(self) -> tuple[m.Body, ...]:
-        return tuple(m.Body(body.name, body.mass, inertia_of(body.inertia)) for body in self.data.bodies)
+        none = (0.0,) * 6
+        return tuple(
+            m.Body(body.name, body.mass, none if body.inertia is None else inertia_of(body.inertia))
+            for body in self.data.bodies
+        )
 
     # ---------------------------------------------------------------- what elements ask for
     def ends(self, joint: str) -> tuple[int, ...]:
@@ -117,6 +127,19 @@ class _Builder:
             guess = replace(guess or Pose(), rotation=self.prescribed_rotation(body.name))
         return replace(_pose(body), relative_to=None if base == GROUND else base, guess=guess)
 
+    def joint_start(self, joint: JointType) -> JointStart:
+        """What is known of a joint's coordinates; what [start] says stands over its own keys."""
+        says, start, labelled = joint.start(), self.data.start or StartSection(), joint.labelled(joint.name)
+        known, places = dict(says.known), dict(says.places)
+        for key, given in (("q", start.q), ("qd", start.qd)):
+            several = given.get(joint.name)
+            for n, (label, x) in enumerate(labelled.items()):
+                value = several[n] if isinstance(several, list) else given.get(label)
+                if value is not None:
+                    name = x.name if key == "q" else x.rate
+                    known[name], places[name] = value, f"start.{key}.{label}"
+        return replace(says, known=known, places=places)
+
     def prescribed_rotation(self, name: str) -> Vector | None:
         """The rotation that a driver prescribes at the start: half a turn away its equations hold, too."""
         prescribed = [driver.rotation_at_start() for driver in self.data.drivers]
@@ -147,6 +170,8 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
     for values in samples.values():
         bad |= ~np.isfinite(values)
     for body in model.bodies:
+        if is_massless(body):
+            continue
         xx, yy, zz, xy, xz, yz = body.inertia
         minors = (
             xx,
@@ -160,11 +185,15 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
         for key in facts(kind, Own):
             if is_positive(kind, key) and joint.numbers[key] is not None:
                 bad |= ~(np.asarray(joint.numbers[key]) > 0.0)
+        bad |= ~(np.asarray(joint.armature) >= 0.0)
     for force in model.forces:
         for key, number in FORCES[force.type].numbers().items():
             x = force.numbers.get(key)
             if number.sign is not None and number.sign.refused and x is not None and not callable(x):
                 bad |= number.sign.broken(np.asarray(x)) | np.isnan(x)
+    for quantity in model.quantities:
+        if is_input(quantity.name) and "filter" in quantity.numbers:
+            bad |= ~(np.asarray(quantity.numbers["filter"]) > 0.0)
     for pose in start.poses:
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0

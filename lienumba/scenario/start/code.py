@@ -100,7 +100,11 @@ def tried(model: Model) -> Model:
     placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
     graph = Graph()
     rows = itertools.count()
-    symbolic = map_numbers(placed, lambda x, _: graph.input("parameters", next(rows)))
+
+    def slot(*number: Any) -> Symbol:
+        return graph.input("parameters", next(rows))
+
+    symbolic = map_numbers(placed, slot, slot)
     now = _state(symbolic, graph)
     for force in symbolic.forces:
         if force.code is not None:
@@ -229,7 +233,7 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
             if level > allowed:
                 why, remedy = "which follows from the forces themselves", "read positions and velocities"
                 if level != quantities.OBSERVED:
-                    why, remedy = quantities.QUANTITIES[quantity.type].instead(model, quantity)
+                    why, remedy = quantities.kind_of(quantity).instead(model, quantity)
                 raise ScenarioError.at(place, f"reads the quantity {quantity.name}, {why}", remedy)
 
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +13,22 @@ from lienumba.errors import Problem, ScenarioError
 from lienumba.keys.formulas import at_start
 from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Driver, Model, Start, reads_state
+from lienumba.mechanics.elements.joints import JOINTS, named
+from lienumba.mechanics.elements.quantities import POSITION as OF_POSITIONS
+from lienumba.mechanics.elements.quantities import bodies_of, evaluate, is_input, level
+from lienumba.mechanics.mechanism.kinematics import Instant, View
+from lienumba.mechanics.mechanism.model import Counted, Driver, Law, Model, Start, reads_state
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.start.assembly import Assembly
 from lienumba.mechanics.system import constraints, rank
 from lienumba.mechanics.system.applied_forces import generalized
+from lienumba.mechanics.tree.links import with_ways
+from lienumba.mechanics.tree.spanning import closing_rows, idle
+from lienumba.scenario.base.problems import Report
+from lienumba.scenario.checks.drivers import check_function
 from lienumba.scenario.checks.tables import check_samples
+from lienumba.scenario.checks.times import looked_at
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scenario.start.design import draw
@@ -38,7 +48,7 @@ class Prepared:
     samples: dict[str, np.ndarray]
     model: Model
     states: np.ndarray
-    angles: dict[int, np.ndarray]
+    angles: dict[Counted, np.ndarray]
     codes: np.ndarray
     nominal: "Nominal"
 
@@ -77,8 +87,9 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     problems = violations(done, start, 0)
     if problems and not _only_prescribed(done, start):
         raise ScenarioError(*problems)
-    nominal, now = rank.nominal(done.model), done.instant(0)
-    typical, found = now, rank.rank_of(nominal, now)
+    now = done.instant(0)
+    nominal = with_ways(rank.nominal(done.model), now.bodies)
+    typical, found = now, rank.rank_of(nominal, now) if closing_rows(nominal) else rank.independent(nominal)
     certain = found.rank == found.rows and not nominal.drivers  # then nothing can contradict itself
     unmet = () if certain else rank.contradiction(nominal, now)
     if problems and not unmet:
@@ -97,7 +108,9 @@ def _nominal_start(scenario: Scenario) -> Nominal:
                 "give velocities that fit or start beside it"
             ),
         )
+    _check_massless(nominal, now)
     _check_drivers(nominal, now)
+    _check_played(scenario, nominal)
     _check_forces(nominal, now)
     return Nominal(scenario, nominal, now, typical, found, (model, start), done)
 
@@ -105,9 +118,28 @@ def _nominal_start(scenario: Scenario) -> Nominal:
 def _only_prescribed(done: Assembly, start: Start) -> bool:
     """Whether positions fit and no velocity is given: then what does not fit is prescribed by drivers."""
     given = [x for pose in start.poses for x in (pose.velocity, pose.angular_velocity)]
-    given += [x for says in start.joints for x in (says.rate, says.speed)]
+    for joint, says in zip(done.model.joints, start.joints, strict=True):
+        given += [says.known.get(x.rate) for x in JOINTS[joint.type].freedoms()]
     fits = bool((done.position_violations <= done.position_limits).all())
     return fits and all(x is None for x in given) and bool(done.model.drivers)
+
+
+def _check_massless(model: Model, now: Instant) -> None:
+    """Every motion moves a mass."""
+    if loose := rank.moving_no_mass(model, now):
+        raise ScenarioError.at(
+            f"model.bodies.{loose[0]}.mass",
+            f"at the start {listed(loose)} can move while nothing that has a mass does",
+            "give a mass, joints that tie it to bodies with one, or the joint that moves it an armature",
+            0.0,
+        )
+    for body in idle(model):
+        raise ScenarioError.at(
+            f"model.bodies.{model.bodies[body].name}.mass",
+            "nothing that has a mass hangs on it in the tree of the joints",
+            "give a mass, or the joint that carries it an armature",
+            0.0,
+        )
 
 
 def _check_drivers(model: Model, now: Instant) -> None:
@@ -123,6 +155,23 @@ def _check_drivers(model: Model, now: Instant) -> None:
                 "follows itself: what it prescribes moves as what it drives",
                 "read another quantity",
             )
+
+
+def _check_played(scenario: Scenario, model: Model) -> None:
+    """What a driver reads of inputs may not jump, as what it reads of tables."""
+    report = Report(times=looked_at(scenario.data.integrator))
+    for driver in model.drivers:
+        for x in driver.value:
+            played = isinstance(x, Law) and any(map(is_input, x.quantities))
+            if played and not bodies_of(model, x) and all(level(model, name) == OF_POSITIONS for name in x.quantities):
+                at, text = f"model.drivers.{driver.name}", getattr(x.function, "text", "")
+                check_function(at, text, partial(_at_time, model, x), driver.motion == "rate", report)
+    if report.problems:
+        raise ScenarioError(*report.problems)
+
+
+def _at_time(model: Model, x: Law, t: Any) -> Any:
+    return evaluate(model, x, View({}, t, {}))
 
 
 def _check_forces(model: Model, now: Instant) -> None:
@@ -172,7 +221,8 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
     """What a joint says of its coordinate at the start, but its driver says otherwise."""
     if driver.coordinate is None or reads_state(driver.value[0]):
         return []
-    keys = ("angle", "rate") if driver.coordinate.kind == "angle" else ("displacement", "speed")
+    driven = named(driver.coordinate.kind)
+    keys = driven.name, driven.rate
     says, name = start.joints[driver.coordinate.joint], model.joints[driver.coordinate.joint].name
     prescribed = zip(
         keys if type_of(driver).level(driver) == POSITION else keys[1:], at_start(driver.value[0]), strict=False
@@ -180,11 +230,11 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
     return [
         Problem(
             f"model.drivers.{driver.name}",
-            f"prescribes the {key} {number:.6g} at t = 0, but model.joints.{name}.{key} = {given!r}",
+            f"prescribes the {key} {number:.6g} at t = 0, but {says.place(name, key)} = {given!r}",
             "leave the latter out",
         )
         for key, number in prescribed
-        if (given := getattr(says, key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
+        if (given := says.known.get(key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
     ]
 
 
@@ -229,8 +279,9 @@ def prepare(
         rule = f"no sampled run can be assembled with {varied} varied"
         remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
         raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
-    states = np.where(np.isfinite(done.state), done.state, 0.0).reshape(runs, -1)
-    return Prepared(list(labels), samples, done.model, states, done.angles, codes, nominal)
+    states = np.where(np.isfinite(done.state), done.state, 0.0)
+    model = with_ways(done.model, tuple(tuple(body.T) for body in states.transpose(1, 0, 2)), nominal.model)
+    return Prepared(list(labels), samples, model, states.reshape(runs, -1), done.angles, codes, nominal)
 
 
 def _same_rank(done: Assembly, nominal: rank.Rank) -> np.ndarray:

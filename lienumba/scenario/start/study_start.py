@@ -9,23 +9,23 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.checks import reference_formulas
 from lienumba.scenario.reading import reference_file
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.start.prepare import check_initial, design
+from lienumba.scenario.start.prepare import Nominal, check_initial, design
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.scenario.study_points import Plan, Point
 
 T = TypeVar("T")
 
 
-def check_starts(scenario: Scenario) -> None:
-    """Check the initial state of a scenario; of a study those of its points, and the reference."""
+def check_starts(scenario: Scenario) -> Nominal | None:
+    """Check the initial state of a scenario, and return it; of a study those of its points, and the reference."""
     data = scenario.data
     if scenario.plan is None:
-        check_initial(scenario)
-        return
+        return check_initial(scenario)
     for point in problems(scenario.plan):
         told(point, check_initial)
         labels = range(data.sweep.runs)
         stated(scenario, point, labels, design(point.scenario, labels))
+    return None
 
 
 def problems(plan: Plan) -> list[Point]:

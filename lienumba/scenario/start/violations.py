@@ -136,16 +136,17 @@ class _Run:
         unit = ("rad" if turning else "m") + ("/s" if level == "velocity" else "")
         missed = f"{size:.3g} {unit}, at most {limit:.1g} {unit} is allowed"
         given = self.given(c.bodies, POSE if level == "position" else TWIST)
-        if c.what in ("angle", "displacement", "rate", "speed"):
+        if c.what not in ("joint", "driver"):
             says = next(s for j, s in zip(self.model.joints, self.start.joints, strict=True) if j.name == c.name)
-            keys = ("angle", "displacement") if level == "position" else ("rate", "speed")
-            others = [key for key in keys if key != c.what and getattr(says, key) is not None]
+            every = JOINTS[self.joint(c.name).type].freedoms()
+            keys = [x.name if level == "position" else x.rate for x in every]
+            others = [key for key in keys if key != c.what and key in says.known]
             rest = others + ([given] if given else [])
             remedy = f"it, or what drivers and other joints make of {self.names(c.bodies)}"
             if rest:
                 remedy = f"it or the {listed(rest)}, or omit one of them"
             rule = f"contradicts what else is given for the start, by {missed}"
-            return Problem(f"model.joints.{c.name}.{c.what}", rule, f"correct {remedy}")
+            return Problem(says.place(c.name, c.what), rule, f"correct {remedy}")
         where = f"model.{'drivers' if c.what == 'driver' else 'joints'}.{c.name}"
         omit = f"or the {given}, or omit what shall be solved for"
         if c.what == "driver":

@@ -28,7 +28,7 @@ class Distribution(BaseModel):
     """How an input varies. dimensions: uniform numbers per run that it takes; key: that stands for a name, as in
     { column = "m" }, or "" where `distribution` has the name."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     dimensions: ClassVar[int] = 1
     key: ClassVar[str] = ""

@@ -16,7 +16,7 @@ from lienumba.words import Written, number
 class SciPy(Scalar):
     """scipy.stats.<scipy>(**parameters); with `relative`, its samples are multiples of the nominal value."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
     __pydantic_extra__: dict[str, Finite]
 
     key: ClassVar[str] = "scipy"

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 import lienumba
+from lienumba.compiler.memo import text_of
 from lienumba.integrators.tracing import compiled as memo
 from lienumba.integrators.tracing import machine, program, step_kernels
 from lienumba.integrators.tracing.compiled import PROGRAMS
@@ -146,6 +147,7 @@ def test_what_differs_in_more_has_another_program(name: str) -> None:
     for n, data in enumerate(DIFFERENT[name]):
         assert_same_bits(lienumba.run(copy.deepcopy(data)), anew(data))
         assert len(PROGRAMS) == n + 1
+    assert len({text_of(key) for _, key in PROGRAMS._kept}) == len(PROGRAMS)  # by which they are found on disk
 
 
 def test_a_zero_with_a_sign_has_a_key_of_its_own() -> None:

@@ -37,9 +37,9 @@ def acceleration_map(model, choice=UNIQUE):
     template, values = split(model)
     tracer = Tracer(template, RK4, choice, fixed=True)
     graph, symbols = tracer.graph()
-    now, mask = tracer.now(graph)
+    posture, mask = tracer.now(graph, symbols)
     expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", 1))
-    solution = dynamics.accelerations(symbols, tracer.structure, now, mask, expected)
+    solution = dynamics.accelerations(symbols, tracer.structure, posture.now, mask, expected)
     return Kernel("map", (*solution.x, *solution.mu), len(values)).counts()["operations"]
 
 

@@ -5,14 +5,14 @@ import pytest
 
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.system import constraints
 from tests.rigs.random_mechanisms import TOPOLOGIES, mechanism
 
 
 def blocks(model, now):
     """Of every constraint and body."""
-    return [constraints._columns(c, now, i) for c in constraints.constraints_of(model) for i in c.bodies if i != GROUND]
+    every = enumerate(constraints.constraints_of(model))
+    return [block for n, c in every for _, block in constraints.blocks(c, n, now)]
 
 
 def spread(now, runs):

@@ -11,6 +11,7 @@ from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.system import constraints
 from tests.compiler.evaluation import assert_same_bits
 from tests.mechanics.start.test_assembly import picked
+from tests.rigs.joint_starts import joint_start
 from tests.rigs.linkages import GRAVITY, bennett, closed_chain, triple, unit_body
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -22,7 +23,7 @@ TURN = so3.exp((0.3, -0.5, 1.1))
 def arm(k=1, axis=Z, drivers=(), **says):
     """A chain of links of length 1 along x, hinged one to the next; what is said goes to every joint."""
     joints = tuple(Joint(f"j{i}", "revolute", (i - 1, i), (ZERO if i == 0 else HALF[0], HALF[1])) for i in range(k))
-    start = JointStart(axes=(axis, axis), **says)
+    start = joint_start(axes=(axis, axis), **says)
     return Model(GRAVITY, tuple(unit_body(f"b{i}") for i in range(k)), joints, drivers), (start,) * k
 
 
@@ -94,7 +95,7 @@ def test_drivers_place_and_move_the_start():
 def test_a_slider_is_entered_by_displacement_and_speed():
     joint = Joint("slide", "prismatic", (GROUND, 0), ((1.0, 0.0, 0.0), ZERO))
     m = Model(GRAVITY, (unit_body("b"),), (joint,))
-    says = JointStart(axes=((0.0, 3.0, 0.0), Y), displacement=-0.7, speed=2.0)
+    says = JointStart(axes=((0.0, 3.0, 0.0), Y), known={"displacement": -0.7, "speed": 2.0})
     done = assembled(m, [Pose()], [says])
     np.testing.assert_allclose(done.state[0, 0], [1, -0.7, 0, *so3.IDENTITY, 0, 2, 0, 0, 0, 0], atol=1e-14)
 
@@ -110,7 +111,7 @@ def test_a_given_angle_that_cannot_be_is_reported_for_its_joint():
 
 def test_where_nothing_says_from_where_an_angle_counts():
     m, says = arm(angle=0.5)
-    turned = JointStart(axes=(Z, X), angle=0.5)
+    turned = JointStart(axes=(Z, X), known={"angle": 0.5})
     assert joint_frames.without_zero(m, Start((Pose(),), says)) == []
     assert joint_frames.without_zero(m, Start((Pose(),), (turned,))) == [0]
     assert joint_frames.without_zero(m, Start((Pose(rotation=so3.IDENTITY),), (turned,))) == []
@@ -126,7 +127,7 @@ def four_bar(crank=0.35, guess=None):
         for i, (e, (p, q)) in enumerate(zip(names, ends, strict=True))
     )
     m = Model(GRAVITY, tuple(unit_body(f"b{i}") for i in range(len(lengths))), joints)
-    says = [JointStart(axes=(Z, Z), angle=crank, rate=2.0)] + [JointStart(axes=(Z, Z))] * 3
+    says = [JointStart(axes=(Z, Z), known={"angle": crank, "rate": 2.0})] + [JointStart(axes=(Z, Z))] * 3
     return m, [Pose(), Pose(), Pose(guess=guess)], says
 
 
@@ -283,7 +284,7 @@ def test_couplings_count_from_the_start():
         numbers={"ratio": -3.0, "offset": None},
     )
     m = Model(m.gravity, m.bodies, (*m.joints, gear))
-    says = (JointStart(axes=(Z, Z), angle=0.2, rate=1.0), JointStart(axes=(Z, Z), angle=0.5), JointStart())
+    says = (joint_start(axes=(Z, Z), angle=0.2, rate=1.0), joint_start(axes=(Z, Z), angle=0.5), JointStart())
     done = assembled(m, [Pose(), Pose()], says)
     assert done.model.joints[2].numbers["offset"] == pytest.approx(0.5 + 3.0 * 0.2, abs=1e-13)
     np.testing.assert_allclose(done.state[0, :, 17], [1.0, 1.0 - 3.0], atol=1e-13)
@@ -292,7 +293,7 @@ def test_couplings_count_from_the_start():
 def test_a_screw_counts_from_the_start():
     joint = Joint("screw", "screw", (GROUND, 0), (ZERO, ZERO), numbers={"pitch": 0.2, "offset": None})
     m = Model(GRAVITY, (unit_body("nut"),), (joint,))
-    done = assembled(m, [Pose()], [JointStart(axes=(Z, Z), displacement=0.05, rate=2 * math.pi)])
+    done = assembled(m, [Pose()], [JointStart(axes=(Z, Z), known={"displacement": 0.05, "rate": 2 * math.pi})])
     assert done.model.joints[0].numbers["offset"] == pytest.approx(0.05, abs=1e-15)
     np.testing.assert_allclose(done.state[0, 0, 12:], [0, 0, 0.2, 0, 0, 2 * math.pi], atol=1e-13)
 

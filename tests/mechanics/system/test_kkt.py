@@ -13,9 +13,10 @@ from lienumba.groups import so3
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
-from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt
+from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt, rotors
 from tests.compiler.evaluation import call
 from tests.oracles.reference import naive
+from tests.rigs import random_mechanisms
 from tests.rigs.mechanisms import (
     GRAVITY,
     TOPOLOGIES,
@@ -32,6 +33,10 @@ from tests.rigs.mechanisms import (
 )
 
 
+def couplings(m):
+    return [(*rotor.bodies, rotor.constant) for rotor in rotors.rotors_of(m) if len(rotor.bodies) == 2]
+
+
 def blocks(m):
     return [(joint.bodies, len(JOINTS[joint.type].kinds(joint))) for joint in m.joints]
 
@@ -43,12 +48,12 @@ def structure(m, block_order):
     for b in block_order:
         first, size = (6 * b, 6) if b < k else (6 * k + sum(sizes[: b - k]), sizes[b - k])
         variables += range(first, first + size)
-    return kkt.Structure(k, sum(sizes), tuple(variables))
+    return kkt.Structure(k, sum(sizes), tuple(variables), coupled=tuple(variables))
 
 
-def random_safe_order(k, joints, seed):
+def random_safe_order(k, joints, seed, couplings=()):
     """Any order that the rule admits, not only the cheap ones that the greedy search finds."""
-    walk, choice = elimination_order._Elimination(k, joints), random.Random(seed)
+    walk, choice = elimination_order._Elimination(k, joints, couplings), random.Random(seed)
     while walk.left:
         node, group = choice.choice([(n, g) for n in sorted(walk.left) if (g := walk.after(n)) is not None])
         walk.take(node, group)
@@ -58,10 +63,14 @@ def random_safe_order(k, joints, seed):
 def check(m, x, block_order, seed=0):
     """Solve with random right-hand sides and compare with numpy.linalg.solve of the dense matrix."""
     n, rng = 6 * len(m.bodies), np.random.default_rng(seed)
-    A, C = dynamics.mass_matrix(m), constraints.jacobian(m, Instant(x))
+    A, C = dynamics.mass_matrix(m, Instant(x)), constraints.jacobian(m, Instant(x))
     f, g = rng.standard_normal(n).tolist(), rng.standard_normal(rows(m)).tolist()
     got = kkt.solve(structure(m, block_order), A, C, f, g)
     M, D_ = naive.mass_matrix(m.bodies), dense(C, (rows(m), n))
+    for rotor in rotors.rotors_of(m):
+        c = np.zeros(n)
+        c[list(rotor.row(Instant(x)))] = list(rotor.row(Instant(x)).values())
+        M += rotor.inertia * np.outer(c, c)
     expected = np.concatenate(naive.solve_kkt(M, D_, np.array(f), np.array(g)))
     condition = np.linalg.cond(D_) ** 2 * np.linalg.cond(M) if len(D_) else 1.0
     error = np.abs(np.array([*got.x, *got.mu]) - expected).max() / np.abs(expected).max()
@@ -103,6 +112,37 @@ def test_random_networks_in_the_cheapest_and_in_random_safe_orders():
         for again in range(3):
             check(m, x, random_safe_order(k, blocks(m), 100 * seed + again))
     assert tried > 30
+
+
+@pytest.mark.parametrize("topology", random_mechanisms.TOPOLOGIES)
+def test_every_safe_order_solves_mechanisms_whose_bodies_are_coupled_by_rotors(topology):
+    tried = 0
+    for seed in range(24):
+        m, now = random_mechanisms.mechanism(topology, seed)
+        m = replace(m, joints=tuple(j for j in m.joints if j.coordinates is None), drivers=(), forces=())
+        x = now.bodies
+        if not couplings(m) or rows(m) > 6 * len(x) or not full_rank(m, x):
+            continue
+        tried += 1
+        check(m, x, elimination_order.elimination_order(len(x), blocks(m), couplings(m)), seed)
+        for again in range(4):
+            check(m, x, random_safe_order(len(x), blocks(m), again, couplings(m)), seed)
+    assert tried > 2
+
+
+def test_a_chain_with_rotors_costs_as_much_per_link_when_it_is_longer():
+    def entries(k):
+        ends = [(S, i - 1, i) for i in range(k)]
+        m = model(k, ends, 3)
+        R = Joint("r", "revolute", (0, 1), frames=(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),) * 2)
+        m = replace(m, joints=tuple(replace(R, bodies=j.bodies, points=j.points, armature=0.1) for j in m.joints))
+        now = Instant(state(k, 3))
+        A, C = dynamics.mass_matrix(m, now), constraints.jacobian(m, now)
+        s = kkt.Structure.of(m)
+        return len(kkt.Eliminated.of(s, A, C, [1.0] * s.rows).numbers())
+
+    each = [(entries(2 * k) - entries(k)) / k for k in (8, 16)]
+    assert each[1] < 1.1 * each[0]
 
 
 def test_the_accelerations_are_those_of_the_naive_twin():

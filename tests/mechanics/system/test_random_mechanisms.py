@@ -127,15 +127,15 @@ def test_rate_and_bias_are_those_of_the_jacobian(topology):
         close(bias, slope(by_jacobian), 10.0)
 
 
-def inertia(model):
+def inertia(model, now):
     n = 6 * len(model.bodies)
-    M = dense(dynamics.mass_matrix(model), (n, n))
+    M = dense(dynamics.mass_matrix(model, now), (n, n))
     return M + np.tril(M, -1).T
 
 
 def scaled_system(model, now):
     """K of the KKT equations with unit diagonal of M and rows of length 1 in that scale, the scaling, and C scaled."""
-    M, C = inertia(model), matrix(model, now)
+    M, C = inertia(model, now), matrix(model, now)
     columns = 1.0 / np.sqrt(np.diag(M))
     lengths = np.linalg.norm(C * columns, axis=1)
     D = np.concatenate([columns, 1.0 / np.where(lengths > 0.0, lengths, 1.0)])
@@ -161,7 +161,7 @@ def test_the_elimination_is_as_accurate_as_the_system_allows(topology):
         if condition > 1e10:
             continue
         f, g = rng.standard_normal(n) / D[:n], rng.standard_normal(len(D) - n) / D[n:]
-        M, C = dynamics.mass_matrix(model), constraints.jacobian(model, now)
+        M, C = dynamics.mass_matrix(model, now), constraints.jacobian(model, now)
         got = kkt.solve(kkt.Structure.of(model), M, C, f.tolist(), g.tolist())
         assert got.sound > 0.0
         if got.margin < kkt.WEAK:
@@ -199,7 +199,7 @@ def test_energy_grows_by_what_works_on_the_system(topology):
         power = dynamics.power(model, now, solution.mu)
         driven = [mu * rate for mu, rate in zip(solution.mu, constraints.time_rate(model, now), strict=True)]
         worked += any(driven)
-        kinetic = [abs(weight * v * e) for weight, v, e in zip(np.diag(inertia(model)), u, a, strict=True)]
+        kinetic = [abs(weight * v * e) for weight, v, e in zip(np.diag(inertia(model, now)), u, a, strict=True)]
         size = abs(power) + sum(map(abs, driven)) + sum(kinetic)
         assert abs(growth - power) < 1e-9 * size, f"{topology} {seed}: {growth} instead of {power}"
     assert tried > 0.3 * len(SEEDS)

@@ -106,7 +106,7 @@ def test_a_rate_that_a_locked_mechanism_cannot_have_is_a_violation():
     model = replace(model, joints=(*model.joints, locked))
     start = Start(start.poses, (*start.joints, JointStart()))
     assert rank_of(*assembled(model, start)).freedom == 0
-    says = (replace(start.joints[0], rate=0.3), *start.joints[1:])
+    says = (replace(start.joints[0], known={"rate": 0.3}), *start.joints[1:])
     done = assembly.assemble(model, replace(start, joints=says), 1)
     assert not done.good.any()
     bad = [c.name for c in done.conditions if np.any((done.velocity_violations > done.velocity_limits)[0, c.rows])]

@@ -50,7 +50,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """place(q, t): q is a list of arrays of one common shape.
+    """place(q, t): q is a list of arrays of one common shape; rotors: of each coordinate, what turns with its rate.
 
     closure(places, t): rows that vanish, (..., rows). prescribed(places, v, w, t): rows that vanish, affine in v and w.
     """
@@ -60,6 +60,7 @@ class Mechanism:
     gravity: Sequence[float]
     closure: Callable[[Places, Any], Array] | None = None
     prescribed: Callable[..., Array] | None = None
+    rotors: Sequence[float] = ()
     speed: float = 5.0  # 1/s; of functions of time: their angular frequency, or several times 1/distance to a pole
 
 
@@ -102,6 +103,7 @@ def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     M = np.einsum("b,bni,bki->nk", mass, V, V) + np.einsum("bni,bij,bkj->nk", W, J, W)
     Q = np.einsum("bni,bi->n", V, mass[:, None] * (np.array(m.gravity) - a))
     Q += np.einsum("bni,bi->n", W, -np.einsum("bij,bj->bi", J, alpha) - np.cross(w, np.einsum("bij,bj->bi", J, w)))
+    M += np.diag(m.rotors or np.zeros(n))
     C, gamma = C.T, gamma[0]
     if m.prescribed is not None:
         i = 1j * TINY
@@ -189,4 +191,5 @@ def net_load(m: Mechanism, here: Motion, members: Sequence[int], point: Array) -
 def kinetic(m: Mechanism, here: Motion) -> float:
     spin = np.einsum("bji,bj->bi", here.R, here.w)
     turning = sum(w @ b.inertia @ w for b, w in zip(m.bodies, spin, strict=True))
+    turning += here.qd**2 @ (m.rotors or np.zeros(len(here.qd)))
     return 0.5 * float(sum(b.mass * v @ v for b, v in zip(m.bodies, here.v, strict=True)) + turning)

@@ -19,7 +19,8 @@ TIMES = (0.0, 0.2, 0.4)
 class Link:
     """A body and the joint that carries it from its base, which comes earlier.
 
-    prescribed: functions of time by the index of the joint's coordinate; size: of a rod, or the pitch of a screw.
+    prescribed: functions of time by the index of the joint's coordinate; size: of a rod, or the pitch of a screw;
+    rotor: of a joint of one coordinate.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Link:
     base: str = "ground"
     size: float = 0.0
     prescribed: dict[int, Callable[[Any], Any]] = field(default_factory=dict)
+    rotor: float = 0.0
 
     @property
     def base_is_first(self) -> bool:
@@ -56,7 +58,10 @@ class Tree:
 
     @property
     def mechanism(self) -> Mechanism:
-        return Mechanism([link.body for link in self.links], self.place, self.gravity, **self.closing)
+        rotors = [link.rotor for link in self.links for _ in link.free]
+        if not any(rotors):  # `reduced` writes them by fewer
+            rotors = []
+        return Mechanism([link.body for link in self.links], self.place, self.gravity, rotors=rotors, **self.closing)
 
     def place(self, q: list[Array], t: Any) -> dense.Places:
         places = {"ground": GROUND}
@@ -84,6 +89,11 @@ class Tree:
             i = self.names.index(second)
             point = here.r[i] + here.R[i] @ point
         force, torque = dense.net_load(self.mechanism, here, self.beyond(link.name), point)
+        if link.rotor:  # acts along the coordinate, beside the joint
+            place = sum(len(other.free) for other in self.links[: self.links.index(link)])
+            axis = joint.frames[1][:, 2] if second == "ground" else here.R[i] @ joint.frames[1][:, 2]
+            pull = link.rotor * here.qdd[place] * axis * (1.0 if link.base_is_first else -1.0)
+            force, torque = (force + pull, torque) if joint.type == "prismatic" else (force, torque + pull)
         return (force, torque) if link.base_is_first else (-force, -torque)
 
 
@@ -128,6 +138,8 @@ def table(link: Link) -> dict[str, Any]:
         found["length"] = link.size
     if joint.type == "screw":
         found["pitch"] = link.size
+    if link.rotor:
+        found["armature"] = link.rotor
     return found | joint.says
 
 

@@ -51,9 +51,15 @@ def test_a_run_says_where_bodies_are_and_what_is_drawn():
     q = array(run["quaternions"]).reshape(-1, 4) / UNIT
     turned = Rotation.from_quat(q, scalar_first=True).as_matrix().reshape(-1, 2, 3, 3)
     assert turned == pytest.approx(first.rotations, abs=1e-4)
-    triangles = array(run["triangles"]).reshape(-1, 3)
-    owner = array(run["owner"])
-    assert (owner[triangles] == array(run["painted"])[:, None] // 2).all()
+    figure, solids = sent["figures"][run["figure"]], first.mechanism.solids
+    counts = np.array(figure["counts"])
+    assert counts.tolist() == [*([len(x.vertices), len(x.triangles())] for x in solids), [0, 0]]
+    owner = np.repeat(np.arange(3), counts[:, 0])
+    corners = array(figure["vertices"]).reshape(-1, 3) * np.array(figure["radii"])[owner][:, None] / UNIT
+    assert corners == pytest.approx(np.concatenate([x.vertices for x in solids]), abs=1e-4 * max(figure["radii"]))
+    assert array(figure["triangles"]).tolist() == [n for x in solids for face in x.triangles() for n in face]
+    painted = [figure["palette"][n][3:] for n in array(figure["painted"])]
+    assert painted == [str(body) for body in np.repeat(np.arange(3), counts[:, 1])]
     assert sent["compared"] == 1
     assert run["label"] == "nominal run"
 

@@ -78,7 +78,7 @@ def test_keys_of_other_types(tmp_path: Path, kind: str) -> None:
     having = {
         "length": ["distance"],
         "pitch": ["screw"],
-        "angle": ["revolute", "cylindrical", "screw"],
+        "angle": ["revolute", "cylindrical", "planar", "screw"],
         "displacement": ["cylindrical", "prismatic", "point_on_line", "screw"],
         "ratio": ["gear", "coupler"],
     }

@@ -204,10 +204,10 @@ JOINTS = {
         rig(joint('type = "revolute"', POINTS, PIVOT, "length = 1")),
         "model.joints.extra.length has no meaning for a revolute joint; leave it out (it belongs to distance)",
     ),
-    "references of a universal": (
-        rig(joint('type = "universal"', POINTS, "axes = [[1, 0, 0], [0, 1, 0]]", REFERENCES)),
-        "model.joints.extra.references has no meaning for a universal joint; leave it out (it belongs to "
-        "revolute, cylindrical, prismatic, fixed, screw)",
+    "references of a ball": (
+        rig(joint('type = "spherical"', POINTS, REFERENCES)),
+        "model.joints.extra.references has no meaning for a spherical joint; leave it out (it belongs to "
+        "revolute, universal, cylindrical, prismatic, fixed, planar, screw)",
     ),
     "point for points": (
         rig(joint('type = "spherical"', "point = [0, 0, 0]", POINTS)),

@@ -43,9 +43,9 @@ QUANTITIES = {
         'quantities.swing.bodies[1] = "blok": is not a body of the model; the nearest known name is "block"',
     ),
     "a joint without a coordinate": (
-        rig(FREE, joint('type = "spherical"', "at = [0, 0, -0.3]", name="ball", ends='bodies = ["arm", "free"]'),
-            seen("bend", "joint", 'joint = "ball"')),
-        'quantities.bend.joint = "ball": a spherical joint has no angle or displacement; joints that have '
+        rig(FREE, joint('type = "fixed"', "at = [0, 0, -0.3]", name="weld", ends='bodies = ["arm", "free"]'),
+            seen("bend", "joint", 'joint = "weld"')),
+        'quantities.bend.joint = "weld": a fixed joint has no coordinate; joints that have '
         "one are pivot and rail",
     ),
     **{

@@ -123,10 +123,6 @@ CASES = {
         replaced('type = "spherical"', 'type = "spherical"\nlength = 1'),
         "model.joints.pivot.length has no meaning for a spherical joint; leave it out (it belongs to distance)",
     ),
-    "zero mass": (
-        replaced("mass = 15", "mass = 0"),
-        "model.bodies.top.mass = 0: must be above 0; give the mass in kg, above 0",
-    ),
     "negative mass": (
         replaced("mass = 15", "mass = -1"),
         "model.bodies.top.mass = -1: must be above 0; give the mass in kg, above 0",
@@ -328,6 +324,14 @@ CASES = {
         "sweep.runs is missing; give a whole number of runs, at least 1",
     ),
 }
+
+
+def test_a_mass_of_zero_that_varies(tmp_path: Path) -> None:
+    assert refused(tmp_path, replaced("mass = 15", "mass = 0")) == [
+        'model.bodies.top.mass = 0.0: must be above 0 with integrator.coordinates = "lie"; give the mass in kg, or '
+        'coordinates = "joint"',
+        'sweep.vary."bodies.top.mass": varies the mass of a body that has none; give it a mass above 0, and an inertia',
+    ]
 
 
 @pytest.mark.parametrize(("text", "message"), CASES.values(), ids=CASES)

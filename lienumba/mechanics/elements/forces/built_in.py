@@ -8,7 +8,7 @@ from pydantic import Field
 from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.formulas import constant
-from lienumba.keys.types import AXES, ZERO, Axes, Timed, Timed3, Two
+from lienumba.keys.types import AXES, ZERO, Axes, Timed, Timed2, Timed3, Two
 from lienumba.mechanics.elements.forces.base import (
     FORCES,
     AlongJoint,
@@ -20,7 +20,7 @@ from lienumba.mechanics.elements.forces.base import (
     apart,
     quadratic,
 )
-from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, number, positive
+from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, faulty_limits, number, positive
 from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Force
 from lienumba.numerics.number import Number, Vector
@@ -132,7 +132,7 @@ class TorsionSpring(AlongJoint):
 class Actuator(AlongJoint):
     """What is prescribed, and what draws the coordinate to its target."""
 
-    example: ClassVar[Keys] = {"stiffness": 4.0, "damping": 0.5, "target": "sin(2*t)"}
+    example: ClassVar[Keys] = {"stiffness": 4.0, "damping": 0.5, "target": "sin(2*t)", "limits": [-50.0, 60.0]}
 
     type: Literal["actuator"]
     value: Timed = number("the force in {0} or torque in {1}", EFFORT, counts_turns=False)
@@ -144,13 +144,19 @@ class Actuator(AlongJoint):
     limit: Timed | None = number(
         "the largest force in {0} or torque in {1}", EFFORT, SIZE, default=None, counts_turns=False
     )
+    limits: Timed2 | None = number(
+        "the least and the largest force in {0} or torque in {1}, instead of limit", EFFORT, default=None, size=2,
+        counts_turns=False,
+    )  # fmt: skip
 
     @staticmethod
     def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
         effort = given["value"] + given["stiffness"] * (given["target"] - c[0])
         effort = effort + given["damping"] * (given.rate("target") - rates[0])
-        limit = given["limit"]
-        return (effort if limit is None else maximum(-limit, minimum(limit, effort)),)  # NaN stays NaN
+        limit, limits = given["limit"], given["limits"]
+        if limit is not None:
+            limits = -limit, limit
+        return (effort if limits is None else maximum(limits[0], minimum(limits[1], effort)),)  # NaN stays NaN
 
     def faults(self) -> Iterator[Problem]:
         given = self.model_fields_set
@@ -162,6 +168,7 @@ class Actuator(AlongJoint):
             )
         if "target" in given and not given & {"stiffness", "damping"}:
             yield Problem("target", "has no effect without stiffness or damping", "give them", self.target)
+        yield from faulty_limits(self.limit, self.limits)
 
 
 @FORCES.add

@@ -1,11 +1,13 @@
 """What the numbers of a force are: one record for each, from which its key, its units and its checks follow."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import Field
 
+from lienumba.errors import Problem
+from lienumba.keys.formulas import constant
 from lienumba.keys.types import OR_FORMULA, ZERO
 
 
@@ -77,10 +79,21 @@ def number(
     said = text.replace("{}", " or ".join(written)).format(*written)
     vector = f": {size} numbers" if size > 1 else ""
     omit = f" (or omit it: {omitted})" if omitted else ""
-    given: dict[str, Any] = {} if required else {"default": ZERO if size > 1 else default}
+    given: dict[str, Any] = {} if required else {"default": ZERO if size > 1 and default is not None else default}
     field = Field(description=f"{said}{vector} {OR_FORMULA}{omit}", **given)
     field.metadata.append(ForceNumber(units, sign, in_potential, counts_turns, rate_with, effective))
     return field
+
+
+def faulty_limits(limit: float | str | None, limits: Sequence[float | str] | None) -> Iterator[Problem]:
+    """What is wrong with the key limit, a size, and limits, the least and the largest value."""
+    if limits is None:
+        return
+    if limit is not None:
+        yield Problem("", "has both limit and limits", "leave one of them out")
+    low, high = map(constant, limits)
+    if low is not None and high is not None and low > high:
+        yield Problem("limits", "has the larger number first", "give the least value first", limits)
 
 
 def _written(units: str) -> str:

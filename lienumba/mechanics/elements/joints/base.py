@@ -15,9 +15,13 @@ from lienumba.keys.conversions import vec3
 from lienumba.keys.facts import Unit, facts, is_positive
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
+from lienumba.mechanics.elements.joints import parts
+from lienumba.mechanics.elements.joints.freedoms import BY_KIND, Freedom
 from lienumba.mechanics.elements.names import Names
-from lienumba.mechanics.mechanism.kinematics import Instant, Motion, View, still
-from lienumba.mechanics.mechanism.model import Joint, JointStart, Model, Number, Start, Vec3
+from lienumba.mechanics.mechanism.kinematics import Instant, Motion, View, moving, still
+from lienumba.mechanics.mechanism.model import Coordinate, Joint, JointStart, Model, Number, Start, Vec3
+from lienumba.mechanics.mechanism.moves import Move
+from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Vector
 
 AXIS, RAIL, ROD, NOTHING = "axis", "rail", "rod", ""  # what is drawn of a joint beside its points
@@ -40,12 +44,17 @@ class JointType(Section):
     words: ClassVar[str] = ""  # what it is, for the documents
     leaves: ClassVar[str] = ""  # what it leaves free
     row_kinds: ClassVar[str] = ""  # one letter for each row: "m" for a length, "r" for the sine of an angle
-    coordinate_kinds: ClassVar[tuple[str, ...]] = ()  # of "angle", "displacement"
+    vector: ClassVar[int] = 0  # how many of its first rows are components of a vector; those behind depend on no axes
+    coordinate_kinds: ClassVar[tuple[str, ...]] = ()  # of "angle", "displacement": along which laws may act
+    others: ClassVar[tuple[Freedom, ...]] = ()  # coordinates along which they may not
+    together: ClassVar[tuple[str, str] | None] = None  # what these and their rates are called where they are a vector
     sides: ClassVar[int] = 0  # how many of its bodies have an axis
+    rotor: ClassVar[str] = ""  # the coordinate with whose rate a rotor of it turns, if it may have one
     needs_axes: ClassVar[bool] = True  # where it may have any
     stays_parallel: ClassVar[bool] = False  # the axis of one body to that of the other
     same_way: ClassVar[tuple[int, ...]] = ()  # the axes (X, Y, Z) of both frames that shall not be half a turn apart
     has_points: ClassVar[bool] = False
+    moves: ClassVar[tuple[Move, ...] | None] = None  # of its second body against its first, where they are few
 
     name: Name = Field(description=NAME_RULE)
     if TYPE_CHECKING:
@@ -70,6 +79,23 @@ class JointType(Section):
         return cls.row_kinds
 
     @classmethod
+    def freedoms(cls) -> tuple[Freedom, ...]:
+        """All that it has, those first that its moves change each by itself."""
+        return (*(BY_KIND[kind] for kind in cls.coordinate_kinds), *cls.others)
+
+    @classmethod
+    def independent(cls) -> tuple[Freedom, ...]:
+        """Those that say all of where its second body is against its first; none where no moves do."""
+        return cls.freedoms()[: sum(move.freedoms for move in cls.moves or ())]
+
+    @classmethod
+    def labelled(cls, name: str) -> dict[str, Freedom]:
+        """The same of a joint of this name, as they are called among those of all joints: elbow, or piston.angle where
+        the joint has several."""
+        own = cls.independent()
+        return {name if len(own) == 1 else f"{name}.{x.name}": x for x in own}
+
+    @classmethod
     def reach(cls, joint: Joint) -> list[Number]:
         """Its lengths (m), with which violations compare, beside its points."""
         own = facts(cls, Own)
@@ -88,7 +114,11 @@ class JointType(Section):
     def to_model(self, names: Names) -> Joint:
         """The joint as kernels see it."""
         points = _pair(getattr(self, "points", None))
-        return Joint(self.name, self.type, self.ends(names), points, numbers=self.numbers())
+        armature = getattr(self, "armature", None)
+        own = self.numbers()
+        return Joint(
+            self.name, self.type, self.ends(names), points, numbers=own, armature=0.0 if armature is None else armature
+        )
 
     def start(self) -> JointStart:
         """What it says of the start."""
@@ -103,8 +133,16 @@ class JointType(Section):
             references=_pair(given.get("references")),
             at=None if at is None else vec3(at),
             axis=axis,
-            **{name: given.get(name) for name in ("angle", "rate", "displacement", "speed")},
+            known={name: x for name, x in self.known().items() if x is not None},
         )
+
+    def known(self) -> dict[str, Number | None]:
+        """What its keys say of its coordinates and their rates at the start."""
+        given, every = dict(self), self.freedoms()
+        found = {name: given.get(name) for x in every for name in (x.name, x.rate)}
+        for key, names in zip(self.together or (), ([x.name for x in every], [x.rate for x in every]), strict=False):
+            found |= dict(zip(names, given[key], strict=True)) if given.get(key) is not None else {}
+        return found
 
     @classmethod
     def unit(cls, key: str, coupled: tuple[str, ...]) -> str:
@@ -189,6 +227,53 @@ def coordinate_kinds(type_of_joint: object) -> tuple[str, ...]:
     return JOINTS[str(type_of_joint)].coordinate_kinds if type_of_joint in JOINTS else ()
 
 
+def coordinates(model: Model) -> list[Coordinate]:
+    """Of all joints whose moves they are, in the order of the model."""
+    return [Coordinate(j, x.name) for j, joint in enumerate(model.joints) for x in JOINTS[joint.type].independent()]
+
+
+def named(coordinate: str) -> Freedom:
+    """A coordinate by its name."""
+    return next(x for kind in JOINTS.values() for x in kind.freedoms() if x.name == coordinate)
+
+
+def freedom(model: Model, which: Coordinate) -> Freedom:
+    """What a coordinate is."""
+    return next(x for x in JOINTS[model.joints[which.joint].type].freedoms() if x.name == which.kind)
+
+
+def coordinate(model: Model, which: Coordinate, view: View) -> Number:
+    """The number (rad or m) that a coordinate of a joint is."""
+    found, joint = freedom(model, which), model.joints[which.joint]
+    a, b = (view[i] for i in joint.bodies)
+    x = found.value(joint, a, b)
+    return parts.counted(x, view.angles.get(which.counted, 0.0)) if found.counts else x
+
+
+def in_motion(model: Model, which: Coordinate, view: View) -> Number:
+    """What has its rate and acceleration in a view of bodies in motion: the number itself, unless that changes
+    otherwise."""
+    quasi, joint = freedom(model, which).quasi, model.joints[which.joint]
+    return coordinate(model, which, view) if quasi is None else quasi(joint, *(view[i] for i in joint.bodies))
+
+
+def rate(model: Model, which: Coordinate, view: View) -> Number:
+    """Its rate (rad/s or m/s), as the bodies move."""
+    found: Number = lift(in_motion(model, which, moving(view))).b
+    return found
+
+
+def gain(model: Model, which: Coordinate, along: Coordinate) -> Number | None:
+    """How fast a coordinate grows with another one of the same joint, which its moves change by itself; None where it
+    does not."""
+    if which.joint != along.joint:
+        return None
+    joint = model.joints[which.joint]
+    pitch = joint.numbers.get("pitch", 0.0)
+    moves = [move for move in JOINTS[joint.type].moves or () if move.gain(which.kind, pitch) is not None]
+    return moves[0].gain(along.kind, pitch) if moves else None
+
+
 class _Asked(dict[int, Number]):
     """Of angles of which none is known: `joints` (indices), those that were asked for."""
 
@@ -207,4 +292,6 @@ def counted_angles(model: Model, now: Instant) -> set[int]:
     for index, joint in enumerate(model.joints):
         if joint.code is None:
             JOINTS[joint.type].equations(model, index, replace(still(now, joint.bodies), angles=asked))
+        else:
+            asked.joints |= {j for j in joint.code.joints if "angle" in coordinate_kinds(model.joints[j].type)}
     return asked.joints

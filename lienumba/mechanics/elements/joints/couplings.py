@@ -7,14 +7,14 @@ from pydantic import AfterValidator, Field
 
 from lienumba.errors import BadValueError
 from lienumba.keys.types import BodyPair, CoordinateKind, Number
-from lienumba.mechanics.elements.joints import parts
-from lienumba.mechanics.elements.joints.base import JOINTS, JointType, Own
-from lienumba.mechanics.elements.joints.keys import Angle, Displacement, OneAxis, Placed
+from lienumba.mechanics.elements.joints.base import JOINTS, JointType, Own, coordinate
+from lienumba.mechanics.elements.joints.keys import Angle, Displacement, OneAxis, Placed, TurningRotor
 from lienumba.mechanics.elements.joints.pairs import Cylindrical, Revolute
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Coordinate, Joint, Model, Start
+from lienumba.mechanics.mechanism.moves import Wind
 from lienumba.numerics.number import Vector
 
 
@@ -117,14 +117,15 @@ def _pair(joint: Joint) -> tuple[Coordinate, Coordinate]:
 def _difference(model: Model, joint: Joint, view: View) -> m.Number:
     """second - ratio * first."""
     first, second = _pair(joint)
-    return parts.coordinate(model, second, view) - joint.numbers["ratio"] * parts.coordinate(model, first, view)
+    return coordinate(model, second, view) - joint.numbers["ratio"] * coordinate(model, first, view)
 
 
 @JOINTS.add
-class Screw(Placed, OneAxis, Angle, Displacement):
+class Screw(Placed, OneAxis, Angle, Displacement, TurningRotor):
     # A cylindrical joint whose displacement follows its own angle; the start decides where it begins.
     words, leaves = "a pitch per turn", "the angle, and a displacement of one pitch for each turn"
     row_kinds = Cylindrical.row_kinds + "m"
+    moves = (Wind(),)
     coordinate_kinds = ("angle", "displacement")
 
     type: Literal["screw"]
@@ -148,9 +149,7 @@ class Screw(Placed, OneAxis, Angle, Displacement):
 
     @staticmethod
     def _difference(model: Model, index: int, view: View) -> m.Number:
-        angle, displacement = (
-            parts.coordinate(model, Coordinate(index, kind), view) for kind in Screw.coordinate_kinds
-        )
+        angle, displacement = (coordinate(model, Coordinate(index, kind), view) for kind in Screw.coordinate_kinds)
         return displacement - model.joints[index].numbers["pitch"] * (0.5 / pi) * angle
 
 

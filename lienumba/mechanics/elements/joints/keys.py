@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from lienumba.keys.facts import Unit
-from lienumba.keys.types import BodyPair, Number, Two, Vec3
+from lienumba.keys.types import BodyPair, NotNegative, Number, Two, Vec3
 from lienumba.mechanics.elements.joints.base import JointType
 from lienumba.mechanics.elements.names import Names
 
@@ -121,4 +121,69 @@ class Displacement(JointType):
     )
     speed: Annotated[Number | None, Unit("m s-1")] = Field(
         default=None, description="the rate of the displacement at the start in m/s"
+    )
+
+
+class PinAngles(References):
+    first_angle: Annotated[Number | None, Unit("rad")] = Field(
+        default=None,
+        description="the angle about the pin of the first body at the start in rad, 0 where the first reference lies "
+        "along the other pin",
+    )
+    first_rate: Annotated[Number | None, Unit("rad s-1")] = Field(
+        default=None, description="its rate at the start in rad/s"
+    )
+    second_angle: Annotated[Number | None, Unit("rad")] = Field(
+        default=None,
+        description="the angle about the pin of the second body at the start in rad, 0 where the second reference lies "
+        "along the other pin",
+    )
+    second_rate: Annotated[Number | None, Unit("rad s-1")] = Field(
+        default=None, description="its rate at the start in rad/s"
+    )
+
+
+class InPlane(Angle):
+    x: Annotated[Number | None, Unit("m")] = Field(
+        default=None, description="the displacement along the first body's reference at the start in m"
+    )
+    x_rate: Annotated[Number | None, Unit("m s-1")] = Field(default=None, description="its rate at the start in m/s")
+    y: Annotated[Number | None, Unit("m")] = Field(
+        default=None, description="the displacement across the first body's reference at the start in m"
+    )
+    y_rate: Annotated[Number | None, Unit("m s-1")] = Field(default=None, description="its rate at the start in m/s")
+
+
+class Rotating(JointType):
+    rotation_vector: Annotated[Vec3 | None, Unit("rad")] = Field(
+        default=None, description="the rotation vector of the second body against the first at the start in rad"
+    )
+    angular_velocity: Annotated[Vec3 | None, Unit("rad s-1")] = Field(
+        default=None,
+        description="the angular velocity of the second body against the first at the start in rad/s, along the axes "
+        "of the second",
+    )
+
+
+class TurningRotor(JointType):
+    """A rotor turns as fast as the joint."""
+
+    rotor = "angle"
+
+    armature: Annotated[NotNegative | None, Unit("kg m2")] = Field(
+        default=None,
+        description="the inertia in kg m^2 of a rotor that turns with the angle, gear squared, at least 0 "
+        "(or omit it: none)",
+    )
+
+
+class SlidingRotor(JointType):
+    """A rotor turns in proportion to the displacement."""
+
+    rotor = "displacement"
+
+    armature: Annotated[NotNegative | None, Unit("kg")] = Field(
+        default=None,
+        description="the inertia in kg of a rotor that turns with the displacement, gear squared, at least 0 "
+        "(or omit it: none)",
     )

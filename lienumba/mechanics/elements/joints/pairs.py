@@ -1,5 +1,6 @@
 """The types of joints between two bodies."""
 
+from dataclasses import replace
 from math import hypot
 from typing import Annotated, Literal
 
@@ -9,28 +10,38 @@ from lienumba.groups import so3
 from lienumba.keys.types import Positive
 from lienumba.mechanics.elements.joints import parts
 from lienumba.mechanics.elements.joints.base import JOINTS, NOTHING, ROD, Own
+from lienumba.mechanics.elements.joints.freedoms import IN_PLANE, PINS, TURNS, VECTOR, ZEROS
 from lienumba.mechanics.elements.joints.keys import (
     Angle,
     AtPoints,
     Between,
     Displacement,
     FirstAxis,
+    InPlane,
     OneAxis,
+    PinAngles,
     Placed,
     References,
+    Rotating,
+    SlidingRotor,
+    TurningRotor,
     TwoAxes,
 )
 from lienumba.mechanics.elements.joints.parts import X, Z
 from lienumba.mechanics.mechanism.kinematics import Motion, View
-from lienumba.mechanics.mechanism.model import Joint, Model, Number, Start
+from lienumba.mechanics.mechanism.model import Coordinate, Joint, Model, Number, Start
+from lienumba.mechanics.mechanism.moves import Ball, Slide, Turn
 from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import sqrt
 
 
 @JOINTS.add
-class Spherical(Placed):
+class Spherical(Placed, Rotating):
     words, leaves = "a common point", "all rotations about a common point"
     row_kinds = "mmm"
+    vector = 3
+    moves = (Ball(),)
+    others, together = TURNS, VECTOR
 
     type: Literal["spherical"]
 
@@ -38,9 +49,11 @@ class Spherical(Placed):
 
 
 @JOINTS.add
-class Revolute(Placed, OneAxis, Angle):
+class Revolute(Placed, OneAxis, Angle, TurningRotor):
     words, leaves = "a hinge", "the angle about a common axis"
     row_kinds = "mmmrr"
+    vector = 3
+    moves = (Turn(),)
     coordinate_kinds = ("angle",)
 
     type: Literal["revolute"]
@@ -51,10 +64,13 @@ class Revolute(Placed, OneAxis, Angle):
 
 
 @JOINTS.add
-class Universal(Placed, TwoAxes):
+class Universal(Placed, TwoAxes, PinAngles):
     words = "two crossed pins"
     leaves = "two angles; axes: the pin fixed in each body, perpendicular to each other"
     row_kinds = "mmmr"
+    vector = 3
+    moves = (Turn(), Turn(cycled=True))
+    others = PINS
 
     type: Literal["universal"]
 
@@ -62,11 +78,27 @@ class Universal(Placed, TwoAxes):
     def residual(joint: Joint, a: Motion, b: Motion) -> Vector:
         return (*parts.separation(joint, a, b), *parts.perpendicular(joint, a, b))
 
+    def numbers(self) -> dict[str, Number]:
+        zero = None if self.references is None else 0.0
+        return dict.fromkeys(ZEROS, zero)
+
+    @classmethod
+    def open_rows(cls, model: Model, start: Start, index: int) -> int:
+        return 0
+
+    @classmethod
+    def at_start(cls, model: Model, index: int, view: View) -> dict[str, Number]:
+        joint = replace(model.joints[index], numbers={})
+        ends = tuple(view[i] for i in joint.bodies)
+        given = [view.angles.get(Coordinate(index, x.name), 0.0) for x in PINS]
+        return {name: x.value(joint, *ends) - y for name, x, y in zip(ZEROS, PINS, given, strict=True)}
+
 
 @JOINTS.add
 class Cylindrical(Placed, OneAxis, Angle, Displacement):
     words, leaves = "turns and slides", "angle and displacement along a common axis"
     row_kinds = "mmrr"
+    moves = (Slide(), Turn())
     coordinate_kinds = ("angle", "displacement")
 
     type: Literal["cylindrical"]
@@ -77,9 +109,10 @@ class Cylindrical(Placed, OneAxis, Angle, Displacement):
 
 
 @JOINTS.add
-class Prismatic(Placed, OneAxis, References, Displacement):
+class Prismatic(Placed, OneAxis, References, Displacement, SlidingRotor):
     words, leaves = "slides", "the displacement"
     row_kinds = "mmrrr"
+    moves = (Slide(),)
     coordinate_kinds = ("displacement",)
     same_way = (X,)
 
@@ -98,6 +131,8 @@ class Prismatic(Placed, OneAxis, References, Displacement):
 class Fixed(Placed, OneAxis, References):
     words, leaves = "welded", "nothing"
     row_kinds = "mmmrrr"
+    vector = 3
+    moves = ()
     needs_axes = False
     same_way = (X, Z)
 
@@ -120,9 +155,11 @@ class Fixed(Placed, OneAxis, References):
 
 
 @JOINTS.add
-class Planar(Placed, OneAxis):
+class Planar(Placed, OneAxis, InPlane):
     words, leaves = "plane on plane", "motion in a plane; axes: its normal"
     row_kinds = "mrr"
+    moves = (Slide(cycled=True), Slide(cycled=True), Turn(cycled=True))
+    others = IN_PLANE
 
     type: Literal["planar"]
 

@@ -9,8 +9,8 @@ Frames: x, y, z of each side, z the axis; d is the vector from the first body's 
 from math import pi
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Motion, View
-from lienumba.mechanics.mechanism.model import Coordinate, Joint, Model, Number, Vec3
+from lienumba.mechanics.mechanism.kinematics import Motion
+from lienumba.mechanics.mechanism.model import Joint, Number, Vec3
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import atan2
@@ -63,20 +63,59 @@ def aligned(joint: Joint, a: Motion, b: Motion) -> Vector:
     return projected(joint, a, direction(joint, 1, b, X), Y)
 
 
-def angle(joint: Joint, view: View, near: Number) -> Number:
-    """The rotation (rad) of the second body relative to the first about the axis, counted over turns near a value."""
-    a, b = (view[i] for i in joint.bodies)
-    x = direction(joint, 1, b, X)
-    cosine, sine = projected(joint, a, x, X, Y)
-    principal = atan2(sine, cosine)
+def principal(joint: Joint, a: Motion, b: Motion) -> Number:
+    """The rotation (rad) of the second body relative to the first about the axis, up to whole turns."""
+    cosine, sine = projected(joint, a, direction(joint, 1, b, X), X, Y)
+    return atan2(sine, cosine)
+
+
+def counted(principal: Number, near: Number) -> Number:
+    """An angle (rad) with as many turns as bring it near a value."""
     turns = round_to_integer((near - lift(principal).a) * (0.5 / pi))
     return principal + (2.0 * pi) * turns
 
 
-def coordinate(model: Model, which: Coordinate, view: View) -> Number:
-    """The angle (rad) or displacement (m) of a joint."""
-    joint = model.joints[which.joint]
-    if which.kind == "angle":
-        return angle(joint, view, view.angles.get(which.joint, 0.0))
-    a, b = (view[i] for i in joint.bodies)
-    return along(joint, a, b)
+def about_first_pin(joint: Joint, a: Motion, b: Motion) -> Number:
+    """The angle (rad) about the first of two crossed axes, from x to the second axis."""
+    cosine, sine = projected(joint, a, direction(joint, 1, b, Z), X, Y)
+    return atan2(sine, cosine) - joint.numbers.get("first_zero", 0.0)
+
+
+def about_second_pin(joint: Joint, a: Motion, b: Motion) -> Number:
+    """The angle (rad) about the second of two crossed axes, from the first axis to x."""
+    z = direction(joint, 0, a, Z)
+    cosine, sine = (so3.dot(direction(joint, 1, b, axis), z) for axis in (X, Y))
+    return atan2(-sine, cosine) - joint.numbers.get("second_zero", 0.0)
+
+
+def along_x(joint: Joint, a: Motion, b: Motion) -> Number:
+    """x.d: how far the second point is along x of the first side."""
+    x: Number = across(joint, a, b)[0]
+    return x
+
+
+def along_y(joint: Joint, a: Motion, b: Motion) -> Number:
+    """y.d, likewise."""
+    y: Number = across(joint, a, b)[1]
+    return y
+
+
+def rotation_vector(a: Motion, b: Motion) -> Vec3:
+    """That of the second body against the first (rad): the same along the axes of both, at most half a turn."""
+    return so3.log(so3.multiply(so3.transpose(a.R), b.R))
+
+
+def turning(a: Motion, b: Motion) -> Vec3:
+    """The rotation vector from where the bodies are, which turns as they do: its rate is the relative angular velocity
+    along the axes of the second."""
+    E = so3.multiply(so3.transpose(a.R), b.R)
+    now: Vector = tuple(lift(x).a for x in E)
+    return so3.vee(so3.multiply(so3.transpose(now), E))
+
+
+def rate_of_turning(joint: Joint, a: Motion, b: Motion) -> Number:
+    """The rate (rad/s) of the angle, from what each body turns about its own axis: linear in w, with constant
+    coefficients. (The axes may point against each other.)"""
+    assert joint.frames is not None
+    first, second = (so3.dot(joint.frames[side][Z], body.w) for side, body in enumerate((a, b)))
+    return joint.way * second - first

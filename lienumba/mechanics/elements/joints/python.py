@@ -1,6 +1,6 @@
 """A constraint that is a Python function of the user's own (`lienumba.mechanics.elements.user_laws`)."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -18,9 +18,8 @@ class PythonJoint(JointType):
 
     type: Literal["python"]
     function: str = Field(description='the file and the function in it: "cam.py:contact"')
-    bodies: Annotated[list[str], Field(min_length=1)] = Field(
-        description='the names of the bodies that it gets, in order, or "ground"'
-    )
+    bodies: list[str] = Field(default=[], description='the names of the bodies that it gets, in order, or "ground"')
+    joints: list[str] = Field(default=[], description="the names of the joints that it gets behind the bodies")
     parameters: dict[str, Number] = Field(default={}, description="numbers that it gets by name: { radius = 0.1 }")
     level: Literal["position", "velocity"] = Field(
         default="position", description='what it restricts: "position", or "velocity" (a rolling disc)'
@@ -36,7 +35,15 @@ class PythonJoint(JointType):
         letters = {"m": "m", "rad": "r"}
         rows = "".join(letters[row] for row in self.rows or [])
         place = f"model.joints.{self.name}"
-        code = names.code(place, self.function, self.bodies, self.parameters, returns=rows, level=self.level)
+        code = names.code(
+            place,
+            self.function,
+            [*self.bodies, *self.joints],
+            self.parameters,
+            returns=rows,
+            level=self.level,
+            joints=tuple(names.joints[name] for name in self.joints),
+        )
         return Joint(self.name, self.type, self.ends(names), numbers={**self.parameters}, code=code)
 
     @classmethod

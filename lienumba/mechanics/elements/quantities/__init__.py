@@ -2,6 +2,8 @@
 
 from lienumba.mechanics.elements.quantities import built_in
 from lienumba.mechanics.elements.quantities.base import (
+    INPUT_FORMS,
+    INPUTS,
     OBSERVED,
     POSITION,
     QUANTITIES,
@@ -9,14 +11,18 @@ from lienumba.mechanics.elements.quantities.base import (
     XYZ,
     Observed,
     Part,
+    Readable,
+    is_input,
     joined,
+    kind_of,
+    owner,
 )
 from lienumba.mechanics.elements.quantities.evaluation import (
-    angle_joints,
     bodies_of,
     component,
     components,
     conditions,
+    counted_angles,
     evaluate,
     level,
     observe,
@@ -25,6 +31,7 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 )
 
 __all__ = [
-    "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part", "angle_joints", "bodies_of",
-    "built_in", "component", "components", "conditions", "evaluate", "joined", "level", "observe", "parts", "rows",
+    "INPUTS", "INPUT_FORMS", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part", "Readable",
+    "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate", "is_input",
+    "joined", "kind_of", "level", "observe", "owner", "parts", "rows",
 ]  # fmt: skip

@@ -17,16 +17,31 @@ from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism.kinematics import View
-from lienumba.mechanics.mechanism.model import Model, Quantity
+from lienumba.mechanics.mechanism.model import Model, Quantity, Timed
 from lienumba.numerics.number import Number, Vector
 
 POSITION, VELOCITY, OBSERVED = range(3)
+INPUTS = "inputs"  # before the names of inputs: inputs.motor
 XYZ = ("x", "y", "z")
 
 
 def joined(*names: str) -> str:
     """Names with dots between them, empty ones left out."""
     return ".".join(filter(None, names))
+
+
+def owner(name: str) -> tuple[str, str]:
+    """What a name in a formula belongs to, a quantity, an input or a law with states, and what it is of that."""
+    first, _, rest = name.partition(".")
+    if first == INPUTS:
+        second, _, rest = rest.partition(".")
+        first = joined(first, second)
+    return first, rest
+
+
+def is_input(name: str) -> bool:
+    """Whether what has this name is an input."""
+    return name.startswith(f"{INPUTS}.")
 
 
 @dataclass(frozen=True)
@@ -72,27 +87,25 @@ def name_of(to: str, *others: str, **field: Any) -> Any:
     return made
 
 
-class QuantityType(Section):
-    """A quantity, as a scenario describes it.
+class Readable(Section):
+    """What formulas may read by a name: a quantity or an input.
 
-    example: values of keys that it needs beside names, for tests; reads_coordinates: whether it is of the coordinates
-    of its joint, whose turns count then; singular: components that have no derivative everywhere; rotations: keys that
-    hold one.
+    reads_coordinates: whether it is of the coordinates of its joint, whose turns count then; singular: components that
+    have no derivative everywhere.
     """
 
-    example: ClassVar[Mapping[str, Any]] = {}
     reads_coordinates: ClassVar[bool] = False
     singular: ClassVar[tuple[str, ...]] = ()
-    rotations: ClassVar[tuple[str, ...]] = ()
-
-    name: Name = Field(description=NAME_RULE)
-    if TYPE_CHECKING:
-        type: str
 
     @classmethod
     def level(cls, quantity: Quantity, component: str) -> int:
         """What a component needs to be known of the state."""
         raise NotImplementedError
+
+    @classmethod
+    def reads(cls, quantity: Quantity, component: str) -> tuple[Timed, ...]:
+        """The formulas that a component depends on."""
+        return (quantity.value,)
 
     @classmethod
     def parts(cls, model: Model, quantity: Quantity) -> tuple[Part, ...]:
@@ -105,9 +118,29 @@ class QuantityType(Section):
         raise NotImplementedError
 
     @classmethod
+    def number(cls, model: Model, quantity: Quantity, component: str, view: View, observed: Observed | None) -> Any:
+        """One of them."""
+        names = [name for part in cls.parts(model, quantity) for name in part.components]
+        return cls.rows(model, quantity, view, observed)[names.index(component)]
+
+    @classmethod
     def instead(cls, model: Model, quantity: Quantity) -> tuple[str, str]:
         """Why a law of positions may not read it, behind its name, and what to read instead."""
         return "a velocity, which this law may not depend on", "read positions"
+
+
+class QuantityType(Readable):
+    """A quantity, as a scenario describes it.
+
+    example: values of keys that it needs beside names, for tests; rotations: keys that hold one.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {}
+    rotations: ClassVar[tuple[str, ...]] = ()
+
+    name: Name = Field(description=NAME_RULE)
+    if TYPE_CHECKING:
+        type: str
 
     @classmethod
     def references(cls) -> Mapping[str, Refers]:
@@ -129,3 +162,9 @@ class QuantityType(Section):
 
 
 QUANTITIES: Registry[type[QuantityType]] = Registry("quantity", literal("type"))
+INPUT_FORMS: dict[str, type[Readable]] = {}  # by the types that their quantities bear
+
+
+def kind_of(quantity: Quantity) -> type[Readable]:
+    """The class of a quantity, or of an input."""
+    return INPUT_FORMS[quantity.type] if is_input(quantity.name) else QUANTITIES[quantity.type]

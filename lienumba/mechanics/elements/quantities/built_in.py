@@ -28,14 +28,11 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Model, Quantity
 from lienumba.numerics.jets import lift
-from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import sqrt
 from lienumba.words import show
 
 SQUARE_FLOOR = 1e-200  # so that an angle of zero has a rate
-COORDINATE_OF = {"angle": "angle", "rate": "angle", "displacement": "displacement", "speed": "displacement"}
-RATES = ("rate", "speed")
-UNITS = {"angle": "rad", "rate": "rad s-1", "displacement": "m", "speed": "m s-1"}
 OF_POINT = (("m", "position"), ("m s-1", "velocity"), ("m s-2", "acceleration"))
 AXES = 'the axes along which it is given: "global", "body" for those of the body itself, or the name of a body'
 
@@ -124,26 +121,27 @@ class JointQuantity(QuantityType):
 
     @classmethod
     def level(cls, quantity: Quantity, component: str) -> int:
-        return VELOCITY if component in RATES else POSITION
+        kinds = joints.JOINTS.values()
+        rates = {x.rate for kind in kinds for x in kind.freedoms()} | {x.together[1] for x in kinds if x.together}
+        return VELOCITY if component.partition(".")[0] in rates else POSITION
 
     @classmethod
     def parts(cls, model: Model, quantity: Quantity) -> tuple[Part, ...]:
         joint = model.joints[quantity.joint]
-        kinds = joints.coordinate_kinds(joint.type)
-        return tuple(
-            Part(name, UNITS[name], f"{name} of the joint {joint.name}")
-            for name, kind in COORDINATE_OF.items()
-            if kind in kinds
-        )
+        kind, of = joints.JOINTS[joint.type], f"of the joint {joint.name}"
+        if kind.together is not None:
+            second = joint.bodies[-1] if joint.bodies else GROUND
+            named = zip(kind.together, ("rad", "rad s-1"), strict=True)
+            return tuple(Part(x, unit, f"{x.replace('_', ' ')} {of}", vector=True, frame=second) for x, unit in named)
+        named_each = [pair for x in kind.freedoms() for pair in ((x.name, x.unit), (x.rate, x.rate_unit))]
+        return tuple(Part(x, unit, f"{x} {of}") for x, unit in named_each)
 
     @classmethod
     def rows(cls, model: Model, quantity: Quantity, view: View, observed: Observed | None) -> Vector:
-        found: list[Number] = []
-        for part in cls.parts(model, quantity):
-            which, is_rate = Coordinate(quantity.joint, COORDINATE_OF[part.name]), part.name in RATES
-            x = joints.coordinate(model, which, kinematics.moving(view) if is_rate else view)
-            found.append(lift(x).b if is_rate else x)
-        return tuple(found)
+        kind = joints.JOINTS[model.joints[quantity.joint].type]
+        every = [Coordinate(quantity.joint, x.name) for x in kind.freedoms()]
+        both = [(joints.coordinate(model, which, view), joints.rate(model, which, view)) for which in every]
+        return tuple(x for each in (zip(*both, strict=True) if kind.together is not None else both) for x in each)
 
     @classmethod
     def instead(cls, model: Model, quantity: Quantity) -> tuple[str, str]:

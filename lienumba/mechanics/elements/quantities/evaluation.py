@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.quantities.base import QUANTITIES, VELOCITY, Observed, Part, joined
+from lienumba.mechanics.elements.quantities.base import VELOCITY, Observed, Part, joined, kind_of, owner
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import GROUND, Law, Model, Quantity, Timed, reads_state
+from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Counted, Law, Model, Quantity, Timed
 from lienumba.numerics.expressions import WITHIN, Formula
 from lienumba.numerics.number import Number, Vector
 
@@ -26,23 +26,23 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
 
 def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
     """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
-    first, _, rest = name.partition(".")
+    first, rest = owner(name)
     quantity = _named(model, first)
     if quantity is None:
         force = next(f for f in model.forces if f.name == first)
         states = view.states.get(first, tuple(force.initial.values()))
         return states[list(force.initial).index(rest)]
-    return rows(model, quantity, view, observed)[components(model, quantity).index(rest)]
+    return kind_of(quantity).number(model, quantity, rest, view, observed)
 
 
 def rows(model: Model, quantity: Quantity, view: View, observed: Observed | None = None) -> Vector:
     """All numbers of a quantity, part by part."""
-    return QUANTITIES[quantity.type].rows(model, quantity, view, observed)
+    return kind_of(quantity).rows(model, quantity, view, observed)
 
 
 def parts(model: Model, quantity: Quantity) -> tuple[Part, ...]:
     """The variables that it gives."""
-    return QUANTITIES[quantity.type].parts(model, quantity)
+    return kind_of(quantity).parts(model, quantity)
 
 
 def components(model: Model, quantity: Quantity) -> list[str]:
@@ -50,7 +50,7 @@ def components(model: Model, quantity: Quantity) -> list[str]:
     return [name for part in parts(model, quantity) for name in part.components]
 
 
-def observe(model: Model, now: Instant, observed: Observed) -> Iterator[tuple[str, list[Number]]]:
+def observe(model: Model, now: Instant, observed: Observed | None) -> Iterator[tuple[str, list[Number]]]:
     """The rows of every variable that quantities give, by its name."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
     for quantity in model.quantities:
@@ -72,31 +72,34 @@ def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
     found: dict[int, None] = {}
     for x in numbers:
         for name in x.quantities if isinstance(x, Law) else ():
-            quantity = _named(model, name.partition(".")[0])
+            first, rest = owner(name)
+            quantity = _named(model, first)
             if quantity is None:
                 continue
             ends = (*quantity.bodies, quantity.relative_to, quantity.frame)
             if quantity.joint >= 0:
                 ends += model.joints[quantity.joint].bodies
-            found |= dict.fromkeys((*ends, *bodies_of(model, quantity.value)))
+            found |= dict.fromkeys((*ends, *bodies_of(model, *kind_of(quantity).reads(quantity, rest))))
     return tuple(i for i in found if i != GROUND)
 
 
-def angle_joints(model: Model) -> set[int]:
-    """The joints (indices) of which a quantity is the angle, over several turns."""
-    of_joints = {q.joint for q in model.quantities if QUANTITIES[q.type].reads_coordinates}
-    return {j for j in of_joints if "angle" in joints.coordinate_kinds(model.joints[j].type)}
+def counted_angles(model: Model) -> set[Counted]:
+    """The angles of joints, over several turns, that quantities are."""
+    of_joints = {q.joint for q in model.quantities if kind_of(q).reads_coordinates}
+    every = {j: joints.JOINTS[model.joints[j].type].freedoms() for j in of_joints}
+    return {Coordinate(j, x.name).counted for j, found in every.items() for x in found if x.counts}
 
 
 def level(model: Model, name: str) -> int:
     """What a component needs to be known of the state; of an expression, what all in it need. States of laws can be
     differentiated no more than velocities."""
-    first, _, rest = name.partition(".")
+    first, rest = owner(name)
     quantity = _named(model, first)
     if quantity is None:
         return VELOCITY
-    inner = quantity.value.quantities if reads_state(quantity.value) else ()
-    return max([QUANTITIES[quantity.type].level(quantity, rest), *(level(model, x) for x in inner)])
+    kind = kind_of(quantity)
+    inner = (name for x in kind.reads(quantity, rest) if isinstance(x, Law) for name in x.quantities)
+    return max([kind.level(quantity, rest), *(level(model, x) for x in inner)])
 
 
 def _named(model: Model, name: str) -> Quantity | None:

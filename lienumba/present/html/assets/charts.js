@@ -56,7 +56,7 @@ function offer(select, texts) {
 
 /** An array of numbers as the data have it: {dtype, bdata}, as in plotly.js. */
 function numbers(packed) {
-  const kinds = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array };
+  const kinds = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array };
   const bytes = Uint8Array.from(atob(packed.bdata), (c) => c.charCodeAt(0));
   return new kinds[packed.dtype](bytes.buffer);
 }

@@ -5,11 +5,28 @@ const motion = { time: 0, playing: false, speed: 1, first: 0, second: -1, drawn:
 const ROOM = 1.2, LOW = 0.05; // around the box for numbers, which are below it
 const MANY = 20; // bodies or joints, whose marks and axes would hide them
 
+const arrays = (thing, keys) => Object.fromEntries(keys.map((key) => [key, numbers(thing[key])]));
+
+/** What moves, part by part: corners in m in the frame of its body, triangles, their colours; the last part stands still. */
+function built(figure) {
+  const { vertices, triangles, painted: paints } = arrays(figure, ["vertices", "triangles", "painted"]);
+  let corner = 0, face = 0;
+  const parts = figure.counts.map(([corners, faces], body) => {
+    const column = (array, from, count, c, change) => Array.from({ length: count }, (_, n) => change(array[3 * (from + n) + c]));
+    const [x, y, z] = [0, 1, 2].map((c) => column(vertices, corner, corners, c, (v) => v / 32767 * figure.radii[body]));
+    const [i, j, k] = [0, 1, 2].map((c) => column(triangles, face, faces, c, (v) => v));
+    const part = { body, x, y, z, i, j, k, paints: Array.from(paints.subarray(face, face + faces), (n) => figure.palette[n]) };
+    corner += corners;
+    face += faces;
+    return part;
+  });
+  return { ...figure, parts: parts.filter((part) => part.i.length) };
+}
+
 /** A run with its arrays, ready to be posed. */
-function opened(run) {
-  const { times, positions, quaternions, vertices, owner, triangles, painted } = Object.fromEntries(
-    ["times", "positions", "quaternions", "vertices", "owner", "triangles", "painted"].map((key) => [key, numbers(run[key])]));
-  return { ...run, times, positions, quaternions, vertices, owner, triangles, painted, bodies: positions.length / 3 / times.length };
+function opened(run, figures) {
+  const { times, positions, quaternions } = arrays(run, ["times", "positions", "quaternions"]);
+  return { ...figures[run.figure], ...run, times, positions, quaternions, bodies: positions.length / 3 / times.length };
 }
 
 /** The frame at or before a time, and how far it is to the next, 0 to 1. */
@@ -82,24 +99,13 @@ function placed(points, pose) {
   return found;
 }
 
-function solids(run, pose) {
-  const count = run.owner.length;
-  const found = { x: new Float64Array(count), y: new Float64Array(count), z: new Float64Array(count) };
-  for (let n = 0; n < count; n += 1) {
-    const { r, R } = pose[run.owner[n]];
-    const [a, b, c] = run.vertices.subarray(3 * n, 3 * n + 3);
-    found.x[n] = r[0] + R[0] * a + R[1] * b + R[2] * c;
-    found.y[n] = r[1] + R[3] * a + R[4] * b + R[5] * c;
-    found.z[n] = r[2] + R[6] * a + R[7] * b + R[8] * c;
-  }
-  return found;
-}
+const STILL = { r: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, 0, 1] }; // of the ground
 
 /** The paths of the mass centres so far; of many bodies that of the last one. */
 function trails(run, t) {
   const [i, u] = between(run.times, t);
   const stride = Math.ceil(run.times.length / 300);
-  const bodies = run.bodies > 12 ? [run.bodies - 1] : Array.from({ length: run.bodies }, (_, b) => b);
+  const bodies = run.seen.length > 12 ? run.seen.slice(-1) : run.seen;
   const found = { x: [], y: [], z: [] };
   for (const b of bodies) {
     for (let n = 0; n <= i; n += stride) [..."xyz"].forEach((key, c) => found[key].push(run.positions[(n * run.bodies + b) * 3 + c]));
@@ -116,26 +122,95 @@ function lines(run, kinds) {
   return run.segments.filter((x) => kinds.includes(x.kind)).flatMap((x) => [...x.ends, null]);
 }
 
-/** What is drawn of a run at a time: solids, arms and rods, axes, joints, trails; and the fixed part of each. */
-function shapes(run, t) {
-  const pose = poses(run, t);
+/** The lines of a run at a time: arms and rods, axes, joints, trails. */
+function strokes(run, t, pose) {
   const some = (things) => (crowded(run) ? [] : things);
-  return [solids(run, pose), placed(lines(run, some(["arm"]).concat("rod")), pose), placed(lines(run, some(["axis"])), pose), placed(some(run.marks), pose), trails(run, t)];
+  return [placed(lines(run, some(["arm"]).concat("rod")), pose), placed(lines(run, some(["axis"])), pose), placed(some(run.marks), pose), trails(run, t)];
 }
 
-function looks(run, faint) {
-  const corner = (n) => run.triangles.filter((_, m) => m % 3 === n);
-  const flat = { hoverinfo: "skip", showlegend: false };
-  const stroke = (name, width) => ({ ...flat, type: "scatter3d", mode: "lines", opacity: faint ? 0.35 : 1, line: { color: name, width } });
+const FLAT = { hoverinfo: "skip", showlegend: false };
+
+function looksOfStrokes(run, faint) {
+  const stroke = (name, width) => ({ ...FLAT, type: "scatter3d", mode: "lines", opacity: faint ? 0.35 : 1, line: { color: name, width } });
   return [
-    { ...flat, type: "mesh3d", i: corner(0), j: corner(1), k: corner(2), flatshading: true, opacity: faint ? 0.22 : 1,
-      facecolor: Array.from(run.painted, (n) => `--${n % 2 ? "s" : "c"}${(n >> 1) % 7}`), lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05 },
-      lightposition: { x: 2000, y: -4000, z: 8000 } },
     stroke("--quiet", run.marks.length > MANY ? 2 : 4),
     stroke("--ink", run.marks.length > MANY ? 1.5 : 3),
-    { ...flat, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: "--ink", line: { width: 0 } } },
+    { ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: "--ink", line: { width: 0 } } },
     stroke("--quiet", 2),
   ];
+}
+
+function lookOfPart(part, faint) {
+  const { i, j, k, paints } = part;
+  const found = new Map([...new Set(paints)].map((name) => [name, painted(name)]));
+  const colors = found.size === 1 ? { color: found.get(paints[0]) } : { facecolor: paints.map((name) => found.get(name)) };
+  return {
+    ...FLAT, ...colors, type: "mesh3d", i, j, k, flatshading: true, opacity: faint ? 0.22 : 1,
+    lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05, facenormalsepsilon: 0 }, // of small triangles, too
+  };
+}
+
+/** Two points that no one sees, so that plotly.js scales all coordinates alike and light falls on bodies as they turn. */
+function frame(data, runs) {
+  const far = Math.max(...[...data.low, ...data.high].map(Math.abs), ...runs.flatMap((run) => run.radii)), ends = [-far, far];
+  return { ...FLAT, type: "scatter3d", mode: "markers", x: ends, y: ends, z: ends, marker: { size: 1, opacity: 0 }, meta: {} };
+}
+
+/** All traces of the runs that are shown, each with where it comes from. */
+function drawn(data, runs, t) {
+  return [frame(data, runs), ...runs.flatMap((run, n) => {
+    const pose = poses(run, t), faint = n === 1, at = strokes(run, t, pose);
+    const parts = run.parts.filter((part) => !faint || part.body < run.bodies);
+    return [
+      ...looksOfStrokes(run, faint).map((look, m) => ({ ...look, ...at[m], meta: { run: n, stroke: m } })),
+      ...parts.map((part) => ({ ...lookOfPart(part, faint), x: part.x, y: part.y, z: part.z, meta: { run: n, part } })),
+    ];
+  })];
+}
+
+/** The matrix by columns, as WebGL has it, that moves a body whose coordinates plotly.js has scaled. */
+function matrix({ r, R }, scale) {
+  const at = (row, column) => (column < 3 ? scale[row] * R[3 * row + column] / scale[column] : scale[row] * r[row]);
+  return Float32Array.from({ length: 16 }, (_, n) => (n % 4 === 3 ? Number(n === 15) : at(n % 4, n >> 2)));
+}
+
+function product(a, b) {
+  return Float32Array.from({ length: 16 }, (_, n) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + n % 4] * b[4 * (n >> 2) + k], 0));
+}
+
+/** Where on the screen, and how deep, a point x, y, z, 1 before the eye is. */
+function seen(point, projection) {
+  const [x, y, z, w] = [0, 1, 2, 3].map((row) => point.reduce((sum, p, k) => sum + projection[4 * k + row] * p, 0));
+  return [x / w, y / w, z / w];
+}
+
+const LIGHT = [-1.5, 2, 1.5, 1]; // to the left of the eye, above it, behind it
+const ANYWHERE = [[-1e6, -1e6, -1e6], [1e6, 1e6, 1e6]];
+
+/** Draw the runs at a time. A body moves by the matrix with which the graphics card draws its mesh; its corners stay. */
+function pose(stage, runs, t) {
+  const { traces, dataScale } = stage._fullLayout.scene._scene;
+  const at = runs.map((run) => poses(run, t)), lined = runs.map((run, n) => strokes(run, t, at[n]));
+  stage.data.forEach(({ meta: { run, part, stroke } }, n) => {
+    const full = stage._fullData[n], known = traces[full.uid];
+    if (!known || run === undefined) return; // has nothing to draw, or never moves
+    if (!part) {
+      const { x, y, z } = lined[run][stroke];
+      known.update({ ...full, x, y, z, _length: x.length });
+      return;
+    }
+    const { mesh } = known;
+    if (!mesh.placed) {
+      const draw = mesh.draw;
+      mesh.draw = mesh.drawTransparent = (given) => {
+        mesh.clipBounds = ANYWHERE; // which are of its corners before they are moved
+        mesh.lightPosition = seen(LIGHT, given.projection); // which plotly.js takes back through all matrices
+        draw.call(mesh, { ...given, model: product(given.model, mesh.placed) });
+      };
+    }
+    mesh.placed = matrix(at[run][part.body] || STILL, dataScale);
+    mesh.dirty = true;
+  });
 }
 
 /** From how far along an eye direction a box of this aspect fills a place that is so many times as wide as high. */
@@ -173,20 +248,20 @@ async function showMotion(data) {
   if (!document.createElement("canvas").getContext("webgl")) throw new Error("the browser has no WebGL");
   const stage = document.getElementById("stage"), slider = document.getElementById("time");
   const clock = document.getElementById("clock"), play = document.getElementById("play");
-  const runs = data.runs.map(opened);
+  const figures = data.figures.map(built);
+  const runs = data.runs.map((run) => opened(run, figures));
   const shown = () => [motion.first, motion.second].filter((n) => n >= 0).map((n) => runs[n]);
   const digits = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(data.duration || 1))));
 
-  const all = () => shown().flatMap((run, n) => {
-    const moved = shapes(run, motion.time);
-    return looks(run, n === 1).map((look, m) => ({ ...look, ...moved[m] }));
-  });
-  const redraw = () => Plotly.react(stage, painted(all()), painted(space(data)), QUIET);
   const move = () => {
-    const moved = shown().flatMap((run) => shapes(run, motion.time));
-    Plotly.restyle(stage, Object.fromEntries([..."xyz"].map((key) => [key, moved.map((x) => x[key])])), moved.map((_, n) => n));
+    pose(stage, shown(), motion.time);
     tell();
   };
+  const redraw = async () => {
+    await Plotly.react(stage, looked(), painted(space(data)), QUIET);
+    move();
+  };
+  const looked = () => drawn(data, shown(), motion.time).map((trace) => (trace.meta.part ? trace : painted(trace)));
   const tell = () => {
     clock.textContent = `${motion.time.toFixed(digits)} s`;
     if (document.activeElement !== slider || motion.playing) slider.value = motion.time;
@@ -231,7 +306,8 @@ async function showMotion(data) {
   play.addEventListener("click", () => { if (motion.time >= data.duration) motion.time = 0; go(!motion.playing); });
   followers.push(redraw);
 
-  await Plotly.newPlot(stage, painted(all()), painted(space(data)), QUIET);
+  await Plotly.newPlot(stage, looked(), painted(space(data)), QUIET);
+  move();
   stage.dataset.drawn = "yes";
   tell();
   new IntersectionObserver(([entry]) => {

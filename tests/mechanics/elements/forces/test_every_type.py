@@ -165,7 +165,7 @@ def test_a_number_has_units_that_its_description_and_the_dataset_share(name: str
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
 def test_a_number_that_is_wrong_is_refused_at_its_place(name: str, key: str) -> None:
     vector = isinstance(FORCES[name].example.get(key), list)
-    wrong = [1.0, "q", 1.0] if vector else "q"
+    wrong = [1.0, "q", 1.0][: len(FORCES[name].example[key])] if vector else "q"
     with pytest.raises(ScenarioError) as caught:
         resolve(scenario(keys_of(name, **{key: wrong})))
     at = f"model.forces.{name}.{key}{'[1]' if vector else ''}"

@@ -1,0 +1,1 @@
+"""A compiled model of MuJoCo as the elements of a scenario."""

@@ -1,0 +1,184 @@
+"""Runs the mechanics of one mechanism on symbols by the freedoms of its joints.
+
+A state is one element: that of all moves of the tree, and behind it the states of laws; bodies are where these put
+them. Joints of the tree need no projection.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import ELEMENT, State
+from lienumba.integrators import layout
+from lienumba.integrators.methods import step_control
+from lienumba.integrators.tracing import tracer as seen
+from lienumba.integrators.tracing.joint_chart import JointChart
+from lienumba.integrators.tracing.law_states import rates, sampled
+from lienumba.integrators.tracing.row_selection import RowSelection
+from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Tracer, flat, worst
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.tree import equations, reactions
+from lienumba.mechanics.tree.links import Tree, tree_of
+from lienumba.mechanics.tree.motion import read_state, state_of
+from lienumba.mechanics.tree.posture import Posture
+from lienumba.mechanics.tree.spanning import joints_of, ties_of
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import is_zero
+
+FEW = 24  # rates, beyond which none waits: composite bodies cost the square of a chain's length
+NEAR = 1, 2  # rates that may wait; where there are rotors, which leave nothing zero, even in large mechanisms
+
+
+class JointTracer(Tracer):
+    """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all that do."""
+
+    def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
+        tied = joints_of(ties_of(model))
+        self.closing = kkt.Structure.closing(model, tied, selection.rows, (), selection.singular)
+        return kkt.Structure.closing(model, tied, (), selection.dropped, selection.singular) if fixed else self.closing
+
+    def _elements(self, model: Model) -> tuple[int, int, int]:
+        tree = self.tree(model)
+        self.laws = sum(self.law_states.sizes.values())
+        self.waiting = self._waiting(tree)
+        return 1, tree.state + self.laws, tree.freedoms
+
+    def tree(self, model: Model) -> Tree:
+        """Of a model on symbols; the last one is remembered."""
+        known = getattr(self, "_known", None)
+        if known is None or known[0] is not model:
+            known = self._known = model, tree_of(model)
+        return known[1]
+
+    def chart_of(self, model: Model) -> JointChart:
+        return JointChart(self.tree(model), self.method.terms, self.laws)
+
+    def posture(
+        self, model: Model, state: Sequence[State], augmented: Vector, t: Number, within: Number | None = None
+    ) -> Posture:
+        tree, element = self.tree(model), state[0]
+        angles = dict(zip(self.augmented.angles, augmented, strict=False))
+        laws = self.law_states.apart(element[tree.state :])
+        return Posture(model, tree, element[: tree.state], t, angles, within, laws, self.waiting)
+
+    def _waiting(self, tree: Tree) -> int:
+        """How many rates may wait in the elimination: where there are few, what takes the fewest operations. Behind a
+        branch all that waits is to be remembered at once, which costs more than operations tell."""
+        if tree.freedoms > FEW:
+            return 0 if all(is_zero(link.armature) for link in tree.links) else NEAR[-1]
+        parents = [link.parent for link in tree.links]
+        branches = len(set(parents)) < len(parents)
+        return min((0, *NEAR) if branches else (0, *NEAR, tree.freedoms), key=self._operations)
+
+    def _operations(self, waiting: int) -> int:
+        """Of the accelerations alone, without forces and without what closes loops."""
+        graph, model = self.graph()
+        free = replace(model, forces=(), drivers=())
+        tree = self.tree(model)
+        posture = Posture(free, tree, graph.inputs("state", tree.state), waiting=waiting)
+        rates = equations.accelerations(posture, kkt.Structure(0, 0, ()), []).rates
+        return Kernel("count", tuple(rates), 0).counts()["operations"]
+
+    def mask(self, augmented: Vector) -> list[Number]:
+        mask = super().mask(augmented)
+        used = {*self.structure.order}
+        return [m if row in used else 0.0 for row, m in enumerate(mask)]
+
+    def moving(
+        self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[Vector], Dynamics]:
+        posture = _tree(posture)
+        solution = equations.accelerations(posture, self.structure, mask, expected, self.method.baumgarte)
+        laws = self.law_states.together(rates(model, posture.now)) if self.laws else []
+        found = Dynamics(solution.rates, solution.mu, solution.sound, solution.margin)
+        return [(*solution.rates, *laws)], found
+
+    def observed(
+        self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[Number], list[Number]]:
+        posture = _tree(posture)
+        solution = equations.accelerations(posture, self.structure, mask, expected, self.method.baumgarte)
+        accelerations = equations.body_accelerations(posture, solution.links)
+        return accelerations, reactions.multipliers(posture, accelerations, solution.mu)
+
+    def sampled(self, graph: Graph, model: Model, posture: seen.Posture) -> list[Number]:
+        element = self.state(graph, "state")[0]
+        laws = self.law_states.together(sampled(model, posture.now))
+        return [*element[: self.tree(model).state], *laws]
+
+    def error_square(
+        self, graph: Graph, model: Model, estimates: Sequence[Sequence[Vector]], x: Sequence[State], y: Sequence[State]
+    ) -> Number:
+        tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
+        tree = self.tree(model)
+        n, squares = tree.freedoms, []
+        for link in tree.links:
+            own = [
+                (*z[link.first_rate : link.first_rate + link.move.freedoms],
+                 *z[n + link.first_rate : n + link.first_rate + link.move.freedoms])
+                for z in estimates[0]
+            ]  # fmt: skip
+            for kind, place, part in link.move.kinds():
+                sizes = () if part is None else tuple(state_of(link, s[0])[part] for s in (x, y))
+                squares.append(step_control.kind_error_square([z[place] for z in own], kind, sizes, tolerance))
+        for law in range(self.laws):
+            changes = tuple(z[2 * n + law] for z in estimates[0])
+            a, b = (s[0][tree.state + law] for s in (x, y))
+            squares.append(step_control.state_error_square(changes, a, b, tolerance))
+        return worst(squares)
+
+    def velocity_projected(
+        self, graph: Graph, model: Model, posture: seen.Posture, mask: list[Number]
+    ) -> tuple[list[Number], Correction]:
+        posture, weight = _tree(posture), projection.WEIGHTS[self.method.velocity]
+        solution = equations.velocity_correction(posture, self.structure, mask, weight.bodies(model), weight.rotors)
+        element = list(self.state(graph, "state")[0])
+        for link in posture.tree.links:
+            along = tuple(solution.rates[rate] for rate in link.rates)
+            first = link.first_state + link.move.places
+            for n, x in enumerate(link.move.tangent(state_of(link, tuple(element)), along)):
+                element[first + n] = element[first + n] + x
+        return element, solution
+
+    def schur(self, model: Model, posture: seen.Posture) -> tuple[list[Number], list[Number]]:
+        every = [1.0] * self.closing.rows
+        matrix = equations.constraint_matrix(_tree(posture), self.closing, every, dynamics.shaped(model))
+        return kkt.schur_complement(self.closing, matrix, {})
+
+    def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:
+        counts = super().counted(solution, mask, level)
+        used = {*self.structure.order}
+        return [count if row in used else 0.0 for row, count in enumerate(counts)]
+
+    def with_law_states(self, graph: Graph, elements: Sequence[State]) -> list[Number]:
+        return flat(elements)
+
+    def levels(self) -> set[str]:
+        model = self.graph()[1]
+        every, tied = constraints.constraints_of(model), self.tree(model).joints
+        return {constraint.level for n, constraint in enumerate(every) if n not in tied}
+
+    def shown(self, now: Instant) -> dict[str, list[Number]]:
+        return {BODIES: flat(now.bodies)}
+
+
+def place(tracer: Tracer) -> Kernel:
+    """From a state to the bodies."""
+    graph, model = tracer.graph()
+    return tracer.kernel("place", flat(tracer.now(graph, model)[0].now.bodies))
+
+
+def read(tracer: Tracer) -> Kernel:
+    """From the bodies to the state of the moves: by the same operations, to the bit, from which steps know the frames
+    of the links. Where axes of joints are nearly parallel, rounding decides how these are turned about them."""
+    graph, model = tracer.graph()
+    bodies = [graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(len(model.bodies))]
+    return tracer.kernel("read", read_state(model, tree_of(model), bodies))
+
+
+def _tree(posture: seen.Posture) -> Posture:
+    assert isinstance(posture, Posture)
+    return posture

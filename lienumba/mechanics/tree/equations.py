@@ -1,0 +1,186 @@
+"""The equations of motion and the projections of a mechanism by the freedoms of its joints.
+
+What acts, and the constraints that close loops, are those of the bodies in the ground's axes
+(`lienumba.mechanics.system`), turned to the links; joints of the tree have no equations. Weight is the acceleration of
+the ground the other way.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.mechanism.model import Body
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.tree import acting
+from lienumba.mechanics.tree.articulated import Loads, Reduction, carried
+from lienumba.mechanics.tree.inertia import Six, times
+from lienumba.mechanics.tree.motion import centre
+from lienumba.mechanics.tree.posture import Posture
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import is_zero, where
+
+NOTHING: Six = (0.0,) * 6
+
+
+@dataclass(frozen=True)
+class Solution:
+    """rates: q'' of the tree, or a correction along them; mu: of every row of C, 0 for the joints of the tree; links:
+    the acceleration of every link that goes with them; sound, firm, margin: see `kkt.Solution`."""
+
+    rates: list[Any]
+    mu: list[Any]
+    links: list[Six]
+    sound: Any
+    firm: list[Any]
+    margin: Any
+
+    @property
+    def x(self) -> list[Any]:
+        return self.rates
+
+
+def accelerations(
+    posture: Posture,
+    structure: kkt.Structure,
+    mask: Sequence[Number],
+    expected: Sequence[Number] | None = None,
+    baumgarte: float | None = None,
+) -> Solution:
+    """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
+    it is where the constraints lose their rank."""
+    model, tree = posture.model, posture.tree
+    g = dynamics.gravity(model, posture.t)
+    ground = (*so3.scale(-1.0, g), 0.0, 0.0, 0.0)
+    C: kkt.Entries = {}
+    xi: list[Any] = [0.0] * structure.rows
+    if structure.order:
+        C = acting.in_use(constraints.jacobian(model, posture.now), mask, structure)
+        xi = constraints.required(model, posture.now, baumgarte)
+    apart, resisting = acting.rotors_apart(posture, structure.rows)
+    C = C | apart
+    rows = acting.by_link(posture, C)
+    xi = acting.without_centrifugal(posture, C, rows, [*xi, *resisting.values()], g)
+    along = {force.name: found for force in model.forces if (found := acting.along(posture, force)) is not None}
+    armatures = [link.armature for link in tree.links for _ in link.rates]
+    loads = Loads(
+        [acting.rigid(tree, link, model.bodies) for link in tree.links], acting.wrenches(posture, set(along)),
+        acting.efforts(along.values()), armatures, biases=[link.bias for link in posture.links], ground=ground,
+        rows=rows, resisting={row: xi[row] for row in resisting},
+    )  # fmt: skip
+    if not structure.looped:
+        return _solved(posture, structure, loads, xi, mask)
+    rates = list(expected or [0.0] * tree.freedoms)
+    there = carried(tree, posture.links, loads, rates)
+    xi = _less(xi, rows, there)
+    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask)
+    rates = [a + da for a, da in zip(rates, solution.rates, strict=True)]
+    return Solution(
+        rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
+    )
+
+
+def position_correction(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number]
+) -> Solution:
+    """The next total correction along the rates, as `projection.position_correction` has it for bodies: with the
+    metric |r - r^|^2 + |R - R^|^2 at `posture`, which is q^ moved by x."""
+    tree = posture.tree
+    bodies = [Body(body.name, 1.0, (2.0, 2.0, 2.0, 0.0, 0.0, 0.0)) for body in posture.model.bodies]
+    loads = _metric(posture, structure, mask, bodies, False)
+    g = [-phi for phi in constraints.residual(posture.model, posture.now)]
+    moved = carried(tree, posture.links, Loads(loads.inertia, loads.wrenches), x)
+    g = _less(g, loads.rows, [tuple(-c for c in a) for a in moved])
+    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask)
+
+
+def velocity_correction(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], weights: Sequence[Body], armatures: bool
+) -> Solution:
+    """The smallest change of all rates with which C v = -Phi_t. weights: what the bodies weigh in its metric;
+    armatures: whether these count, too."""
+    g = [-rate for rate in constraints.rate_and_bias(posture.model, posture.now)[0]]
+    loads = _metric(posture, structure, mask, weights, armatures)
+    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask)
+
+
+def _metric(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], weights: Sequence[Body], armatures: bool
+) -> Loads:
+    """No load, on bodies of these weights."""
+    tree = posture.tree
+    C = acting.in_use(constraints.jacobian(posture.model, posture.now), mask, structure)
+    own = [link.armature if armatures else 0.0 for link in tree.links for _ in link.rates]
+    inertia = [acting.rigid(tree, link, weights) for link in tree.links]
+    apart, resisting = acting.rotors_apart(posture, structure.rows) if armatures else ({}, {})
+    rows = acting.by_link(posture, C | apart)
+    still = dict.fromkeys(resisting, 0.0)
+    return Loads(inertia, [NOTHING] * len(tree.links), armatures=own, rows=rows, resisting=still)
+
+
+def constraint_matrix(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], weights: Sequence[Body]
+) -> dict[tuple[int, int], Any]:
+    """-C A^-1 C^T of the constraints that close loops, its lower triangle by rows."""
+    reduction = Reduction(posture.tree, posture.links, _metric(posture, structure, mask, weights, False))
+    return {(i - reduction.n, j - reduction.n): x for (i, j), x in reduction.matrix.items()}
+
+
+def _solved(
+    posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number]
+) -> Solution:
+    reduction = Reduction(posture.tree, posture.links, loads, posture.waiting)
+    n, rows = reduction.n, structure.rows
+    if not structure.order:
+        rates, links = reduction.solution({})
+        return Solution(rates, [0.0] * rows, links, 1.0, [1.0] * rows, 1.0)
+    matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
+    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask)
+    pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
+    used = set(structure.order)
+    wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(mask, g[:rows], strict=True))]
+    solved = eliminated.solve([], wanted, pulled)
+    mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
+    rates, links = reduction.solution({row: mu[row] for row in used})
+    if structure.from_singular:
+        rates = [where(solved.margin > kkt.LEAST, x, 0.0) for x in rates]
+    return Solution(rates, mu, links, solved.sound, solved.firm, solved.margin)
+
+
+def _relative_to(loads: Loads, there: Sequence[Six], rates: Sequence[Number], xi: Sequence[Number]) -> Loads:
+    """What is missing where the links accelerate so already. xi: what is missing of the rows."""
+    wrenches = []
+    for A, wrench, a in zip(loads.inertia, loads.wrenches, there, strict=True):
+        wrenches.append(wrench if A is None else tuple(x - y for x, y in zip(wrench, times(A, a), strict=True)))
+    assert loads.armatures is not None
+    efforts = dict(loads.efforts)
+    for n, (armature, rate) in enumerate(zip(loads.armatures, rates, strict=True)):
+        if not is_zero(armature):
+            efforts[n] = efforts.get(n, 0.0) - armature * rate
+    resisting = {row: xi[row] for row in loads.resisting}
+    return Loads(loads.inertia, wrenches, efforts, loads.armatures, rows=loads.rows, resisting=resisting)
+
+
+def _less(xi: Sequence[Number], rows: Mapping[int, Mapping[int, Six]], there: Sequence[Six]) -> list[Any]:
+    """xi - C a."""
+    rest = list(xi)
+    for row, by_link in rows.items():
+        for place, y in by_link.items():
+            for a, b in zip(y, there[place], strict=True):
+                rest[row] = rest[row] - a * b
+    return rest
+
+
+def body_accelerations(posture: Posture, links: Sequence[Six]) -> list[Any]:
+    """v' (global) and w' (body frame) of every body from those of the links, where weight is in these."""
+    g = dynamics.gravity(posture.model, posture.t)
+    found: list[Any] = []
+    for body in range(len(posture.model.bodies)):
+        place = posture.tree.of_body[body]
+        link, moving, a = posture.tree.links[place], posture.links[place], links[place]
+        assert link.frame is not None
+        c = centre(link)
+        inner = so3.add(so3.cross(a[3:6], c), so3.cross(moving.w, so3.cross(moving.w, c)))
+        found += so3.add(so3.rotate(moving.R, so3.add(a[0:3], inner)), g)
+        found += so3.rotate(link.frame.axes, a[3:6])
+    return found

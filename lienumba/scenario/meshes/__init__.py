@@ -1,0 +1,1 @@
+"""Meshes: read from files, simplified, packed into text."""

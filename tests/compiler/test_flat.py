@@ -1,0 +1,112 @@
+"""Jitted functions as object code: what arrives, and what a second process does without Numba."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FUNCTION = """
+from typing import NamedTuple
+import numpy as np
+from numba.core import types
+from lienumba.compiler.flat import Jitted
+
+class Sizes(NamedTuple):
+    a: int
+    b: int
+
+class Mixed(NamedTuple):
+    x: np.ndarray
+    y: float
+    z: np.ndarray
+
+SIZES = types.NamedUniTuple(types.int64, 2, Sizes)
+MIXED = types.NamedTuple([types.float64[:, :, ::1], types.float64, types.int64[::1]], Mixed)
+
+@Jitted(
+    types.void(types.int64, types.float64[:, ::1], SIZES, types.float64, MIXED, types.float64[:, :, :, ::1]),
+    error_model="numpy", _nrt=False,
+)
+def gather(n, out, sizes, f, mixed, deep):
+    out[1, 0] = n
+    out[1, 1] = sizes.a
+    out[1, 2] = sizes.b
+    out[2, 0] = f
+    out[2, 1] = mixed.y
+    out[2, 2] = mixed.z[-1]
+    out[0, 0] = mixed.x[1, 2, 3]
+    out[0, 1] = deep[1, 0, 1, 2]
+    out[0, 2] = deep[-1].size + mixed.x.shape[1]
+"""
+CALLED = """
+import sys
+import numpy as np
+from lienumba.compiler.flat import Flat
+gather = Flat("function", "gather")
+out = np.zeros((3, 3))
+x, deep = np.arange(24.0).reshape(2, 3, 4), np.arange(36.0).reshape(2, 3, 2, 3)
+arguments = [7, out, (3, -4), 0.5, (x, 2.5, np.arange(5)), deep]
+gather(*arguments)
+assert out.tolist() == [[23.0, 23.0, 21.0], [7.0, 3.0, -4.0], [0.5, 2.5, 4.0]], out
+for place, wrong in ((0, 7.0), (3, 1), (1, out[0]), (1, out.T), (1, out.astype("f4")), (2, (3, -4, 5))):
+    try:
+        gather(*(wrong if n == place else a for n, a in enumerate(arguments)))
+    except TypeError as error:
+        assert str(error), error
+    else:
+        raise AssertionError(wrong)
+print("numba" in sys.modules)
+"""
+
+
+def compiles(place: Path, **more: str) -> bool:
+    """Whether a new process needs Numba; it asserts that what it calls is right."""
+    (place / "function.py").write_text(FUNCTION)
+    (place / "script.py").write_text(CALLED)
+    settings = {"LIENUMBA_CACHE_DIR": str(place / "cache"), **more}
+    command = [sys.executable, "-W", "error", str(place / "script.py")]
+    done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True, cwd=place)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip() == "True"
+
+
+def test_a_second_process_does_without_numba(tmp_path: Path) -> None:
+    assert compiles(tmp_path)
+    assert not compiles(tmp_path, PYTHONHASHSEED="12345")
+
+
+def test_other_settings_of_numba_are_other_code(tmp_path: Path) -> None:
+    assert compiles(tmp_path)
+    for settings in ({"NUMBA_OPT": "1"}, {"NUMBA_CPU_NAME": "generic"}):
+        assert compiles(tmp_path, **settings)
+        assert not compiles(tmp_path, **settings)
+    assert not compiles(tmp_path)
+
+
+@pytest.mark.parametrize("damage", ["flipped", "torn", "empty"])
+def test_a_damaged_file_is_made_again(tmp_path: Path, damage: str) -> None:
+    compiles(tmp_path)
+    (code,) = (tmp_path / "cache").rglob("*.o")
+    content = bytearray(code.read_bytes())
+    for place in (0.0, 0.3, 0.9):
+        changed, at = bytearray(content), int(place * len(content))
+        if damage == "flipped":
+            changed[at] ^= 0x55
+        code.write_bytes(changed if damage == "flipped" else changed[: at if damage == "torn" else 0])
+        assert compiles(tmp_path)
+        assert code.read_bytes()[32:36] == content[32:36]
+    assert not compiles(tmp_path)
+
+
+def test_other_sources_of_drivers_or_versions_are_other_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lienumba.compiler import cache
+
+    monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(tmp_path))
+    folders = {cache.folder.__wrapped__()}
+    for package in ("numba", "llvmlite", "numpy"):
+        other = lambda name, changed=package: "0.0" if name == changed else "1.0"  # noqa: E731
+        monkeypatch.setattr(cache, "version", other)
+        folders.add(cache.folder.__wrapped__())
+    assert len(folders) == 4
