@@ -16,7 +16,7 @@ FREE, BALL, SLIDE, HINGE = (int(x) for x in (
 ))  # fmt: skip
 KEYS = {SLIDE: ("displacement", "speed"), HINGE: ("angle", "rate")}
 START = ("position", "rotation", "velocity", "angular_velocity", "relative_to", "guess")
-RENAMED = re.compile(r': (\w+) "(.*)" is (\w+) here$')
+RENAMED = re.compile(r'(\w+) "(.*)" is (\w+) here')
 
 
 class Starts:
@@ -25,7 +25,8 @@ class Starts:
 
     def __init__(self, data: Mapping[str, Any], reference: Reference, notes: Iterable[Any]) -> None:
         self.data, self.reference, self.model = deepcopy(dict(data)), reference, reference.model
-        self.renamed = {(x[1], x[2]): x[3] for note in notes if (x := RENAMED.search(note.what))}
+        places = [place for note in notes for place in note.places]
+        self.renamed = {(x[1], x[2]): x[3] for place in places if (x := RENAMED.fullmatch(place))}
         section = self.data["model"]
         section["forces"] = [x for x in map(_without_dry_friction, section.get("forces", [])) if x is not None]
         self.bodies = {body["name"]: body for body in section["bodies"]}

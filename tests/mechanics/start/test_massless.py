@@ -15,6 +15,7 @@ from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start import prepare
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scene.mechanism import mechanism
+from lienumba.scene.solids import NOTHING
 
 HEAVY = {"mass": 1.5, "inertia": [0.02, 0.05, 0.03]}
 AXES = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1], "z again": [0, 0, 1]}
@@ -217,13 +218,14 @@ def test_massless_bodies_alone_have_no_mass_centre(by_joints: None) -> None:
         resolve(scenario(shoulder()) | {"quantities": [seen]})
 
 
-def test_a_massless_body_is_drawn_as_a_small_cube(by_joints: None) -> None:
+def test_a_massless_body_is_not_drawn_but_its_joints_are(by_joints: None) -> None:
     seen = resolve(scenario(shoulder()))
     positions = np.array([body["position"] for body in shoulder()["bodies"]], float)
     drawn = mechanism(seen, {}, positions, np.tile(np.eye(3), (4, 1, 1)))
     assert drawn.masses == (0.0, 0.0, 1.5, 1.5)
-    small, large = drawn.solids[0].radius, drawn.solids[2].radius
-    assert 0.0 < small < 0.3 * large
+    assert [solid.kind for solid in drawn.solids[:2]] == [NOTHING, NOTHING]
+    assert drawn.seen == (2, 3)
+    assert {mark.name for mark in drawn.marks} == {joint["name"] for joint in shoulder()["joints"]}
 
 
 # ---------------------------------------------------------------- the limit
