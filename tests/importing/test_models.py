@@ -33,10 +33,10 @@ def bench() -> Any:
     """The modules of the script."""
     sys.path.insert(0, str(ROOT / "scripts"))
     try:
-        from bench import import_compare
+        from bench.importing import compare
     finally:
         sys.path.remove(str(ROOT / "scripts"))
-    return import_compare
+    return compare
 
 
 @cache

@@ -169,7 +169,7 @@ def test_the_five_bar_leg_against_mujoco() -> None:
     pytest.importorskip("mujoco", reason="mujoco is not installed (extra import)")
     import mujoco
 
-    reference = bench("import_reference")
+    reference = bench("importing.reference")
 
     class OnPad(reference.Reference):  # type: ignore[misc]
         """With the force of the ground and the friction of the hips."""

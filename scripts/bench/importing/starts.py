@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bench.import_reference import Reference, States
+from bench.importing.reference import Reference, States
 
 Array = np.ndarray
 FREE, BALL, SLIDE, HINGE = (int(x) for x in (

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from bench import import_ours
-from bench.import_edits import without_lost
-from bench.import_pinocchio import aba
-from bench.import_reference import Reference, States
-from bench.import_starts import Starts
+from bench.importing import ours
+from bench.importing.edits import without_lost
+from bench.importing.pinocchio import aba
+from bench.importing.reference import Reference, States
+from bench.importing.starts import Starts
 from lienumba.errors import ScenarioError
 from lienumba.importing import from_file
 from lienumba.importing.reading import read
@@ -62,26 +62,26 @@ class Pair:
         data = imported.to_dict()
         self.starts, self.step = Starts(data, self.reference, imported.notes), float(data["integrator"]["step"])
 
-    def seen(self, states: States) -> tuple[import_ours.Seen, list[int]]:
+    def seen(self, states: States) -> tuple[ours.Seen, list[int]]:
         """What our bodies do, and which of them are the links."""
-        found = import_ours.accelerations(self.starts.at(states), self.starts.columns(states))
+        found = ours.accelerations(self.starts.at(states), self.starts.columns(states))
         r, R = self.reference.centres(states)
-        return found, import_ours.bodies_of_links(found, self.reference.masses, r, R)
+        return found, ours.bodies_of_links(found, self.reference.masses, r, R)
 
-    def error(self, states: States, a: Array, seen: import_ours.Seen, bodies: list[int]) -> float:
+    def error(self, states: States, a: Array, seen: ours.Seen, bodies: list[int]) -> float:
         """The worst error (see `Row`) where q'' = a is right."""
         linear, angular = self.reference.link_accelerations(states, a)
-        ours = np.concatenate([seen.linear[:, bodies], seen.angular[:, bodies]], axis=2)
+        here = np.concatenate([seen.linear[:, bodies], seen.angular[:, bodies]], axis=2)
         theirs = np.concatenate([linear, angular], axis=2)
-        worst, largest = (np.abs(x[seen.fits]).max(axis=(1, 2)) for x in (ours - theirs, theirs))
+        worst, largest = (np.abs(x[seen.fits]).max(axis=(1, 2)) for x in (here - theirs, theirs))
         return float((worst / np.maximum(largest, SMALL)).max(initial=0.0))
 
     def motion(self, state: States, bodies: list[int], step: float, lasting: float = 1.0) -> tuple[float, float]:
         """`moved` and `theirs` (see `Row`) of a motion from one state that lasts so long (s)."""
         times = lasting * np.arange(11) / 10
         coarse, fine = (self.reference.centres(self.reference.motion(state, h, times))[0] for h in (step, 0.5 * step))
-        ours = import_ours.motion(self.starts.at(state), 0.5 * step, times)[0][:, bodies]
-        return float(np.abs(ours - fine).max()), float(np.abs(coarse - fine).max())
+        here = ours.motion(self.starts.at(state), 0.5 * step, times)[0][:, bodies]
+        return float(np.abs(here - fine).max()), float(np.abs(coarse - fine).max())
 
 
 def compare(path: Path, name: str, motions: bool = True) -> Iterator[Row]:

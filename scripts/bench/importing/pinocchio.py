@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bench.import_reference import Reference, States
+from bench.importing.reference import Reference, States
 
 
 def aba(path: Path, reference: Reference, states: States) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 
-from bench.import_compare import Row
+from bench.importing.compare import Row
 
 PAGE, SHEET = Path("docs/import.md"), Path("docs/import_check.csv")
 BEGIN, END = "<!-- import_check -->", "<!-- /import_check -->"

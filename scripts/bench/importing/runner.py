@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from bench.import_compare import Row, compare
-from bench.import_files import File
+from bench.importing.compare import Row, compare
+from bench.importing.files import File
 
 POLL = 0.1  # s
 
@@ -40,7 +40,7 @@ class _Running:
 def rows(listed: Iterable[File], at_once: int, limit: float, motions: bool) -> Iterator[Row]:
     """Of each file, as they are done; limit: seconds of one."""
     waiting, running = list(listed), []
-    script = str(Path(__file__).resolve().parents[1] / "import_check")
+    script = str(Path(__file__).resolve().parents[2] / "import_check")
     with tempfile.TemporaryDirectory() as folder:
         while waiting or running:
             while waiting and len(running) < at_once:
