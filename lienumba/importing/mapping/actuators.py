@@ -6,6 +6,7 @@ those of its transmission, times its gear, and f acts along it, times its gear.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -35,19 +36,23 @@ def add_actuators(source: Source, draft: Draft, tree: Tree, readings: Readings) 
         if (
             kinds[0] not in (JOINT, IN_PARENT, TENDON, SITE) or kinds[1] > FILTER_EXACT
             or m.actuator_gaintype[a] not in (FIXED, AFFINE) or m.actuator_biastype[a] not in (NO_BIAS, LINEAR)
-            or getattr(m, "actuator_plugin", np.full(m.nu, -1))[a] >= 0
+            or _of_newer(m, "plugin", a, -1) >= 0
         ):  # fmt: skip
             draft.note(OTHERWISE, place)
             continue
         for what in ("dampingpoly", "delay"):
-            if np.any(getattr(m, f"actuator_{what}", np.zeros(len(m.actuator_trntype)))[a]):
+            if np.any(_of_newer(m, what, a)):
                 draft.note(f"the {what} of actuators is left out", place)
         for what in ("armature", "damping"):
-            if kinds[0] not in (JOINT, IN_PARENT) and np.any(
-                getattr(m, f"actuator_{what}", np.zeros(len(m.actuator_trntype)))[a]
-            ):
+            if kinds[0] not in (JOINT, IN_PARENT) and np.any(_of_newer(m, what, a)):
                 draft.note(f"the {what} of actuators of tendons and sites is left out", place)
         _Actuator(source, draft, tree, readings, a).add()
+
+
+def _of_newer(model: Any, what: str, actuator: int, default: float = 0.0) -> Any:
+    """What older versions of MuJoCo do not know of actuators."""
+    known = getattr(model, f"actuator_{what}", None)
+    return default if known is None else known[actuator]
 
 
 class _Actuator:

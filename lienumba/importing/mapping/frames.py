@@ -5,6 +5,8 @@ from typing import Self
 
 import numpy as np
 
+from lienumba.groups import so3
+
 DIGITS = 15  # that a number is written with
 WHOLE = 1e6  # below which whole numbers are written without a point
 
@@ -42,20 +44,12 @@ HERE = Frame(np.zeros(3), np.eye(3))
 
 def rotation(quaternion: np.ndarray) -> np.ndarray:
     """The matrix (3, 3) of a quaternion w x y z of any length."""
-    import mujoco
-
-    q, R = np.array(quaternion, float), np.zeros(9)
-    mujoco.mju_quat2Mat(R, q / np.linalg.norm(q))
-    return R.reshape(3, 3)
+    return np.array(so3.from_quaternion(tuple(quaternion))).reshape(3, 3)
 
 
 def quaternion(R: np.ndarray) -> np.ndarray:
     """w x y z of a matrix (3, 3), w at least 0."""
-    import mujoco
-
-    q = np.zeros(4)
-    mujoco.mju_mat2Quat(q, np.ascontiguousarray(R).ravel())
-    return -q if q[0] < 0.0 else q
+    return np.array(so3.to_quaternion(tuple(R.ravel())))
 
 
 def about(axis: np.ndarray, angle: float) -> np.ndarray:

@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lienumba.groups import so3
+
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar"]
 JOINT_TYPES: tuple[JointType, ...] = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -21,14 +23,7 @@ class Pose:
     @property
     def rotation(self) -> Array:
         """(3, 3), from its own axes to those in which it stands."""
-        w, x, y, z = self.quaternion
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        return np.array(so3.from_quaternion(tuple(self.quaternion))).reshape(3, 3)
 
 
 @dataclass(frozen=True)

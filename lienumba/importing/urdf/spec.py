@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.groups import so3
 from lienumba.importing.notes import Note
 from lienumba.importing.urdf.mimics import resolved
 from lienumba.importing.urdf.robot import Array, Inertial, Joint, Link, Pose
@@ -84,7 +85,8 @@ class Builder:
             moments, axes = np.linalg.eigh(tensor)
             axes = axes * np.sign(np.linalg.det(axes))
         body.explicitinertial = True
-        body.ipos, body.iquat = at.at, at.quaternion if axes is None else _quaternion(at.rotation @ axes)
+        body.ipos = at.at
+        body.iquat = at.quaternion if axes is None else so3.to_quaternion(tuple((at.rotation @ axes).ravel()))
         body.mass, body.inertia = LENT, [LENT] * 3
         self.inertias[name] = inertial.mass, moments
         self.shapes.add(body, link)
@@ -141,12 +143,3 @@ def _in_plane(normal: Array) -> tuple[Array, Array]:
         along = np.array([0.0, 1.0, 0.0]) - normal[1] * normal
     along = along / np.linalg.norm(along)
     return along, np.cross(normal, along)
-
-
-def _quaternion(rotation: Array) -> Array:
-    """(4,) of a matrix (3, 3)."""
-    import mujoco
-
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
-    return quaternion
