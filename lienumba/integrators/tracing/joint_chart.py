@@ -35,7 +35,7 @@ class JointChart:
     def moved(self, x: Element, u: Coordinates) -> Element:
         z: list[Number] = []
         for link in self.tree.links:
-            z += link.move.moved(state_of(link, x), self._own(link, u), link.pitch)
+            z += link.move.moved(state_of(link, x), self.own(link, u), link.pitch)
         first, behind = 2 * self.tree.freedoms, self.tree.state
         return (*z, *(a + b for a, b in zip(x[behind:], u[first : first + self.laws], strict=True)))
 
@@ -44,16 +44,16 @@ class JointChart:
         n, every = self.tree.freedoms, []
         for link in self.tree.links:
             a = tuple(f[link.first_rate : link.first_rate + link.move.freedoms])
-            every.append(link.move.slope(self._own(link, u), state_of(link, at), a, self.terms))
+            every.append(link.move.slope(self.own(link, u), state_of(link, at), a, self.terms))
         return self._joined(every, f[n:])
 
     def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
-        every = [link.move.pulled(self._own(link, u), self._own(link, slope), self.terms) for link in self.tree.links]
+        every = [link.move.pulled(self.own(link, u), self.own(link, slope), self.terms) for link in self.tree.links]
         first = 2 * self.tree.freedoms
         return self._joined(every, slope[first : first + self.laws])
 
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
-        every = [link.move.composed(self._own(link, u), self._own(link, w)) for link in self.tree.links]
+        every = [link.move.composed(self.own(link, u), self.own(link, w)) for link in self.tree.links]
         first = 2 * self.tree.freedoms
         laws = tuple(a + b for a, b in zip(u[first:], w[first:], strict=True))
         return self._joined(every, laws[: self.laws])
@@ -62,7 +62,7 @@ class JointChart:
         largest: Number = 0.0
         for link in self.tree.links:
             if link.move.turns:
-                largest = maximum(link.move.turned(self._own(link, u)), largest)
+                largest = maximum(link.move.turned(self.own(link, u)), largest)
         return largest
 
     def settled(self, x: Element) -> Element:
@@ -72,7 +72,7 @@ class JointChart:
             z += link.move.settled(state_of(link, x))
         return (*z, *x[self.tree.state :])
 
-    def _own(self, link: Link, u: Coordinates) -> Vector:
+    def own(self, link: Link, u: Coordinates) -> Vector:
         """Those of one link: of its place and of its rates."""
         first, count = link.first_rate, link.move.freedoms
         rates = self.tree.freedoms + first

@@ -113,19 +113,14 @@ class JointTracer(Tracer):
         self, graph: Graph, model: Model, estimates: Sequence[Sequence[Vector]], x: Sequence[State], y: Sequence[State]
     ) -> Number:
         tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
-        tree = self.tree(model)
-        n, squares = tree.freedoms, []
+        tree, chart, squares = self.tree(model), self.chart_of(model), []
         for link in tree.links:
-            own = [
-                (*z[link.first_rate : link.first_rate + link.move.freedoms],
-                 *z[n + link.first_rate : n + link.first_rate + link.move.freedoms])
-                for z in estimates[0]
-            ]  # fmt: skip
+            own = [chart.own(link, z) for z in estimates[0]]
             for kind, place, part in link.move.kinds():
                 sizes = () if part is None else tuple(state_of(link, s[0])[part] for s in (x, y))
                 squares.append(step_control.kind_error_square([z[place] for z in own], kind, sizes, tolerance))
         for law in range(self.laws):
-            changes = tuple(z[2 * n + law] for z in estimates[0])
+            changes = tuple(z[2 * tree.freedoms + law] for z in estimates[0])
             a, b = (s[0][tree.state + law] for s in (x, y))
             squares.append(step_control.state_error_square(changes, a, b, tolerance))
         return worst(squares)
