@@ -250,6 +250,10 @@ def _is_constant(node: object, tokens: list[Token]) -> bool:
 
 def nearest_path(text: str, model: Keys) -> str:
     """The remedy for a path that does not exist: the most similar one that does."""
-    known = numeric_paths(model)
+    known, tokens = numeric_paths(model), parse(text)
+    if tokens[0] == START and len(tokens) == 3:
+        joint, joints = str(tokens[2]).partition(".")[0], model.get("joints")
+        if isinstance(joints, list) and joint in map(name_of, joints):
+            return f"give {tokens[2]} a number there, in {START}.{tokens[1]}, which is what it has without the sweep"
     close = nearest(text, known)
     return f'the nearest numeric path is "{close}"' if close else f'numeric paths are such as "{known[0]}"'

@@ -76,12 +76,13 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
 
 
 def _input_numbers(model: object) -> dict[str, float]:
-    """The inputs that are numbers, by their paths."""
+    """The inputs that are numbers, by their paths. What no number may be is told of elsewhere; formulas may
+    name it."""
     inputs = table_in(model, INPUTS) if isinstance(model, dict) else {}
     return {
-        paths.text_of([INPUTS, name]): float(x)
+        paths.text_of([INPUTS, name]): float(x) if abs(x) <= LARGEST else 1.0
         for name, x in inputs.items()
-        if isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST
+        if isinstance(x, int | float) and not isinstance(x, bool)
     }
 
 

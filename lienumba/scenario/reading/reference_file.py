@@ -9,6 +9,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.schema.tables import check_file
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.words import listed, show
 
@@ -26,8 +27,7 @@ def marked(raw: Keys, folder: Path) -> Keys:
     if not isinstance(study, dict) or not isinstance(reference, dict) or not isinstance(reference.get("file"), str):
         return raw
     path, named = folder / reference["file"], reference["file"]
-    if not path.is_file():
-        raise ScenarioError.at(AT, "there is no such file", "check the path", named)
+    check_file(AT, path, named)
     with path.open("rb") as file:
         found = hashlib.file_digest(file, "sha256").hexdigest()
     if reference.get("sha256", found) != found:

@@ -165,14 +165,21 @@ def _inlined(name: str, table: Keys, folder: Path) -> Keys:
     return {**kept, "times": times, "values": values}
 
 
+def check_file(at: str, path: Path, value: object) -> None:
+    """There must be a file where the scenario says so."""
+    if path.is_dir():
+        raise ScenarioError.at(at, "is a folder", "give the path of a file in it", value)
+    if not path.is_file():
+        raise ScenarioError.at(at, "there is no such file", "check the path", value)
+
+
 @contextmanager
 def reading(at: str, file: object, path: Path) -> Iterator[None]:
     """Say of a file that the scenario names at a place what is wrong with it."""
     at_file, value = f"{at}.file", file
     if not isinstance(file, str):
         raise ScenarioError.at(at_file, "must be a text in quotes", "give the path of a file", value)
-    if not path.is_file():
-        raise ScenarioError.at(at_file, "there is no such file", "check the path", value)
+    check_file(at_file, path, value)
     try:
         yield
     except UnicodeDecodeError:

@@ -14,6 +14,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"a": "inputs.bb", "b": 1},
         'inputs.a = "inputs.bb": has the unknown name "inputs.bb"; did you mean "inputs.b"?',
     ),
+    "no number, which a formula reads": (
+        {"a": float("nan"), "b": 1},
+        "inputs.a = nan: must be a finite number; give what comes from outside, by name: motor = 12.0, a formula in "
+        "quotes, or a table with file, time and value, with joint, kp, kd and target, or with rate",
+    ),
     "in a circle": (
         {"a": "inputs.b", "b": "2*inputs.a"},
         "inputs: inputs.a and inputs.b depend on one another in a circle; give a number for inputs.a",

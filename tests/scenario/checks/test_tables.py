@@ -102,6 +102,12 @@ def test_wrong_file(tmp_path: Path, name: str) -> None:
     assert refused_by_both(tmp_path, from_file(name, column)) == [f"tables.push.{message}"]
 
 
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    wanted = 'tables.push.file = "data": is a folder; give the path of a file in it'
+    assert refused_by_both(tmp_path, from_file("data", "F")) == [wanted]
+
+
 def test_one_row(tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_text("t,F\n0,1\n", encoding="utf-8")
     wanted = "tables.push: has 1 of at least 2 points; give more, or write a number instead"

@@ -184,6 +184,13 @@ def test_sentences_about_a_dataset(dataset: Path, keys: dict[str, Any], said: st
         resolve(scenario(file=str(dataset), **keys))
 
 
+def test_what_varies_needs_a_number_in_start() -> None:
+    vary = {"start.q.crank": {"distribution": "normal", "std": 0.1}}
+    remedy = r"start\.q\.crank does not exist; give crank a number there, in start\.q, which is what it has without"
+    with pytest.raises(lienumba.ScenarioError, match=remedy):
+        resolve(scenario(("crank",)) | {"sweep": {"runs": 2, "vary": vary}})
+
+
 def test_what_contradicts_a_driver_or_a_pose() -> None:
     with pytest.raises(lienumba.ScenarioError, match=r"prescribes the angle 0 at t = 0, but start.q.wheel = 1.0"):
         check_initial(resolve(scenario(("puck", "wheel"), q={"wheel": 1.0})))
