@@ -103,7 +103,8 @@ class Costs:
         return report
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        self.costs[report.nodeid] = self.costs.get(report.nodeid, 0.0) + report.cost
+        cost = getattr(report, "cost", 0.0)  # not in the report of a worker that crashed
+        self.costs[report.nodeid] = self.costs.get(report.nodeid, 0.0) + cost
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if not hasattr(session.config, "workerinput"):
