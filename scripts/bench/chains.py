@@ -1,6 +1,6 @@
 """Chains of k bodies: what it takes to compile one from nothing, and what a stage costs per body.
 
-Run as a script, with k and an empty LIENUMBA_CACHE_DIR, it compiles and prints the seconds as JSON.
+Run as a script, with k and a LIENUMBA_CACHE_DIR, it compiles and prints the seconds as JSON.
 """
 
 import json
@@ -40,13 +40,16 @@ class Chain:
         return engine.seconds(self.batch, 1)
 
 
-def cold(k: int) -> dict[str, float]:
-    """Seconds to trace and compile a chain, projections included, in a new process with an empty cache."""
+def cold(sizes: list[int]) -> dict[int, dict[str, float]]:
+    """Seconds to trace and compile chains, projections included, each in a new process; the cache is empty before the
+    first, which compiles the driver."""
+    found: dict[int, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {"LIENUMBA_CACHE_DIR": folder, "PYTHONPATH": str(Path(__file__).parents[1])}
-        command = [sys.executable, __file__, str(k)]
-        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
-    found: dict[str, float] = json.loads(done.stdout)
+        for k in sizes:
+            command = [sys.executable, __file__, str(k)]
+            done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+            found[k] = json.loads(done.stdout)
     return found
 
 

@@ -1,7 +1,6 @@
 """What large mechanisms cost: operations per body, counted, never timed. `-s` prints the tables."""
 
 from dataclasses import replace
-from statistics import median
 from time import perf_counter
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 
 from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch
-from lienumba.compiler import cache
 from lienumba.compiler.emit import Kernel
 from lienumba.groups import so3
 from lienumba.integrators.tracing.machine import compile_program
@@ -99,7 +97,7 @@ def ladder(loops):
 
 @pytest.mark.parametrize(
     ("make", "short", "long"),
-    [(revolute_chain, 8, 50), (spherical_chain, 10, 100), (star, 5, 20), (ladder, 3, 10), (four_bars, 3, 10)],
+    [(revolute_chain, 8, 32), (spherical_chain, 10, 40), (star, 5, 20), (ladder, 3, 10), (four_bars, 3, 10)],
 )
 def test_the_accelerations_cost_as_much_per_body_however_many_there_are(make, short, long):
     per_body = {}
@@ -148,8 +146,7 @@ def programs(name):
     found, less = rank_of(model, now), rank_of(by_hand, now)
     assert less.rank == less.rows == found.rank < found.rows
     choice = initial_selection(model, found.exchangeable, now)
-    made = build(by_hand, RK4), build(model, RK4, choice, True), build(model, RK4, choice, False)
-    return (by_hand, model, model), now, choice, made
+    return build(by_hand, RK4), build(model, RK4, choice, True), build(model, RK4, choice, False)
 
 
 def of_a_step(program):
@@ -164,8 +161,7 @@ def of_a_step(program):
 @pytest.mark.parametrize("name", REDUNDANT)
 def test_redundant_rows_cost_little(name):
     """Reactions that are not unique make an observation dear: it finds the smallest. A step knows nothing of that."""
-    *_, made = programs(name)
-    by_hand, fixed, exchanging = map(of_a_step, made)
+    by_hand, fixed, exchanging = map(of_a_step, programs(name))
     print(f"\n{name}: step {by_hand[0]} by hand, {fixed[0]} with fixed rows, {exchanging[0]} with exchanged rows; "
           f"observation {by_hand[1]}, {fixed[1]}, {exchanging[1]}", end="")  # fmt: skip
     assert fixed[0] < 2.5 * by_hand[0]
@@ -189,23 +185,8 @@ def timed(model, now, choice, program, machine, runs=64, steps=200):
     return run
 
 
-@pytest.mark.parametrize("name", REDUNDANT)
-def test_redundant_rows_run(name):
-    """Prints times, asserts none."""
-    models, now, choice, made = programs(name)
-    runs = [
-        timed(model, now, choice if n else UNIQUE, program, compile_program(program))
-        for n, (model, program) in enumerate(zip(models, made, strict=True))
-    ]
-    times = np.array([[run() for run in runs] for _ in range(9)])[1:]
-    by_hand, fixed, exchanging = (median(column) for column in times.T.tolist())
-    print(f"\n{name}: {by_hand:.0f} ns per step and run by hand, with fixed rows x {fixed / by_hand:.2f}, "
-          f"with exchanged rows x {exchanging / by_hand:.2f}", end="")  # fmt: skip
-
-
-def test_fifty_revolutes_compile_and_run(monkeypatch):
-    """Prints times, asserts none."""
-    monkeypatch.setattr(cache, "remember", lambda _, make: make())  # nothing is compiled yet
+def test_fifty_revolutes_compile_and_run():
+    """Prints times, asserts none; the machine code may be there already."""
     model, now = revolute_chain(50)
     start = perf_counter()
     program = build(model, RK4)

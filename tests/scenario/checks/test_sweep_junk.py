@@ -9,7 +9,7 @@ from lienumba import ScenarioError
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.design import draw
 from tests.rigs.scenario_example import EXAMPLE
-from tests.scenario.checks.test_junk import JUNK, changed, check_sentences, places
+from tests.scenario.checks.test_junk import changed, check_sentences, junk_for, places
 
 DRAWN: dict[str, Any] = {
     "runs": 12,
@@ -61,5 +61,5 @@ def test_without_junk_there_are_samples(sweep: dict[str, Any]) -> None:
     ("sweep", "place"), PLACES, ids=lambda x: ".".join(map(str, x)) if isinstance(x, tuple) else ""
 )
 def test_junk_in_place_of_any_value(sweep: dict[str, Any], place: tuple[Any, ...]) -> None:
-    for junk in [*JUNK, KeyError]:
+    for junk in junk_for(PLACES.index((sweep, place))):
         check_sentences(drawn(changed(sweep, place, junk)))
