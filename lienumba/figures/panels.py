@@ -46,6 +46,8 @@ BESIDE = 52  # letters of a title and a legend in one row
 ROOM = 25  # widths of the bar of a constant that are left free at both sides
 MOST_TICKS = 6  # intervals between the ticks of a histogram
 CLOSE = 1000.0  # times their differences are numbers that have long names
+KEY = 5  # letters that the line before an entry of a legend takes
+ROW = 14  # points of a row of a legend
 LONG = 44  # letters of a title in small print
 
 
@@ -206,10 +208,14 @@ def _bars(ax: Axes, counts: dict[str, int]) -> None:
 
 
 def _entitle(ax: Axes, title: str) -> None:
-    """The title at the left, the legend above the data at the right, in one row if there is room."""
-    labels = ax.get_legend_handles_labels()[1]
-    beside = len(title) + sum(len(name) + 5 for name in labels) <= BESIDE
-    size = "medium" if len(title) <= LONG else "small"
-    ax.set_title(title, loc="left", fontsize=size, pad=6 if beside or not labels else 20)
+    """The title at the left, the legend above the data at the right: in one row with it if there is room, else in as
+    few rows as have room, and of very many entries the first."""
+    handles, labels = ax.get_legend_handles_labels()
+    beside = len(title) + sum(len(name) + KEY for name in labels) <= BESIDE
+    columns = max(1, BESIDE // (KEY + max(map(len, labels), default=0)))
+    in_one_row = sum(len(name) + KEY for name in labels) <= BESIDE
+    columns = len(labels) if in_one_row else columns
+    rows = 0 if beside or not labels else -(-len(labels) // columns)
+    ax.set_title(title, loc="left", fontsize="medium" if len(title) <= LONG else "small", pad=6 + ROW * rows)
     if labels:
-        ax.legend(**LEGEND, ncols=len(labels))
+        ax.legend(**LEGEND, ncols=columns)

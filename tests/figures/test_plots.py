@@ -83,6 +83,24 @@ def test_nothing_is_cut_off_and_no_legend_lies_over_data(runs):
                 assert not title.overlaps(ax.get_legend().get_window_extent())
 
 
+@pytest.mark.parametrize(("count", "last"), [(3, "joint_2"), (12, "joint_11")])
+def test_legends_of_many_coordinates_stay_beside_the_figure(runs, count, last):
+    with xr.open_dataset(runs) as ds:
+        one = ds.isel(run=[3])
+        q = (("run", "time", "coordinate"), np.ones((1, ds.sizes["time"], count)), {"long_name": "coordinates"})
+        names = {"coordinate": [f"joint_{n}" for n in range(count)]}
+        units = {"coordinate_unit": ("coordinate", ["rad"] * count)}
+        drawn = figure(one.assign(q=q, qd=q).assign_coords(names | units), ["q", "qd"])
+    drawn.draw_without_rendering()
+    for ax in drawn.axes[:2]:
+        legend, title = ax.get_legend().get_window_extent(), ax._left_title.get_window_extent()
+        assert texts(ax.get_legend())[-1] == last
+        assert legend.x0 >= ax.get_tightbbox().x0 - 1.0
+        assert ax.get_window_extent().y1 <= legend.y0
+        assert legend.y1 <= drawn._suptitle.get_window_extent().y0
+        assert not title.overlaps(legend)
+
+
 @pytest.mark.parametrize("names", [["energy"], ["energy", "position"], []])
 def test_long_titles_and_legends_have_lines_enough(runs, names):
     with xr.open_dataset(runs) as ds:
