@@ -209,12 +209,11 @@ def _bars(ax: Axes, counts: dict[str, int]) -> None:
 
 def _entitle(ax: Axes, title: str) -> None:
     """The title at the left, the legend above the data at the right: in one row with it if there is room, else in as
-    few rows as have room, and of very many entries the first."""
-    handles, labels = ax.get_legend_handles_labels()
-    beside = len(title) + sum(len(name) + KEY for name in labels) <= BESIDE
-    columns = max(1, BESIDE // (KEY + max(map(len, labels), default=0)))
-    in_one_row = sum(len(name) + KEY for name in labels) <= BESIDE
-    columns = len(labels) if in_one_row else columns
+    few rows as have room."""
+    labels = ax.get_legend_handles_labels()[1]
+    letters = [len(name) + KEY for name in labels]
+    columns = len(labels) if sum(letters) <= BESIDE else max(1, BESIDE // max(letters))
+    beside = len(title) + sum(letters) <= BESIDE
     rows = 0 if beside or not labels else -(-len(labels) // columns)
     ax.set_title(title, loc="left", fontsize="medium" if len(title) <= LONG else "small", pad=6 + ROW * rows)
     if labels:
