@@ -186,7 +186,7 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_a_local_cluster_from_the_command_line(tmp_path: Path) -> None:
     scenario = str(SCENARIOS / "heavy_top_monte_carlo.toml")
-    options = ["--set", "sweep.runs=100", "--set", "integrator.end_time=0.05", "-q", "-j", "2", "-o"]
+    options = ["--set", "sweep.runs=100", "--set", "integrator.end_time=0.05", "-q", "-j", "1", "-o"]
     for more in (["threads.nc"], ["local.nc", "--dask", "local"]):
         result = CliRunner().invoke(app, ["run", scenario, *options, str(tmp_path / more[0]), *more[1:]])
         assert result.exit_code == 0, result.output

@@ -1,5 +1,5 @@
 """The measured order of every method: on the heavy top against its exact motion, on a constrained double pendulum
-and on a loop with rods against SciPy's DOP853 on the naive twin's equations. With and without projection."""
+and on a loop with rods against SciPy's DOP853 on the naive twin's equations. All with projection, two without."""
 
 from functools import cache
 from typing import Any
@@ -51,8 +51,11 @@ def reference(name: str) -> np.ndarray:
     return solve_ivp(rate, (0, END[name]), flat(start), "DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
 
 
-@pytest.mark.parametrize("projection", PROJECTIONS, ids="+".join)
-@pytest.mark.parametrize(("name", "method"), CASES)
+@pytest.mark.parametrize(
+    ("name", "method", "projection"),
+    [(*case, p) for case in CASES for p in PROJECTIONS if case[0] != "loop" or p != ("none", "none")],
+    ids=lambda x: "+".join(x) if isinstance(x, tuple) else x,
+)
 def test_measured_order(name: str, method: str, projection: tuple[str, str]) -> None:
     order, exact = METHODS[method].order, reference(name)
     errors = []

@@ -4,6 +4,7 @@ A mechanism is a function from coordinates and time to the place of every body. 
 derivatives, accelerations their central differences; nothing is taken from lienumba.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,9 +19,15 @@ REACH = 1e-3
 
 def turn(axis, angle):
     """The rotation about an axis; the angle may be complex."""
-    n = np.asarray(axis, float) / np.linalg.norm(axis)
-    N = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
-    return np.eye(3) + np.sin(angle) * N + (1 - np.cos(angle)) * (N @ N)
+    length = math.hypot(*axis)
+    x, y, z = (float(e) / length for e in axis)
+    s, c = np.sin(angle), np.cos(angle)
+    d = 1 - c
+    return np.array([
+        [c + d * x * x, d * x * y - s * z, d * x * z + s * y],
+        [d * y * x + s * z, c + d * y * y, d * y * z - s * x],
+        [d * z * x - s * y, d * z * y + s * x, c + d * z * z],
+    ])  # fmt: skip
 
 
 def euler(a, b, c):

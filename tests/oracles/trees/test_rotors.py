@@ -1,13 +1,14 @@
 """Rotors of joints: motions, reactions and energies are those of minimal coordinates, where a rotor is one number."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 import lienumba
-from tests.oracles.trees.dense import kinetic, motion, simulate
+from tests.oracles.trees.dense import Motion, kinetic, motion, simulate
 from tests.oracles.trees.trees import TIMES, Link, Random, Tree, compare, reactions, run, scenario
 
 SIZES = {"screw": 0.9}
@@ -35,16 +36,22 @@ def tree(word: str) -> tuple[Tree, Random]:
     return Tree(links), draw
 
 
+@cache
+def moving(word: str) -> tuple[Tree, list[Motion]]:
+    """The tree, and its motion by minimal coordinates."""
+    here, draw = tree(word)
+    return here, simulate(here.mechanism, *draw.start(here), TIMES)
+
+
 @pytest.mark.parametrize("word", ["x", "yy", "zzz", "floating"])
 def test_a_random_tree_moves_as_in_minimal_coordinates(word: str) -> None:
-    here, draw = tree(word)
-    q, qd = draw.start(here)
-    history = simulate(here.mechanism, q, qd, TIMES)
+    here, history = moving(word)
     ds = run(scenario(here, history[0]))
     compare(here, ds, history)
     reactions(here, ds, history)
     without = replace(here, links=[replace(link, rotor=0.0) for link in here.links])
-    assert np.abs(simulate(without.mechanism, q, qd, TIMES)[-1].r - history[-1].r).max() > 1e-3
+    q, qd = tree(word)[1].start(here)
+    assert np.abs(simulate(without.mechanism, q, qd, (0.0, TIMES[-1]))[-1].r - history[-1].r).max() > 1e-3
 
 
 @pytest.mark.parametrize(
@@ -62,9 +69,7 @@ def test_a_random_tree_moves_as_in_minimal_coordinates(word: str) -> None:
     ids=lambda settings: "-".join(str(x) for x in settings.values()),
 )
 def test_every_chart_and_projection_has_the_same_motion(settings: dict[str, Any]) -> None:
-    here, draw = tree("x")
-    q, qd = draw.start(here)
-    history = simulate(here.mechanism, q, qd, TIMES)
+    here, history = moving("x")
     data = scenario(here, history[0])
     for path, value in settings.items():
         section, key = path.split(".")
