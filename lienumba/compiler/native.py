@@ -75,14 +75,17 @@ def _key(text: str) -> str:
     return "\0".join((text, *cpu()))
 
 
-def emit(text: str, name: str, features: str, level: int = LEVEL, more: str = "") -> bytes:
-    """The object code of a module of LLVM text for this CPU, with another one linked in."""
+def emit(text: str, name: str, features: str, passes: int = 0) -> bytes:
+    """The object code of a module of LLVM text for this CPU; passes: the level of LLVM's passes over it."""
     from llvmlite import binding
 
-    module = binding.parse_assembly(text)
-    if more:
-        module.link_in(binding.parse_assembly(more))
-    return bytes(_machine(name, features, level).emit_object(module))
+    module, machine = binding.parse_assembly(text), _machine(name, features)
+    if passes:
+        options = binding.create_pipeline_tuning_options(speed_level=passes)
+        options.loop_unrolling = options.loop_vectorization = options.slp_vectorization = False  # lanes are vectors
+        builder = binding.create_pass_builder(machine, options)
+        builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))
 
 
 def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
@@ -96,12 +99,12 @@ def _emit_elsewhere(text: str, name: str, features: str) -> bytes:
     return done.stdout if done.returncode == 0 else emit(text, name, features)
 
 
-def _machine(name: str, features: str, level: int = LEVEL) -> Any:
+def _machine(name: str, features: str) -> Any:
     from llvmlite import binding
 
     target = binding.Target.from_default_triple()
     return target.create_target_machine(
-        cpu=name, features=features, opt=level, reloc="pic", codemodel="small", jit=True
+        cpu=name, features=features, opt=LEVEL, reloc="pic", codemodel="small", jit=True
     )
 
 

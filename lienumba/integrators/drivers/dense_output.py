@@ -2,25 +2,25 @@
 what is observed."""
 
 import numpy as np
-from numba import njit
 
-from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
-from lienumba.integrators.drivers.workspace import OPTIONS, Lanes, Mask, Places, Rows
+from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Sizes, Workspace
 
 
-@njit(**OPTIONS)
+@apart
 def between(kernels: np.ndarray, at: Workspace, fraction: Lanes) -> None:
     """The state at a fraction of the open step, to `now`."""
     store(at.clock, layout.FRACTION, fraction)
     call(kernels[layout.DENSE], at.state, at.parameters, at.clock, at.slopes, at.now, at.work)
 
 
-@njit(**OPTIONS)
+@apart
 def _keep(
     at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
     lanes: Mask, source: int, projected: bool,
@@ -32,7 +32,7 @@ def _keep(
             keep(lane, rows, first, sizes, runs, queue, outputs, source, projected)
 
 
-@njit(**OPTIONS)
+@apart
 def keep_between(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes,
@@ -48,7 +48,7 @@ def keep_between(
         pending = good & (due <= until) & (due < end)
 
 
-@njit(**OPTIONS)
+@apart
 def keep_ends(
     at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
     lanes: Mask,
@@ -57,7 +57,7 @@ def keep_ends(
     _keep(at, first, sizes, rows, runs, queue, outputs, lanes, first.state, True)
 
 
-@njit(**OPTIONS)
+@apart
 def _fall_back(block: int, rows: Rows, first: Workspace, runs: ChunkRuns, outputs: np.ndarray, state: int) -> None:
     """Runs of a block with a STATUS end where they were stored last."""
     for lane in range(W):
@@ -70,7 +70,7 @@ def _fall_back(block: int, rows: Rows, first: Workspace, runs: ChunkRuns, output
                 runs.states[block, row, lane] = runs.records[block, last, row, lane]
 
 
-@njit(**OPTIONS)
+@apart
 def observe(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     outputs: np.ndarray, limit: int, tolerance: float, table: Rows,

@@ -1,21 +1,21 @@
 """Events: conditions that become true, located on the continuous extension of the open step."""
 
 import numpy as np
-from numba import njit
 
-from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
-from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
 
 HALVES = 52  # a fraction of a step is known to the last bit
 
 
-@njit(**OPTIONS)
+@apart
 def _locate(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes) -> Lanes:
     """The fraction of the open step at which a condition is true, directly behind one at which it is not."""
     low, high = splat(0.0), splat(1.0)
@@ -31,7 +31,7 @@ def _locate(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: La
     return high
 
 
-@njit(**OPTIONS)
+@apart
 def _note(
     sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, stops: np.ndarray, lane: int
 ) -> float:
@@ -50,7 +50,7 @@ def _note(
     return stop
 
 
-@njit(**OPTIONS)
+@apart
 def start_events(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     stops: np.ndarray,
@@ -69,7 +69,7 @@ def start_events(
                 rows[first.lanes + STATUS, lane] = codes.STOPPED
 
 
-@njit(**OPTIONS)
+@apart
 def find_events(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, stops: np.ndarray, good: Mask, t: Lanes, length: Lanes,
@@ -102,7 +102,7 @@ def find_events(
     return load(at.lanes, PICKED)
 
 
-@njit(**INLINE)
+@inlined
 def stop_runs(sizes: Sizes, at: Workspace, stop: Lanes, good: Mask) -> None:
     """Runs that an event has stopped end there; where that is within the step, in the state that is in `now`."""
     stopped = good & (stop < NEVER)

@@ -4,21 +4,19 @@ Compiled once for all mechanisms. A lane that fails is frozen while the others g
 """
 
 import numpy as np
-from numba import njit
-from numba.core import types
 
-from lienumba.compiler.flat import Jitted
-from lienumba.compiler.lanes import all_lanes, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import Address, Lanes, all_lanes, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, apart
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
-from lienumba.integrators.drivers.workspace import OPTIONS, SIZES, Address, Lanes, Places, Rows, addresses
+from lienumba.integrators.drivers.workspace import Places, Rows, addresses
 from lienumba.integrators.layout import ACCEPTED, ITERATIONS, STATUS, UNTIL, Sizes, T
 
 
-@njit(**OPTIONS)
+@apart
 def _next_part(t: np.ndarray, until: np.ndarray, jumps: Rows, passed: np.ndarray, end: float) -> bool:
     """The end of the next part of a step in each lane, to `until`: the end of the step, or a discontinuity before it.
     Returns whether any lane ends on one."""
@@ -31,7 +29,7 @@ def _next_part(t: np.ndarray, until: np.ndarray, jumps: Rows, passed: np.ndarray
     return landed
 
 
-@njit(**OPTIONS)
+@apart
 def _set_clock(clock: Address, t: Lanes, to: Lanes, begin: float, end: float, h: float) -> None:
     """The clock of a part of a step. A step that is not cut is h long, whatever its ends round to."""
     length = choose((to == end) & (t == begin), splat(h), to - t)
@@ -40,21 +38,11 @@ def _set_clock(clock: Address, t: Lanes, to: Lanes, begin: float, end: float, h:
     store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
-@Jitted(
-    types.void(
-        types.int64[::1], types.float64[::1], SIZES,
-        types.int64, types.float64, types.int64[::1], types.int64, types.float64,
-        types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, ::1], types.float64[:, :, :, ::1],
-        types.float64[:, ::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.int64[::1],
-        types.int64[::1], types.int64[::1],
-    ),
-    **OPTIONS,
-)  # fmt: skip
 def drive(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
-    tolerance: float, states: np.ndarray, parameters: np.ndarray, discontinuities: np.ndarray, records: np.ndarray,
-    statuses: np.ndarray, end_steps: np.ndarray, ends: np.ndarray, buffer: np.ndarray, passed: np.ndarray,
-    progress: np.ndarray, stop: np.ndarray,
+    kernels: Integers1, nodes: Floats1, sizes: Sizes, steps: int, h: float, output_steps: Integers1, limit: int,
+    tolerance: float, states: Floats3, parameters: Floats3, discontinuities: Floats3, records: Floats4,
+    statuses: Floats2, end_steps: Floats2, ends: Floats2, buffer: Floats1, passed: Integers1, progress: Integers1,
+    stop: Integers1,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 

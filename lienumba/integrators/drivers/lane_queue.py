@@ -6,12 +6,12 @@ Rows of lanes, one number per lane; what happens rarely (a run begins, is stored
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from lienumba.compiler.lanes import choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, store
+from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Address, Lanes, Mask, Rows
+from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,
@@ -45,33 +45,33 @@ class ChunkRuns(NamedTuple):
     within a step, where its state is yet to be projected; and (blocks, events, W): the time of the first, and how
     many."""
 
-    states: np.ndarray
-    parameters: np.ndarray
-    discontinuities: np.ndarray
-    first_steps: np.ndarray
-    records: np.ndarray
-    statuses: np.ndarray
-    ends: np.ndarray
-    accepted: np.ndarray
-    rejected: np.ndarray
-    stored: np.ndarray
-    within: np.ndarray
-    event_times: np.ndarray
-    event_counts: np.ndarray
+    states: Floats3
+    parameters: Floats3
+    discontinuities: Floats3
+    first_steps: Floats2
+    records: Floats4
+    statuses: Floats2
+    ends: Floats2
+    accepted: Floats2
+    rejected: Floats2
+    stored: Floats2
+    within: Floats2
+    event_times: Floats3
+    event_counts: Floats3
 
 
 class Queue(NamedTuple):
     """(W,): of each lane the block and the lane where its run is kept, its next output and discontinuity; next (1,):
     run."""
 
-    block: np.ndarray
-    lane: np.ndarray
-    output: np.ndarray
-    discontinuity: np.ndarray
-    next: np.ndarray
+    block: Integers1
+    lane: Integers1
+    output: Integers1
+    discontinuity: Integers1
+    next: Integers1
 
 
-@njit(**OPTIONS)
+@apart
 def fill(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> bool:
     """Give a lane the next run that may run; whether there is one. rows: the memory of the driver."""
     blocks, n = runs.statuses.shape[0], queue.next[0]
@@ -100,7 +100,7 @@ def fill(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue)
     return True
 
 
-@njit(**OPTIONS)
+@apart
 def finish(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> None:
     """The run of a lane is over."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
@@ -115,7 +115,7 @@ def finish(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queu
         runs.states[block, row, place] = rows[first.state + row, lane]
 
 
-@njit(**OPTIONS)
+@apart
 def keep(
     lane: int, rows: Rows, first: Workspace, sizes: Sizes, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
     source: int, projected: bool,
@@ -134,7 +134,7 @@ def keep(
     rows[first.lanes + DUE, lane] = outputs[queue.output[lane]] if queue.output[lane] < outputs.size else NEVER
 
 
-@njit(**OPTIONS)
+@apart
 def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> bool:
     """Whether a lane has come to a discontinuity; then it goes for the next one."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]
@@ -146,7 +146,7 @@ def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRun
     return reached
 
 
-@njit(**INLINE)
+@inlined
 def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
     """The next step of each lane: as long as the controller wants it, but to a discontinuity at most, and not leaving a
     tiny rest; h: of steps of one length, else 0."""
@@ -170,7 +170,7 @@ def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
     store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
-@njit(**INLINE)
+@inlined
 def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np.ndarray) -> None:
     """In the lanes `lost` the step is tried again, shorter; where it would be too short, the run is over."""
     trial, t = load(lanes, TRIAL), load(lanes, T)
@@ -184,7 +184,7 @@ def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(lost, 1.0, 0.0))
 
 
-@njit(**INLINE)
+@inlined
 def accept(lanes: Address, control: Address, length: Lanes, good: Mask, longest: float) -> None:
     """In the lanes `good` the next step is as long as the controller says; one that was cut says nothing against a
     longer one."""

@@ -5,31 +5,31 @@ every iteration is committed by lane.
 """
 
 import numpy as np
-from numba import njit
 
-from lienumba.compiler.lanes import all_lanes, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.row_selection import select_rows
-from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, Address, Lanes, Mask, Places, Rows
+from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import Sizes, Workspace
 from lienumba.numerics.operations import maximum
 
 
-@njit(**INLINE)
+@inlined
 def commit(mask: Mask, target: Address, source: Address, rows: int) -> None:
     """target = source in the lanes of the mask."""
     for row in range(rows):
         store(target, row, choose(mask, load(source, row), load(target, row)))
 
 
-@njit(**INLINE)
+@inlined
 def copy(target: Address, source: Address, rows: int) -> None:
     for row in range(rows):
         store(target, row, load(source, row))
 
 
-@njit(**OPTIONS)
+@apart
 def record(
     kernels: np.ndarray, sizes: Sizes, to: Address, state: Address, p: Address, at: Workspace, alive: Mask,
     iterations: Address,
@@ -43,7 +43,7 @@ def record(
         store(to, row, choose(alive, load(to, row), splat(np.nan)))
 
 
-@njit(**INLINE)
+@inlined
 def iterate(
     kernel: int, again: int, p: Address, hat: Address, places: Places, at: Workspace, status: Address, pending: Mask,
     limit: int, tolerance: float, violation: int, committed: int, carried: int, exchange: bool,
@@ -77,7 +77,7 @@ def iterate(
     return used, Places(spare, now, following)
 
 
-@njit(**OPTIONS)
+@apart
 def reselect(
     kernels: np.ndarray, sizes: Sizes, state: Address, p: Address, at: Workspace, lanes: Mask, table: Rows,
     target: Address,
@@ -104,7 +104,7 @@ def reselect(
     return same == 0.0
 
 
-@njit(**INLINE)
+@inlined
 def project_positions(
     kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
     pending: Mask, table: Rows, limit: int, tolerance: float,
@@ -150,7 +150,7 @@ def project_positions(
     return used, places
 
 
-@njit(**INLINE)
+@inlined
 def project_velocities(
     kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
     pending: Mask, limit: int, tolerance: float,
@@ -165,7 +165,7 @@ def project_velocities(
     return used, Places(after.now, after.new, after.following)
 
 
-@njit(**INLINE)
+@inlined
 def project(
     kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
     going: Mask, iterations: Address, table: Rows, limit: int, tolerance: float,
@@ -185,7 +185,7 @@ def project(
     return places
 
 
-@njit(**OPTIONS)
+@apart
 def stage(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, s: int, x: Address, p: Address, at: Workspace, t: Lanes,
     h: Lanes,
@@ -204,7 +204,7 @@ def stage(
     return rotation
 
 
-@njit(**OPTIONS)
+@apart
 def extend(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, until: Lanes
 ) -> None:
@@ -219,7 +219,7 @@ def extend(
     store(at.clock, layout.TIME, t)
 
 
-@njit(**OPTIONS)
+@apart
 def staged_step(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, since: int, x: Address, p: Address, new: Address,
     at: Workspace,

@@ -5,14 +5,10 @@ lies between its ends is read off the continuous extension, and no output ever m
 and observed afterwards, block by block. With steps of one length it is for events.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
-from numba.core import types
 
-from lienumba.compiler.flat import Jitted
-from lienumba.compiler.lanes import any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import Address, Mask, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.routines.marks import Floats1, Integers1, Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
@@ -36,7 +32,7 @@ from lienumba.integrators.drivers.lane_queue import (
 )  # fmt: skip
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
-from lienumba.integrators.drivers.workspace import INLINE, OPTIONS, SIZES, Address, Mask, Places, Rows, addresses
+from lienumba.integrators.drivers.workspace import Places, Rows, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
     BUSY,
@@ -55,11 +51,8 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 
-FIELDS = [types.float64[:, :, ::1]] * 3 + [types.float64[:, ::1], types.float64[:, :, :, ::1]]
-RUNS: Any = types.NamedTuple(FIELDS + [types.float64[:, ::1]] * 6 + [types.float64[:, :, ::1]] * 2, ChunkRuns)  # type: ignore[attr-defined]
 
-
-@njit(**OPTIONS)
+@apart
 def _next_runs(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     outputs: np.ndarray, stops: np.ndarray,
@@ -85,7 +78,7 @@ def _next_runs(
     return busy
 
 
-@njit(**INLINE)
+@inlined
 def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
     """F at the end of a step is the first slope of the next one."""
     for element in range(sizes.elements):
@@ -95,7 +88,7 @@ def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
     commit(mask, slopes + ROW * target, slopes + ROW * source, layout.REPORTS)
 
 
-@njit(**INLINE)
+@inlined
 def _try(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, table: Rows, limit: int, tolerance: float
 ) -> None:
@@ -127,7 +120,7 @@ def _try(
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
 
 
-@njit(**INLINE)
+@inlined
 def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: Rows, pace: np.ndarray) -> None:
     """The step is done in the lanes `good`."""
     rows, lanes, x = layout.state_rows(sizes), at.lanes, at.state
@@ -151,7 +144,7 @@ def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: R
                 store(lanes, STATUS, choose(others, splat(codes.RESELECT), load(lanes, STATUS)))
 
 
-@njit(**OPTIONS)
+@apart
 def _end_on_discontinuity(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     moved: Mask,
@@ -171,18 +164,10 @@ def _end_on_discontinuity(
         commit(picked, at.state, at.new, layout.element_rows(sizes))
 
 
-@Jitted(
-    types.void(
-        types.int64[::1], types.float64[::1], SIZES, RUNS,
-        types.float64[::1], types.float64[::1], types.int64[::1], types.int64, types.float64, types.float64[::1],
-        types.int64[:, ::1], types.int64[::1], types.int64[::1],
-    ),
-    **OPTIONS,
-)  # fmt: skip
 def drive(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, runs: ChunkRuns, outputs: np.ndarray, pace: np.ndarray,
-    stops: np.ndarray, limit: int, tolerance: float, buffer: np.ndarray, places: np.ndarray,
-    progress: np.ndarray, stop: np.ndarray,
+    kernels: Integers1, nodes: Floats1, sizes: Sizes, runs: ChunkRuns, outputs: Floats1, pace: Floats1,
+    stops: Integers1, limit: int, tolerance: float, buffer: Floats1, places: Integers2, progress: Integers1,
+    stop: Integers1,
 ) -> None:  # fmt: skip
     """Integrate all runs.
 

@@ -1,32 +1,15 @@
-"""What all drivers are written with: the types of their arguments, and the addresses of the regions of their memory."""
+"""What all drivers are written with: the addresses of the regions of their memory."""
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numba.core import types
 
-from lienumba.compiler import jit
+from lienumba.compiler.lanes import Address
+from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators.layout import Sizes, Workspace, workspace
-from lienumba.numerics.number import Number
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
-INLINE: dict[str, Any] = OPTIONS | {"forceinline": True}  # for what is done in each step: arguments cost more than code
-SIZES: Any = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)  # type: ignore[attr-defined]
-
-jit.register()  # the functions of the layout, the verdict, the selection of rows
-
-Address = int  # of a row of lanes
-Lanes = Number  # one number per lane
 Rows = np.ndarray  # (rows, W): memory as a lane is seen in it, one by one
-
-
-class Mask(Protocol):
-    """Some lanes."""
-
-    def __and__(self, other: "Mask", /) -> "Mask": ...
-    def __or__(self, other: "Mask", /) -> "Mask": ...
 
 
 class Places(NamedTuple):
@@ -38,7 +21,7 @@ class Places(NamedTuple):
     following: Address
 
 
-@njit(**OPTIONS)
+@apart
 def addresses(buffer: np.ndarray, sizes: Sizes) -> Workspace:
     """The regions in this buffer."""
     at, rows = buffer.ctypes.data, workspace(sizes)
