@@ -19,13 +19,14 @@ PASSES = 2  # over LLVM text with loops: of more no loop gets faster
 
 
 class Flat:
-    """A function of a module that is not imported unless it has to be compiled."""
+    """A routine that is called with arguments of Python's.
 
-    def __init__(self, module: str, name: str) -> None:
-        self.name = f"{module}.{name}"
-        stored = cache.remember(key_of(self.name), lambda: object_code(getattr(import_module(module), name)))
+    stored: the kinds of its arguments in a line, and behind it the object code.
+    """
+
+    def __init__(self, name: str, stored: bytes) -> None:
         kinds, _, code = stored.partition(b"\n")
-        self.kinds = kinds.decode()
+        self.name, self.kinds = name, kinds.decode()
         self._engine, addresses = native.load(code, [ENTRY])
         self._call = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 2)(addresses[ENTRY])
 
@@ -37,6 +38,17 @@ class Flat:
             raise TypeError(f"{self.name} takes {self.kinds}, but was given {kinds}")
         whole, floats = np.array(given, np.int64), np.array(numbers, np.float64)
         self._call(whole.ctypes.data, floats.ctypes.data)
+
+
+def kept(module: str, name: str) -> Flat:
+    """A routine of a module that is not imported unless it has to be compiled."""
+    whole = f"{module}.{name}"
+    return Flat(whole, cache.remember(key_of(whole), lambda: object_code(getattr(import_module(module), name))))
+
+
+def compiled(routine: FunctionType) -> Flat:
+    """A routine that is compiled now."""
+    return Flat(routine.__qualname__, object_code(routine))
 
 
 def key_of(name: str) -> str:

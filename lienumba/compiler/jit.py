@@ -1,4 +1,4 @@
-"""Kernels and named operations under `@njit`, on floats and on lanes.
+"""Kernels and named operations under `@njit`, on floats.
 
 Numba finds `register` through the package's entry point, so a user's own jitted code may call `so3.exp` and the like.
 """
@@ -15,8 +15,6 @@ def register() -> None:
     from numba.core import types
     from numba.extending import overload, register_jitable
 
-    from lienumba.compiler import lanes
-
     if operations.ON_NEW_KERNEL:
         return
 
@@ -25,8 +23,6 @@ def register() -> None:
 
     @overload(operations.sqrt, strict=False)
     def sqrt(x: types.Type) -> Any:
-        if x == lanes.lanes:
-            return lambda x: lanes.sqrt(x)
         if scalar(x):
             return lambda x: math.sqrt(x)
 
@@ -42,8 +38,6 @@ def register() -> None:
 
     @overload(operations.power_of_two, strict=False)
     def power_of_two(n: types.Type) -> Any:
-        if n == lanes.lanes:
-            return lambda n: lanes.power_of_two(n)
         if scalar(n):
             return lambda n: math.ldexp(1.0, int(n)) if n == n else n
 
@@ -53,8 +47,6 @@ def register() -> None:
 
     @overload(operations.where, strict=False)
     def where(condition: types.Type, x: types.Type, y: types.Type) -> Any:
-        if condition == lanes.mask:
-            return lambda condition, x, y: lanes.choose(condition, x, y)
         if isinstance(condition, types.Boolean):
             return lambda condition, x, y: x if condition else y
 

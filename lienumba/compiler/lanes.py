@@ -1,7 +1,7 @@
 """Lanes in routines: vectors of W doubles, one lane per run, and masks of W bits.
 
 These functions have a meaning in routines alone (`lienumba.compiler.routines.intrinsics`). Nothing is ever contracted
-or reassociated.
+or reassociated. Lanes are Any to the type checker where == gives masks of them, which it does not believe.
 """
 
 from typing import Any, NoReturn, Protocol
@@ -25,27 +25,32 @@ def _compiled(*given: object) -> NoReturn:
     raise NotImplementedError("this has a meaning in compiled routines alone")
 
 
-def splat(x: float) -> Lanes:
+def splat(x: float) -> Any:
     """A float in every lane."""
     _compiled(x)
 
 
-def choose(mask: Any, x: Lanes | float, y: Lanes | float) -> Lanes:
+def choose(mask: Mask | bool, x: Lanes | float, y: Lanes | float) -> Any:
     """x in the lanes where the mask holds, else y."""
     _compiled(mask, x, y)
 
 
-def any_lane(mask: Any) -> bool:
+def fma(a: Lanes, b: Lanes, c: Lanes) -> Any:
+    """a b + c, rounded once."""
+    _compiled(a, b, c)
+
+
+def any_lane(mask: Mask | bool) -> bool:
     """Whether the mask holds in some lane."""
     _compiled(mask)
 
 
-def all_lanes(mask: Any) -> bool:
+def all_lanes(mask: Mask | bool) -> bool:
     """Whether the mask holds in every lane."""
     _compiled(mask)
 
 
-def load(base: Address, row: int) -> Lanes:
+def load(base: Address, row: int) -> Any:
     """The W doubles of a row of the flat array at address `base`."""
     _compiled(base, row)
 

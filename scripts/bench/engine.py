@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch, Chunk
 from lienumba.compiler import native
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.flat import compiled
 from lienumba.compiler.lanes import call
+from lienumba.compiler.routines.marks import Floats2, Floats3
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
@@ -121,8 +122,7 @@ def seconds(work: Batch, workers: int) -> float:
 
 
 # ------------------------------------------------------------ the acceleration map alone
-@njit(nogil=True)
-def _evaluate(kernel: int, states: Any, parameters: Any, out: Any, work: Any, rounds: int) -> None:
+def _evaluate(kernel: int, states: Floats3, parameters: Floats2, out: Floats3, work: Floats2, rounds: int) -> None:
     for _ in range(rounds):
         for block in range(states.shape[0]):
             x, y = states[block].ctypes.data, out[block].ctypes.data
@@ -155,10 +155,11 @@ class AccelerationMap:
         self.out = aligned(blocks, len(kernel.outputs), W)
         self.work = aligned(max(kernel.work_rows, 1), W)
         prepare = aligned(1, ELEMENT * k, W)
-        _evaluate(addresses["map_prepare"], prepare, self.parameters, self.out, self.work, 1)
+        self._evaluate = compiled(_evaluate)
+        self._evaluate(addresses["map_prepare"], prepare, self.parameters, self.out, self.work, 1)
         self.seconds(1)
 
     def seconds(self, rounds: int) -> float:
         start = time.perf_counter()
-        _evaluate(self.address, self.states, self.parameters, self.out, self.work, rounds)
+        self._evaluate(self.address, self.states, self.parameters, self.out, self.work, rounds)
         return time.perf_counter() - start

@@ -3,22 +3,21 @@
 import time
 from typing import Any
 
-from numba import njit
-
+from lienumba.compiler.flat import compiled
 from lienumba.compiler.lanes import fma, splat, store
+from lienumba.compiler.routines.marks import inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators.tracing.machine import aligned
 
 PER_TURN = 8  # multiply-adds of each chain in one turn of the loop
 
 
-@njit(inline="always")
+@inlined
 def _advance(x: Any, a: Any, b: Any) -> Any:
     """Four independent chains, one multiply-add each."""
     return fma(x[0], a, b), fma(x[1], a, b), fma(x[2], a, b), fma(x[3], a, b)
 
 
-@njit
 def _four(out: int, turns: int) -> None:
     a, b = splat(0.999), splat(0.001)
     p = (splat(0.1), splat(0.2), splat(0.3), splat(0.4))
@@ -28,7 +27,6 @@ def _four(out: int, turns: int) -> None:
     store(out, 0, (p[0] + p[1]) + (p[2] + p[3]))
 
 
-@njit
 def _eight(out: int, turns: int) -> None:
     a, b = splat(0.999), splat(0.001)
     p = (splat(0.1), splat(0.2), splat(0.3), splat(0.4))
@@ -39,7 +37,6 @@ def _eight(out: int, turns: int) -> None:
     store(out, 0, ((p[0] + p[1]) + (p[2] + p[3])) + ((q[0] + q[1]) + (q[2] + q[3])))
 
 
-@njit
 def _sixteen(out: int, turns: int) -> None:
     a, b = splat(0.999), splat(0.001)
     p = (splat(0.1), splat(0.2), splat(0.3), splat(0.4))
@@ -60,7 +57,8 @@ def gflops(turns: int) -> float:
     """The best over the numbers of chains, Gflop/s; a multiply-add counts as two."""
     out = aligned(1, W)
     best = 0.0
-    for chains, spin in CHAINS.items():
+    for chains, routine in CHAINS.items():
+        spin = compiled(routine)
         spin(out.ctypes.data, 1)
         start = time.perf_counter()
         spin(out.ctypes.data, turns)

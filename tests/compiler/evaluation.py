@@ -1,4 +1,4 @@
-"""Runs kernels as compiled code: traced on symbols, or under `@njit` on floats and on lanes."""
+"""Runs kernels as compiled code: traced on symbols, or under `@njit` on floats."""
 
 import ctypes
 from collections.abc import Callable, Sequence
@@ -9,7 +9,6 @@ from numba import njit
 
 from lienumba.compiler import native
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.lanes import choose, load, store
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 
@@ -70,25 +69,6 @@ def traced(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray],
     outputs = flat(function(*grouped(graph.inputs("state", rows_in(shape)), shape)))
     run = machine_code(Kernel("traced", tuple(outputs), 0))
     return lambda x: _by_blocks(x, lambda block: run(state=block))
-
-
-def on_lanes(function: Callable[..., Any], shape: Shape, results: int) -> Callable[[np.ndarray], np.ndarray]:
-    """The function under `@njit`, on lanes; maps (rows, n) to (results, n). A single number counts as 0 results."""
-    loads = [f"load(x, {row})" for row in range(rows_in(shape))]
-    arguments = ", ".join("(" + ", ".join(a) + ",)" if isinstance(a, tuple) else a for a in grouped(loads, shape))
-    lines = [f"    y = function({arguments})", "    every = load(x, 0) == load(x, 0)"]
-    values = [f"y[{i}]" for i in range(results)] or ["y"]
-    lines += [f"    store(out, {i}, choose(every, {y}, {y}))" for i, y in enumerate(values)]  # a plain 0.0 is broadcast
-    names = {"function": function, "load": load, "store": store, "choose": choose}
-    exec("def wrapper(x, out):\n" + "\n".join(lines), names)
-    compiled = njit("void(int64, int64)")(names["wrapper"])
-
-    def block(x: np.ndarray) -> np.ndarray:
-        x, out = np.ascontiguousarray(x), np.full((results or 1, W), np.nan)
-        compiled(x.ctypes.data, out.ctypes.data)
-        return out
-
-    return lambda x: _by_blocks(x, block)
 
 
 def under_njit(function: Callable[..., Any], shape: Shape) -> Callable[[np.ndarray], np.ndarray]:

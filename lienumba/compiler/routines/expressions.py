@@ -9,7 +9,19 @@ from typing import Any
 from lienumba.compiler.routines.arithmetic import binary, cast, compare, constant, negative, scalar
 from lienumba.compiler.routines.intrinsics import INTRINSICS
 from lienumba.compiler.routines.values import (
-    BOOL, INT, NOTHING, Array, Known, RoutineError, Scalar, Tuple, Value, kind_of, leaves, said, with_leaves,
+    BOOL,
+    INT,
+    NOTHING,
+    Array,
+    Known,
+    RoutineError,
+    Scalar,
+    Tuple,
+    Value,
+    kind_of,
+    leaves,
+    said,
+    with_leaves,
 )  # fmt: skip
 from lienumba.compiler.routines.writer import Writer
 

@@ -12,11 +12,19 @@ from lienumba.compiler.routines.intrinsics import DECLARATIONS
 from lienumba.compiler.routines.marks import ATTRIBUTES, ENTRY, Numbers
 from lienumba.compiler.routines.statements import Body, aggregate
 from lienumba.compiler.routines.values import (
-    FLOAT, INT, Array, RoutineError, Scalar, Tuple, Value, kind_of, leaves, with_leaves,
+    FLOAT,
+    INT,
+    Array,
+    RoutineError,
+    Scalar,
+    Tuple,
+    Value,
+    kind_of,
+    leaves,
+    with_leaves,
 )  # fmt: skip
 from lienumba.compiler.routines.writer import Writer
 
-ENTRY = "entry"  # the name of a routine that is called from outside: void (whole numbers, floats)
 PLAIN = '"no-builtins"'  # no loop becomes a call of the C library, for which `native.load` leaves no room
 
 
@@ -62,7 +70,7 @@ class Module:
 
 
 def text_of(function: FunctionType) -> tuple[str, str]:
-    """The kinds of the arguments of a routine (see `flat`) and the LLVM text of ENTRY, which reads and hands them on."""
+    """The kinds of the arguments of a routine (see `flat`), and the LLVM text of ENTRY, which hands them on."""
     module, writer, reader = Module(), Writer(), _Reader()
     hints = get_type_hints(function, include_extras=True)
     hints.pop("return", None)
@@ -115,4 +123,4 @@ def tree_of(function: FunctionType) -> ast.FunctionDef:
 def _functions(file: str) -> dict[tuple[int, str], ast.FunctionDef]:
     tree = ast.parse("".join(linecache.getlines(file)))
     found = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    return {(min((node, *node.decorator_list), key=lambda x: x.lineno).lineno, node.name): node for node in found}
+    return {(min([node.lineno, *(x.lineno for x in node.decorator_list)]), node.name): node for node in found}

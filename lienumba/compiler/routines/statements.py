@@ -7,7 +7,18 @@ from types import FunctionType
 from lienumba.compiler.routines.arithmetic import binary, cast, compare, constant, scalar
 from lienumba.compiler.routines.expressions import Caller, Expressions
 from lienumba.compiler.routines.values import (
-    BOOL, INT, NOTHING, Array, RoutineError, Scalar, Tuple, Value, kind_of, leaves, said, with_leaves,
+    BOOL,
+    INT,
+    NOTHING,
+    Array,
+    RoutineError,
+    Scalar,
+    Tuple,
+    Value,
+    kind_of,
+    leaves,
+    said,
+    with_leaves,
 )  # fmt: skip
 
 
@@ -23,7 +34,8 @@ class Body(Expressions):
         names = [given.arg for given in tree.args.args]
         if len(names) != len(arguments):
             raise RoutineError(f"{function.__name__} takes {len(names)} arguments, and got {len(arguments)}")
-        assigned = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        every = (node for node in ast.walk(tree) if isinstance(node, ast.Name))
+        assigned = {node.id for node in every if isinstance(node.ctx, ast.Store)}
         for name, x in zip(names, arguments, strict=True):
             if name in assigned:
                 self._assign_name(name, x)
@@ -110,7 +122,8 @@ class Body(Expressions):
 
     def _for(self, node: ast.For) -> None:
         call = node.iter
-        if node.orelse or not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"):
+        ranges = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"
+        if node.orelse or not isinstance(call, ast.Call) or not ranges:
             raise RoutineError("loops go over a range, and have no else")
         if not 1 <= len(call.args) <= 2:
             raise RoutineError("a range has an end, or a beginning and an end")

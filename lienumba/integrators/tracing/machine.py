@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.compiler import native
-from lienumba.compiler.flat import Flat
+from lienumba.compiler.flat import Flat, kept
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
@@ -76,7 +76,7 @@ def compile_program(program: Program) -> Machine:
 
 def _driver(outline: Outline) -> Callable[..., None]:
     name = f"lienumba.integrators.drivers.{'variable_step' if outline.queued else 'fixed_step'}"
-    return _DRIVERS.get(name, lambda: Flat(name, "drive"))
+    return _DRIVERS.get(name, lambda: kept(name, "drive"))
 
 
 def load(outline: Outline, made: ObjectCode) -> Machine:
