@@ -3,7 +3,7 @@
 import ast
 import struct
 
-from lienumba.compiler.routines.values import BOOL, FLOAT, INT, LANES, MASK, RoutineError, Scalar, Value, said
+from lienumba.compiler.routines.values import BOOL, CALLED, FLOAT, INT, LANES, MASK, RoutineError, Scalar, Value, said
 from lienumba.compiler.routines.writer import Writer
 from lienumba.compiler.rows import W
 
@@ -28,9 +28,11 @@ def constant(x: bool | int | float) -> Scalar:
 
 def scalar(value: Value, *kinds: str) -> Scalar:
     """The value, if it is of one of these kinds."""
-    if isinstance(value, Scalar) and value.kind in (kinds or (*ORDER, BOOL, MASK)):
+    kinds = kinds or (*ORDER, BOOL, MASK)
+    if isinstance(value, Scalar) and value.kind in kinds:
         return value
-    raise RoutineError(f"{said(value)} stands where there should be a number")
+    wanted = " or ".join(CALLED[kind] for kind in kinds)
+    raise RoutineError(f"{said(value)} stands where there should be {wanted}")
 
 
 def cast(writer: Writer, x: Scalar, kind: str) -> Scalar:

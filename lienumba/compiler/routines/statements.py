@@ -55,10 +55,11 @@ class Body(Expressions):
                     raise RoutineError(f"routines know no {type(node).__name__}")
                 how(node)
             except RoutineError as error:
-                if "line " in str(error):
+                if error.placed:
                     raise
-                where = f"{self.function.__code__.co_filename}, line {node.lineno}"
-                raise RoutineError(f"{where}: {error}") from None
+                told = RoutineError(f"{self.function.__code__.co_filename}, line {node.lineno}: {error}")
+                told.placed = True
+                raise told from None
 
     def _expr(self, node: ast.Expr) -> None:
         if not isinstance(node.value, ast.Constant):  # the docstring

@@ -12,7 +12,9 @@ CALLED = {INT: "a whole number", FLOAT: "a float", BOOL: "a bool", LANES: "lanes
 
 
 class RoutineError(TypeError):
-    """Something that is not of the language of routines."""
+    """Something that is not of the language of routines. placed: whether its line is told."""
+
+    placed = False
 
 
 @dataclass(frozen=True)
