@@ -1,12 +1,15 @@
-"""Files of robots as MuJoCo's models: against Pinocchio, a mechanics of its own, and what the files say."""
+"""Files of robots as MuJoCo's models: against Newton and Euler, Pinocchio, and what the files say."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from lienumba.importing.notes import Note
 from lienumba.importing.reading import read
+from tests.importing.newton_euler import Frame, inertia_and_bias
 from tests.importing.robots import ROD, joint, link, mjcf, urdf
 
 mujoco = pytest.importorskip("mujoco")
@@ -44,6 +47,13 @@ def random_robot(folder, rng):
     return urdf(folder, *parts)
 
 
+def mass_matrix(model, data):
+    M = np.zeros((model.nv, model.nv))
+    for i, unit in enumerate(np.eye(model.nv)):
+        mujoco.mj_mulM(model, data, M[i], unit)
+    return M
+
+
 @pytest.mark.parametrize("base", ["fixed", "free"])
 @pytest.mark.parametrize("seed", range(4))
 def test_masses_and_placements_are_those_of_pinocchio(tmp_path, seed, base):
@@ -66,15 +76,38 @@ def test_masses_and_placements_are_those_of_pinocchio(tmp_path, seed, base):
         q[moved.idx_q : moved.idx_q + moved.nq] = angle if moved.nq == 1 else (np.cos(angle), np.sin(angle))
         columns[moved.idx_v] = ours.dofadr[0]
     mujoco.mj_forward(model, data)
-    M = np.zeros((model.nv, model.nv))
-    for i, unit in enumerate(np.eye(model.nv)):
-        mujoco.mj_mulM(model, data, M[i], unit)
+    M = mass_matrix(model, data)
     theirs = other.createData()
     pinocchio.crba(other, theirs, q)
     expected = np.triu(theirs.M) + np.triu(theirs.M, 1).T
     np.testing.assert_allclose(M[np.ix_(columns, columns)], expected, atol=1e-12 * abs(expected).max())
     bias = pinocchio.nonLinearEffects(other, theirs, q, v)
     np.testing.assert_allclose(data.qfrc_bias[columns], bias, atol=1e-11 * abs(bias).max())
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+@pytest.mark.parametrize("seed", range(2))
+def test_masses_and_placements_are_those_of_newton_and_euler(tmp_path, seed, base):
+    """The same by what the file says, read anew; the base turned and in motion."""
+    rng = np.random.default_rng(seed)
+    file = random_robot(tmp_path, rng)
+    model = read(file, base=base).model
+    data, n = mujoco.MjData(model), model.nv
+    data.qpos[:], data.qvel[:] = rng.normal(size=model.nq), rng.normal(size=n)
+    first = Frame(*np.zeros((1, 3)), np.eye(3), *np.zeros((3, 3)), np.zeros((3, n)), np.zeros((3, n)))
+    if base == "free":
+        data.qpos[3:7] /= np.linalg.norm(data.qpos[3:7])
+        R = Rotation.from_quat(data.qpos[3:7], scalar_first=True).as_matrix()
+        first.Jv[:, :3], first.Jw[:, 3:6] = np.eye(3), R  # rates: global, and along axes of the base
+        first = replace(first, p=data.qpos[:3].copy(), R=R, w=R @ data.qvel[3:6])
+    joints = [model.joint(i) for i in range(model.njnt) if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_FREE]
+    states = {x.name: (data.qpos[x.qposadr[0]], data.qvel[x.dofadr[0]], x.dofadr[0]) for x in joints}
+    assert len(states) == 6
+    mujoco.mj_forward(model, data)
+    M = mass_matrix(model, data)
+    expected, bias = inertia_and_bias(file, first, states, model.opt.gravity)
+    np.testing.assert_allclose(M, expected, atol=1e-12 * abs(expected).max())
+    np.testing.assert_allclose(data.qfrc_bias, bias, atol=1e-11 * abs(bias).max())
 
 
 def arm(of_joint, type="revolute"):
