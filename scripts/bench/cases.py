@@ -1,6 +1,5 @@
-"""What is timed against each other: each case does a fixed amount of work and returns the seconds it took."""
+"""What is timed against each other: each case does a fixed amount of work and says what time it took."""
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +9,7 @@ import numpy as np
 
 from bench import engine, naive_numba, naive_numpy, peak, rivals, tuned_numba
 from bench.chains import Chain
+from bench.clock import Spent, Stopwatch
 
 EVERY = 100  # steps between two outputs: 200 outputs in 2 s
 RUNS = 1024
@@ -18,28 +18,28 @@ INERTIA, GRAVITY, PIVOT = np.diag(engine.INERTIA), np.array(engine.GRAVITY), np.
 
 @dataclass(frozen=True)
 class Case:
-    """`work`: steps times runs (or other units) in one call of `seconds`; per unit, 0 where not known: `flops`, and
+    """`work`: steps times runs (or other units) in one call of `spend`; per unit, 0 where not known: `flops`, and
     `parts`, stages times bodies; `beside`: what a run costs beside its steps (s)."""
 
     key: str
     label: str
     threads: int
     work: float
-    seconds: Callable[[], float]
+    spend: Callable[[], Spent]
     flops: float = 0.0
     parts: int = 0
     beside: Callable[[], float] = float
 
 
-def timed(function: Callable[..., Any], *arguments: Any) -> Callable[[], float]:
-    """The wall time of function(*arguments)."""
+def timed(function: Callable[..., Any], *arguments: Any) -> Callable[[], Spent]:
+    """What function(*arguments) spends."""
 
-    def seconds() -> float:
-        start = time.perf_counter()
+    def spend() -> Spent:
+        watch = Stopwatch()
         function(*arguments)
-        return time.perf_counter() - start
+        return watch.spent()
 
-    return seconds
+    return spend
 
 
 def scalar(module: Any, sample: engine.Tops, runs: int, steps: int, project: bool) -> np.ndarray:
@@ -63,20 +63,20 @@ def engine_cases(sample: engine.Tops, steps: int) -> list[Case]:
         program = engine.build(sample.model, engine.METHODS[projection])
         for threads in (1, 2):
             flops = engine.step_flops(program) if projection == "none" else 0.0
-            run = partial(engine.seconds, batch, threads)
+            run = partial(engine.spend, batch, threads)
             cases.append(Case(f"engine_{projection}_{threads}", f"engine, {words}", threads, RUNS * steps, run, flops))
     return cases
 
 
 def map_case(sample: engine.Tops, rounds: int) -> Case:
     m = engine.AccelerationMap(sample.model, sample.states)
-    run = partial(m.seconds, rounds)
+    run = partial(m.spend, rounds)
     return Case("map", "engine, one acceleration map alone", 1, rounds * m.runs, run, m.counts["flops"])
 
 
 def peak_case(turns: int) -> Case:
     """A flop is its unit of work."""
-    return Case("peak", "multiply-add peak of a core", 1, 1.0, lambda: 1e-9 / peak.gflops(turns), 1.0)
+    return Case("peak", "multiply-add peak of a core", 1, 1.0, lambda: peak.of_a_flop(turns), 1.0)
 
 
 def naive_cases(sample: engine.Tops, steps: int) -> list[Case]:
@@ -99,7 +99,7 @@ def chain_cases(chains: list[Chain]) -> list[Case]:
     cases = []
     for c in chains:
         flops = c.flops * c.run_steps / c.evaluations
-        cases.append(Case(f"chain_{c.k}", f"chain of {c.k}", 1, c.evaluations, c.seconds, flops))
+        cases.append(Case(f"chain_{c.k}", f"chain of {c.k}", 1, c.evaluations, c.spend, flops))
     return cases
 
 
@@ -107,17 +107,17 @@ def rival_cases(found: list[rivals.Rival]) -> list[Case]:
     cases = []
     for r in found:
         key, label = f"rival_{r.name.split()[0].lower()}", f"{r.name}, {r.version}"
-        cases.append(Case(key, label, r.threads, r.runs * r.steps, partial(r.seconds, r.runs, r.steps)))
+        cases.append(Case(key, label, r.threads, r.runs * r.steps, partial(r.spend, r.runs, r.steps)))
     return cases
 
 
 def interleave(cases: list[Case], repeats: int, tick: Callable[[], None]) -> dict[str, np.ndarray]:
-    """Seconds per unit of each case, one sample per round; every round runs every case once, after a warm-up."""
-    samples: dict[str, list[float]] = {case.key: [] for case in cases}
+    """Seconds per unit of each case (rounds, 2), wall and core; every round runs every case once, after a warm-up."""
+    samples: dict[str, list[Spent]] = {case.key: [] for case in cases}
     for number in range(repeats + 1):
         for case in cases:
-            seconds = case.seconds()
+            spent = case.spend()
             if number:
-                samples[case.key].append(seconds / case.work)
+                samples[case.key].append(spent)
             tick()
-    return {key: np.array(values) for key, values in samples.items()}
+    return {case.key: np.array(samples[case.key]) / case.work for case in cases}

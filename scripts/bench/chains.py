@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.clock import Spent
+
 STAGES = 4  # of RK4
 BLOCKS = 2
 STEP = 1e-4
@@ -34,10 +36,10 @@ class Chain:
         self.evaluations = STAGES * k * len(states) * self.steps
         self.run_steps = len(states) * self.steps
 
-    def seconds(self) -> float:
+    def spend(self) -> Spent:
         from bench import engine
 
-        return engine.seconds(self.batch, 1)
+        return engine.spend(self.batch, 1)
 
 
 def cold(sizes: list[int]) -> dict[int, dict[str, float]]:

@@ -1,12 +1,12 @@
 """The engine on the heavy top and on chains: batches to time, and the kernels' own operation counts."""
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from bench.clock import Spent, Stopwatch
 from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch, Chunk
 from lienumba.compiler import native
@@ -112,13 +112,13 @@ def integrate(work: Batch, workers: int) -> np.ndarray:
     return found
 
 
-def seconds(work: Batch, workers: int) -> float:
-    """Wall time of the integration alone: threads, kernels and records, no dataset."""
-    start = time.perf_counter()
+def spend(work: Batch, workers: int) -> Spent:
+    """On the integration alone: threads, kernels and records, no dataset."""
+    watch = Stopwatch()
     for chunk in _chunks(work, workers):
         if np.any(chunk.codes):
             raise RuntimeError(f"runs of the benchmark failed with the codes {np.unique(chunk.codes)}")
-    return time.perf_counter() - start
+    return watch.spent()
 
 
 # ------------------------------------------------------------ the acceleration map alone
@@ -157,9 +157,9 @@ class AccelerationMap:
         prepare = aligned(1, ELEMENT * k, W)
         self._evaluate = compiled(_evaluate)
         self._evaluate(addresses["map_prepare"], prepare, self.parameters, self.out, self.work, 1)
-        self.seconds(1)
+        self.spend(1)
 
-    def seconds(self, rounds: int) -> float:
-        start = time.perf_counter()
+    def spend(self, rounds: int) -> Spent:
+        watch = Stopwatch()
         self._evaluate(self.address, self.states, self.parameters, self.out, self.work, rounds)
-        return time.perf_counter() - start
+        return watch.spent()

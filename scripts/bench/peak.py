@@ -1,8 +1,8 @@
 """The multiply-add peak of one core, with the engine's own vector type."""
 
-import time
 from typing import Any
 
+from bench.clock import Spent, Stopwatch
 from lienumba.compiler.flat import compiled
 from lienumba.compiler.lanes import fma, splat, store
 from lienumba.compiler.routines.marks import inlined
@@ -53,14 +53,14 @@ def _sixteen(out: int, turns: int) -> None:
 CHAINS = {4: _four, 8: _eight, 16: _sixteen}  # more chains hide the latency, until the registers run out
 
 
-def gflops(turns: int) -> float:
-    """The best over the numbers of chains, Gflop/s; a multiply-add counts as two."""
-    out = aligned(1, W)
-    best = 0.0
+def of_a_flop(turns: int) -> Spent:
+    """The least over the numbers of chains, s; a multiply-add counts as two."""
+    out, found = aligned(1, W), []
     for chains, routine in CHAINS.items():
         spin = compiled(routine)
         spin(out.ctypes.data, 1)
-        start = time.perf_counter()
+        watch = Stopwatch()
         spin(out.ctypes.data, turns)
-        best = max(best, 2 * W * PER_TURN * chains * turns / (time.perf_counter() - start) * 1e-9)
-    return best
+        flops = 2 * W * PER_TURN * chains * turns
+        found.append(Spent(*(seconds / flops for seconds in watch.spent())))
+    return min(found, key=lambda spent: spent.core)

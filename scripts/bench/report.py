@@ -12,6 +12,7 @@ import numpy as np
 from bench import robot_cases
 from bench.cases import Case
 from bench.checks import Check
+from bench.reach import table as reach_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,13 +57,14 @@ def results(
         case.key: {
             "label": case.label,
             "threads": case.threads,
-            "ns": float(np.median(samples[case.key])) * 1e9,
-            "ns_least": float(np.min(samples[case.key])) * 1e9,
-            "gflops": case.flops / float(np.median(samples[case.key])) * 1e-9,
+            "ns": _core(samples[case.key]) * 1e9,
+            "ns_least": float(np.min(samples[case.key][:, 1])) * 1e9,
+            "wall_ns": float(np.median(samples[case.key][:, 0])) * 1e9,
+            "gflops": case.flops / _core(samples[case.key]) * 1e-9,
             "flops": case.flops,
             "parts": case.parts,
             "beside_us": case.beside() * 1e6,
-            "samples_ns": [float(x) * 1e9 for x in samples[case.key]],
+            "samples_ns": [float(x) * 1e9 for x in samples[case.key][:, 1]],
         }
         for case in cases
     }
@@ -78,20 +80,27 @@ def results(
     }
 
 
+def _core(samples: np.ndarray) -> float:
+    return float(np.median(samples[:, 1]))
+
+
 def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, float]:
-    """Medians of the ratios within a round, by name."""
+    """Medians of the ratios within a round, of core time, by name; of one thread to two of the time on the clock."""
 
-    def ratio(slow: str, fast: str) -> float:
-        return float(np.median(samples[slow] / samples[fast]))
+    def ratio(slow: str, fast: str, which: int = 1) -> float:
+        return float(np.median(samples[slow][:, which] / samples[fast][:, which]))
 
-    found = {
+    found = reach_table.ratios([case.key for case in cases], ratio)
+    if "peak" not in samples:  # nothing but those
+        return found
+    found |= {
         f"{slow}/engine_{projection}": ratio(slow, f"engine_{projection}_1")
         for projection in ("none", "both")
         for slow in ("naive_none", "naive_both", "tuned_none", "tuned_both", "numpy_one", "numpy_all")
     }
     flops = {case.key: case.flops for case in cases}
     found |= {f"peak_fraction_{key}": ratio("peak", key) * flops[key] for key in ("map", "engine_none_1")}
-    found |= {f"two_threads_{p}": ratio(f"engine_{p}_1", f"engine_{p}_2") for p in ("none", "both")}
+    found |= {f"two_threads_{p}": ratio(f"engine_{p}_1", f"engine_{p}_2", 0) for p in ("none", "both")}
     chains = [case.key for case in cases if case.key.startswith("chain_")]
     if "chain_4" in chains:
         found |= {f"{key}/chain_4": ratio(key, "chain_4") for key in chains}
@@ -104,9 +113,7 @@ def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, floa
 
 
 def show(found: dict[str, Any], console: "Console") -> None:
-    from rich.table import Table
-
-    h, rows, ratios = found["hardware"], found["rows"], found["ratios"]
+    h, rows = found["hardware"], found["rows"]
     load = "" if h["load"] is None else f", load before {h['load']:.2f}"
     console.print(
         f"{h['cpu']} ({h['target']}), {h['cores']} cores{load}; lienumba {h['lienumba']}, Python {h['python']}, "
@@ -115,19 +122,31 @@ def show(found: dict[str, Any], console: "Console") -> None:
     )
     if h["load"] is not None and h["load"] > BUSY:
         console.print("[yellow]The machine is busy: two threads and fractions of the peak come out too low.[/yellow]")
-    table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps: ns per step and run, medians")
+    if "peak" in rows:
+        _show_engine(found, console)
+    reach_table.show(found, console)
+    for check in found["checks"]:
+        mark = "[green]ok[/green]" if check["good"] else f"[red]WRONG, allowed {check['allowed']:.0e}[/red]"
+        console.print(f"{mark} {check['label']}: {check['error']:.1e}", highlight=False)
+
+
+def _show_engine(found: dict[str, Any], console: "Console") -> None:
+    from rich.table import Table
+
+    rows, ratios = found["rows"], found["ratios"]
+    table = Table(title="Heavy top, RK4, h = 1e-4, an output every 100 steps: ns of core time per step and run")
     table.add_column("", no_wrap=True)
-    for name in ("threads", "ns", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):
+    for name in ("threads", "ns", "on the clock", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):
         table.add_column(name, justify="right")
     for key, row in rows.items():
-        if key.startswith(("chain_", "robot_", "joints_")):
+        if key.startswith(("chain_", "robot_", "joints_", "reach_")):
             continue
         of_peak = ratios.get(f"peak_fraction_{key}")
         faster = [ratios.get(f"{key}/engine_{projection}") for projection in ("none", "both")]
         table.add_row(
             row["label"],
             str(row["threads"]),
-            "" if key == "peak" else f"{row['ns']:,.2f}",
+            *("" if key == "peak" else f"{row[time]:,.2f}" for time in ("ns", "wall_ns")),
             f"{row['gflops']:.1f}" if row["gflops"] else "",
             f"{of_peak:.0%}" if of_peak else "",
             *(f"{ratio:,.0f}" if ratio else "" for ratio in faster),
@@ -150,6 +169,3 @@ def show(found: dict[str, Any], console: "Console") -> None:
         f"{ratios['two_threads_both']:.2f}. The driver, compiled once and for all: {driver:.1f} s.",
         highlight=False,
     )
-    for check in found["checks"]:
-        mark = "[green]ok[/green]" if check["good"] else f"[red]WRONG, allowed {check['allowed']:.0e}[/red]"
-        console.print(f"{mark} {check['label']}: {check['error']:.1e}", highlight=False)

@@ -1,12 +1,12 @@
 """Other engines on the same top, where they are installed (extra `bench`): MuJoCo's rollout and Exudyn."""
 
-import time
 import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from bench.clock import Spent, Stopwatch, total
 from bench.engine import GRAVITY, INERTIA, MASS, PIVOT, SPIN
 
 CENTRE = tuple(-x for x in PIVOT)  # the mass centre, seen from the pivot, body frame
@@ -15,14 +15,14 @@ ABOUT_PIVOT = (INERTIA[0] + MASS, INERTIA[1], INERTIA[2] + MASS)  # kg m2; the a
 
 @dataclass(frozen=True)
 class Rival:
-    """`seconds(runs, steps)`: wall time of that many steps; `mass_centre()`: of the nominal run at the end."""
+    """`spend(runs, steps)`: on that many steps; `mass_centre()`: of the nominal run at the end."""
 
     name: str
     version: str
     threads: int
     runs: int
     steps: int
-    seconds: Any
+    spend: Any
     mass_centre: Any
 
 
@@ -55,29 +55,29 @@ def _mujoco(h: float, end_steps: int) -> Rival:
     spread = np.zeros(8)
     spread[5:] = 0.01 * np.array(SPIN)
 
-    def run(runs: int, steps: int) -> tuple[float, np.ndarray]:
+    def run(runs: int, steps: int) -> tuple[Spent, np.ndarray]:
         initial = start + np.random.default_rng(2015).standard_normal((runs, 8)) * spread
         initial[0] = start
         states = np.full((runs, steps, size), 0.0)  # memory that is already there, as in a second call
-        begin = time.perf_counter()
+        watch = Stopwatch()
         rollout.rollout(model, threads, initial, nstep=steps, state=states)
-        return time.perf_counter() - begin, states
+        return watch.spent(), states
 
-    def seconds(runs: int, steps: int) -> float:
+    def spend(runs: int, steps: int) -> Spent:
         return run(runs, steps)[0]
 
     def mass_centre() -> np.ndarray:
         w, x, y, z = run(1, end_steps)[1][0, -1, 1:5]
         return np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])  # R (0, 1, 0)
 
-    return Rival("MuJoCo rollout", mujoco.__version__, 2, 64, 500, seconds, mass_centre)
+    return Rival("MuJoCo rollout", mujoco.__version__, 2, 64, 500, spend, mass_centre)
 
 
 def _exudyn(h: float, end_steps: int) -> Rival:
     import exudyn
     from exudyn import utilities as exu
 
-    def solve(steps: int) -> tuple[float, np.ndarray]:
+    def solve(steps: int) -> tuple[Spent, np.ndarray]:
         container = exudyn.SystemContainer()
         system = container.AddSystem()
         body = system.CreateRigidBody(  # its explicit solvers refuse joints: Euler's equations about the pivot
@@ -96,13 +96,13 @@ def _exudyn(h: float, end_steps: int) -> Rival:
             settings.timeIntegration.verboseMode = 0
             settings.solutionSettings.writeSolutionToFile = False
             settings.displayComputationTime = False
-        start = time.perf_counter()
+        watch = Stopwatch()
         system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
-        wall = time.perf_counter() - start
-        return wall, np.array(system.GetObjectOutputBody(body, exudyn.OutputVariableType.Position, list(CENTRE)))
+        spent = watch.spent()
+        return spent, np.array(system.GetObjectOutputBody(body, exudyn.OutputVariableType.Position, list(CENTRE)))
 
-    def seconds(runs: int, steps: int) -> float:
-        return sum(solve(steps)[0] for _ in range(runs))
+    def spend(runs: int, steps: int) -> Spent:
+        return total(solve(steps)[0] for _ in range(runs))
 
     version = str(exudyn.__version__)
-    return Rival("Exudyn explicit RK44", version, 1, 1, 10000, seconds, lambda: solve(end_steps)[1])
+    return Rival("Exudyn explicit RK44", version, 1, 1, 10000, spend, lambda: solve(end_steps)[1])

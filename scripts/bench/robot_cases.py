@@ -13,6 +13,7 @@ import numpy as np
 from bench import robot_rivals, robots
 from bench.cases import Case
 from bench.checks import CLOSE, Check
+from bench.clock import Spent
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def robot_cases(names: list[str], runs: int = RUNS, work: int = WORK) -> tuple[l
             for rotors, own in (("", robot), ("_rotors", robot.with_rotors())):
                 engine = robots.Engine(own, WAYS[way])
                 label = f"{name}, {WORDS[way]}{', rotors' if rotors else ''}"
-                run = partial(engine.seconds, steps, THREADS)
+                run = partial(engine.spend, steps, THREADS)
                 key, parts = f"robot_{name}_{way}{rotors}", bodies * engine.stages
                 beside = partial(getattr, engine, "beside")
                 cases.append(Case(key, label, THREADS, runs * steps, run, parts=parts, beside=beside))
@@ -74,7 +75,7 @@ def _rivals(name: str, robot: robots.Robot, steps: int) -> list[Case]:
         pass
     try:
         aba = robot_rivals.Pinocchio(robot.tree)
-        run = partial(aba.seconds, robot.q[:EVALUATIONS], robot.v[:EVALUATIONS], EVALUATIONS)
+        run = partial(aba.spend, robot.q[:EVALUATIONS], robot.v[:EVALUATIONS], EVALUATIONS)
         label = f"{name}, Pinocchio {aba.version}, aba from Python, one evaluation"
         found.append(Case(f"robot_{name}_pinocchio", label, 1, EVALUATIONS**2, run))
     except ImportError:
@@ -82,7 +83,7 @@ def _rivals(name: str, robot: robots.Robot, steps: int) -> list[Case]:
     return found
 
 
-def _rollout(mujoco: robot_rivals.Mujoco, robot: robots.Robot, steps: int) -> float:
+def _rollout(mujoco: robot_rivals.Mujoco, robot: robots.Robot, steps: int) -> Spent:
     return mujoco.run(robot.q, robot.v, steps)[2]
 
 
@@ -124,7 +125,7 @@ def chain_cases(lengths: list[int], work: int = WORK) -> list[Case]:
             engine = robots.Engine(robots.Robot(chain(k, kind), CHAIN_RUNS), BY_JOINTS)
             steps = max(10, work // (CHAIN_RUNS * k))
             units = steps * CHAIN_RUNS * k * engine.stages
-            cases.append(Case(f"joints_{word}_{k}", f"chain of {k} {word}", 1, units, partial(engine.seconds, steps)))
+            cases.append(Case(f"joints_{word}_{k}", f"chain of {k} {word}", 1, units, partial(engine.spend, steps)))
     return cases
 
 

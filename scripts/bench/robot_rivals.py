@@ -1,10 +1,10 @@
 """A tree of links in MuJoCo and in Pinocchio: accelerations, and the core time of their steps and evaluations."""
 
-import time
 from typing import Any
 
 import numpy as np
 
+from bench.clock import Spent, Stopwatch
 from bench.trees import SIZES, Tree, quaternions, rotations
 from lienumba.mechanics.mechanism.model import GROUND
 
@@ -67,8 +67,8 @@ class Mujoco:
             found[n] = data.qacc[self.v_at]
         return found
 
-    def run(self, q: np.ndarray, v: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray, float]:
-        """q and v at the end, and the core time of all threads in s."""
+    def run(self, q: np.ndarray, v: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray, Spent]:
+        """q and v at the end, and what that took."""
         import mujoco
         from mujoco import rollout
 
@@ -76,10 +76,10 @@ class Mujoco:
         initial = np.zeros((len(q), size))
         initial[:, 1 + self.q_at], initial[:, 1 + self.tree.nq + self.v_at] = q, v
         states = np.full((len(q), steps, size), 0.0)  # memory that is already there, as in a second call
-        begin = time.process_time()
+        watch = Stopwatch()
         rollout.rollout(self.model, self.data, initial, nstep=steps, state=states)
-        seconds = time.process_time() - begin
-        return states[:, -1, 1 + self.q_at], states[:, -1, 1 + self.tree.nq + self.v_at], seconds
+        spent = watch.spent()
+        return states[:, -1, 1 + self.q_at], states[:, -1, 1 + self.tree.nq + self.v_at], spent
 
 
 class Pinocchio:
@@ -131,13 +131,13 @@ class Pinocchio:
                 found[:, at] = np.einsum("nij,nj->ni", R, found[:, at] + turning)
         return found
 
-    def seconds(self, q: np.ndarray, v: np.ndarray, rounds: int) -> float:
-        """Core time of aba at every one of these, so many rounds."""
+    def spend(self, q: np.ndarray, v: np.ndarray, rounds: int) -> Spent:
+        """On aba at every one of these, so many rounds."""
         import pinocchio as pin
 
         states, none = list(zip(*self._own(q, v), strict=True)), np.zeros(self.tree.nv)
-        begin = time.process_time()
+        watch = Stopwatch()
         for _ in range(rounds):
             for x, y in states:
                 pin.aba(self.model, self.data, x, y, none)
-        return time.process_time() - begin
+        return watch.spent()

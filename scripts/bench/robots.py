@@ -1,6 +1,5 @@
 """Robots of the gallery in this engine, in MuJoCo and in Pinocchio, from the same starts with the same steps."""
 
-import time
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.clock import Spent, Stopwatch
 from bench.trees import Tree
 from lienumba.batch.execute import execute, tasks
 from lienumba.engine import programs
@@ -98,20 +98,21 @@ class Engine:
         self.beside = 0.0
         self.stages = len(METHODS[self.resolved.data.integrator.method].b)
 
-    def run(self, steps: int, workers: int, h: float = STEP) -> tuple[np.ndarray, float]:
-        """States at the end (runs, 18 k), and the core time in s that all threads spent on the steps; `beside` becomes
-        what a run costs beside them (s)."""
-        begin = time.process_time()
+    def run(self, steps: int, workers: int, h: float = STEP) -> tuple[np.ndarray, Spent]:
+        """States at the end (runs, 18 k), and the time: on the clock of all, of the cores on the steps alone; `beside`
+        becomes what a run costs the cores beside them (s)."""
+        watch, seconds = Stopwatch(), 0.0
         batch = programs.batch_of(self.resolved, self.prepared, self.program, self.machine)
         batch = replace(batch, h=h, end=steps * h, outputs=np.array([0.0, steps * h]))
-        ends, seconds = np.empty_like(self.prepared.states), 0.0
+        ends = np.empty_like(self.prepared.states)
         for chunk in execute(tasks(batch, workers, lambda chunk: chunk), workers, lambda _: None):
             if np.any(chunk.codes):
                 raise RuntimeError(f"runs of {self.resolved.data.title!r} failed: codes {np.unique(chunk.codes)}")
             ends[chunk.runs] = chunk.states[:, : ends.shape[1]]
             seconds += chunk.seconds
-        self.beside = (time.process_time() - begin - seconds) / batch.runs
-        return ends, seconds
+        spent = watch.spent()
+        self.beside = (spent.core - seconds) / batch.runs
+        return ends, Spent(spent.wall, seconds)
 
-    def seconds(self, steps: int, workers: int = 1) -> float:
+    def spend(self, steps: int, workers: int = 1) -> Spent:
         return self.run(steps, workers)[1]

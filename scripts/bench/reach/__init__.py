@@ -1,0 +1,1 @@
+"""What it takes to reach an error: this engine's methods beside heyoka, on the same mechanisms."""
