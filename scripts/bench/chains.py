@@ -47,7 +47,8 @@ def cold(sizes: list[int]) -> dict[int, dict[str, float]]:
     first, which compiles the driver."""
     found: dict[int, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {"LIENUMBA_CACHE_DIR": folder, "PYTHONPATH": str(Path(__file__).parents[1])}
+        path = [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = os.environ | {"LIENUMBA_CACHE_DIR": folder, "PYTHONPATH": os.pathsep.join(path)}
         for k in sizes:
             command = [sys.executable, __file__, str(k)]
             done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)

@@ -31,7 +31,8 @@ def problem(name: str) -> Any:
     """A short one."""
     made, end = bench()[1].PROBLEMS[name][0](RUNS), ENDS[name]
     integrator = made.data["integrator"] | {"end_time": end}
-    return replace(made, end=end, data={**made.data, "integrator": integrator, "output": {"variables": [], "every": end}})
+    data = {**made.data, "integrator": integrator, "output": {"variables": [], "every": end}}
+    return replace(made, end=end, data=data)
 
 
 @cache
@@ -86,7 +87,7 @@ def test_the_coarsest_setting_that_reaches_an_error() -> None:
     class Halving:
         """Each setting has half the error of the one before; the first two fail."""
 
-        ladder = list(range(20))
+        ladder = tuple(range(20))
 
         def searched(self) -> "Halving":
             return self

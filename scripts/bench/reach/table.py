@@ -30,9 +30,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
         own = {key: row for key, row in rows.items() if _parts(key)[0] == problem}
         errors = list(dict.fromkeys(_parts(key)[1] for key in own))
         title = found["reach"][next(iter(own))]["problem"]
-        table = Table(
-            title=f"{title}: ms of core time per run to an error, and times the cheapest of heyoka"
-        )
+        table = Table(title=f"{title}: ms of core time per run to an error, and times the cheapest of heyoka")
         table.add_column("", no_wrap=True)
         for error in errors:
             table.add_column(f"{error} m", justify="right", no_wrap=True)
