@@ -12,6 +12,7 @@ from math import inf
 from threading import Lock
 from typing import Any
 
+from lienumba.numerics import vector_math
 from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, power
 
@@ -41,9 +42,14 @@ def uncollected() -> Iterator[None]:
 
 
 class Graph:
-    """The operations of one kernel, in the order in which they were recorded."""
+    """The operations of one kernel, in the order in which they were recorded.
 
-    def __init__(self) -> None:
+    analytic: whether sin, cos, exp, log and atan2 are operations of their own, for whoever expands the graph into
+    series (`lienumba.compiler.series`); else they are the polynomials that machine code has for them.
+    """
+
+    def __init__(self, analytic: bool = False) -> None:
+        self.analytic = analytic
         self.nodes: list[Symbol] = []
         self.bounds: dict[int, float] = {}  # promised, see at_most
         self._memo: dict[tuple[Any, ...], Symbol] = {}
@@ -250,6 +256,24 @@ class Symbol:
 
     def power_of_two(self) -> "Symbol":
         return self.graph.node("power_of_two", self)
+
+    def sin(self) -> Any:
+        return self.graph.node("sin", self) if self.graph.analytic else vector_math.sin(self)
+
+    def cos(self) -> Any:
+        return self.graph.node("cos", self) if self.graph.analytic else vector_math.cos(self)
+
+    def exp(self) -> Any:
+        return self.graph.node("exp", self) if self.graph.analytic else vector_math.exp(self)
+
+    def log(self) -> Any:
+        return self.graph.node("log", self) if self.graph.analytic else vector_math.log(self)
+
+    def atan2(self, y: Number, x: Number) -> Any:
+        for number in (y, x):
+            if not isinstance(number, Symbol) and hasattr(number, "atan2"):
+                return number.atan2(y, x)  # a jet
+        return self.graph.node("atan2", y, x) if self.graph.analytic else vector_math.atan2(y, x)
 
 
 def live(outputs: Sequence[object]) -> list[Symbol]:

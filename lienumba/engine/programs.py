@@ -11,6 +11,7 @@ from lienumba.integrators.methods.charts import JOINT
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.mechanics.tree.spanning import closing_rows
+from lienumba.scenario.checks.integrator import order_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
@@ -47,6 +48,7 @@ def _selection(resolved: Scenario, prepared: Prepared) -> "RowSelection":
 
 def method_of(resolved: Scenario) -> "Method":
     """What beside the mechanism shapes the kernels of a scenario."""
+    from lienumba.integrators.methods import METHODS
     from lienumba.integrators.tracing.program import Method
 
     data = resolved.data
@@ -54,8 +56,10 @@ def method_of(resolved: Scenario) -> "Method":
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
-        baumgarte=projection.baumgarte, queued=adaptive or bool(data.model.events), adaptive=adaptive,
+        baumgarte=projection.baumgarte,
+        queued=adaptive or bool(data.model.events) or METHODS[integrator.method].series, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
+        order=order_of(integrator) or 0,
     )  # fmt: skip
 
 

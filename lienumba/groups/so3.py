@@ -79,6 +79,20 @@ def rotate_back(R: Matrix, a: Vector) -> Vec3:
 
 
 @kernel
+def turning(R: Matrix, w: Vector) -> Matrix3:
+    """R w^: how R changes where its axes turn with w (along them)."""
+    return (*cross(R[0:3], w), *cross(R[3:6], w), *cross(R[6:9], w))
+
+
+@kernel
+def upright(a: Vector, b: Vector) -> tuple[Vec3, Vec3]:
+    """The unit vector along a, and the one along b across it."""
+    a = scale(1.0 / sqrt(dot(a, a)), a)
+    b = axpy(-dot(a, b), a, b)
+    return a, scale(1.0 / sqrt(dot(b, b)), b)
+
+
+@kernel
 def transpose(R: Matrix) -> Matrix3:
     """R^T, the inverse of a rotation."""
     return (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])

@@ -13,11 +13,11 @@ from lienumba.numerics.operations import kernel
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
-    "close", "end", "dense", "events", "place", "read",
+    "close", "end", "dense", "events", "place", "read", "expand",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -52,7 +52,7 @@ class Sizes(NamedTuple):
     have a time of their own also of F at the end and of the extension's stages: there the last one is F at the end
     as the next step has it; events; correction: rows of an iterate of the position projection between its state and
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
-    hoisted.
+    hoisted; series: rows of the coefficients of a step and what belongs to them.
     """
 
     elements: int
@@ -69,6 +69,7 @@ class Sizes(NamedTuple):
     chord: int = 0
     observed: int = 0
     parameters: int = 1
+    series: int = 0
 
 
 @kernel
@@ -112,6 +113,12 @@ def acceleration_row(sizes: Sizes, stage: int) -> int:
     """The first row of the accelerations that a stage reports, counted as that of a slope. Stages overwrite what those
     before them said: the last one's are read."""
     return control_row(sizes) + CONTROL + sizes.coordinates * stage
+
+
+@kernel
+def series_row(sizes: Sizes) -> int:
+    """The first row of the coefficients of a step, counted as that of a slope: behind all of these."""
+    return acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
 
 
 @kernel
@@ -183,7 +190,7 @@ def workspace(sizes: Sizes) -> Workspace:
     new = iterate
     slopes = new + first_slope(sizes)
     control = slopes + control_row(sizes)
-    now = slopes + max(acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements, iterate)
+    now = slopes + max(series_row(sizes) + sizes.series, iterate)
     following = now + iterate
     clock = following + iterate
     lanes = clock + CLOCK

@@ -208,7 +208,10 @@ def stage(
 def extend(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, until: Lanes
 ) -> None:
-    """The slope at the end of an open step, and those of the stages that only the continuous extension needs."""
+    """The slope at the end of an open step, and those of the stages that only the continuous extension needs; a
+    series says it all."""
+    if kernels[layout.EXPAND] != 0:
+        return
     if kernels[layout.CLOSE] == 0:
         store(at.clock, layout.TIME, until)
         last = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1)

@@ -35,6 +35,7 @@ from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
+    BACK,
     BUSY,
     DUE,
     FRESH,
@@ -46,6 +47,7 @@ from lienumba.integrators.layout import (
     STATUS,
     TRIAL,
     UNTIL,
+    H,
     Sizes,
     T,
     Workspace,
@@ -81,11 +83,24 @@ def _next_runs(
 @inlined
 def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
     """F at the end of a step is the first slope of the next one."""
-    for element in range(sizes.elements):
-        source, target = layout.slope_row(sizes, element, sizes.slopes - 1), layout.slope_row(sizes, element, 0)
-        commit(mask, slopes + ROW * target, slopes + ROW * source, sizes.coordinates)
-    source, target = layout.report_row(sizes, sizes.slopes - 1), layout.report_row(sizes, 0)
-    commit(mask, slopes + ROW * target, slopes + ROW * source, layout.REPORTS)
+    if sizes.slopes > 1:
+        for element in range(sizes.elements):
+            source, target = layout.slope_row(sizes, element, sizes.slopes - 1), layout.slope_row(sizes, element, 0)
+            commit(mask, slopes + ROW * target, slopes + ROW * source, sizes.coordinates)
+        source, target = layout.report_row(sizes, sizes.slopes - 1), layout.report_row(sizes, 0)
+        commit(mask, slopes + ROW * target, slopes + ROW * source, layout.REPORTS)
+
+
+@inlined
+def _expand(kernels: np.ndarray, at: Workspace, pace: np.ndarray) -> None:
+    """The series of a step, which says how long it may be: again shorter where it was rejected."""
+    lanes, t, jump = at.lanes, load(at.lanes, T), load(at.lanes, JUMP)
+    store(at.clock, layout.TIME, t)
+    store(at.clock, layout.MIDDLE, 0.5 * (t + choose(jump < pace[END], jump, splat(pace[END]))))
+    call(kernels[layout.EXPAND], at.state, at.parameters, at.clock, 0, at.slopes, at.work)
+    wanted = load(at.control, layout.FACTOR)
+    wanted = choose(wanted > pace[LONGEST], splat(pace[LONGEST]), wanted)
+    store(lanes, H, choose(load(lanes, BACK) != 0.0, load(lanes, H), wanted))
 
 
 @inlined
@@ -193,6 +208,8 @@ def drive(
             for n in range(pace.size - TOLERANCE):
                 store(at.clock, layout.TOLERANCE + n, splat(pace[TOLERANCE + n]))
             fresh = False
+        if kernels[layout.EXPAND] != 0:
+            _expand(kernels, at, pace)
         propose(lanes, at.clock, pace[END], pace[STEP])
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)
         _try(kernels, sizes, nodes, at, table, limit, tolerance)

@@ -3,10 +3,11 @@
 from lienumba.integrators.methods.classical import CLASSICAL
 from lienumba.integrators.methods.pairs import PAIRS
 from lienumba.integrators.methods.tableau import METHODS
+from lienumba.integrators.methods.taylor import TAYLOR
 
 __all__ = ["DEFAULT", "DEFAULT_PAIR", "METHODS"]
 
 DEFAULT, DEFAULT_PAIR = "rk4", "dop853"  # with a step, with a tolerance
 
-for tableau in (*CLASSICAL, *PAIRS):
+for tableau in (*CLASSICAL, *PAIRS, TAYLOR):
     METHODS.add(tableau)

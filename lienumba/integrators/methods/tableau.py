@@ -20,7 +20,8 @@ class Tableau:
     end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs;
     `first`: of a commutator-free method, the weights of the first of two exponentials in each stage and at the end, or
     none where there is but one; `flat`: the method that this one is in a vector space; `words`: what a citation says of
-    it, with [@key] for each of its `references`.
+    it, with [@key] for each of its `references`; `series`: whether a step is a power series in time, of which the rest
+    says nothing but an order that may be another.
     """
 
     name: str
@@ -34,16 +35,28 @@ class Tableau:
     first: tuple[Row, ...] = ()
     flat: str = ""
     references: tuple[Reference, ...] = ()
+    series: bool = False
 
     @classmethod
     def of(
         cls, name: str, order: int, words: str, A: Sequence[str], b: str, *references: Reference,
         errors: Sequence[str] = (), D: Sequence[str] = (), more: Sequence[str] = (), first: Sequence[str] = (),
-        flat: str = "",
+        flat: str = "", series: bool = False,
     ) -> "Tableau":  # fmt: skip
         """From rows as texts, with the digits that are published."""
         return cls(
-            name, order, words, rows(A), row(b), rows(errors), rows(D), rows(more), rows(first), flat, references
+            name,
+            order,
+            words,
+            rows(A),
+            row(b),
+            rows(errors),
+            rows(D),
+            rows(more),
+            rows(first),
+            flat,
+            references,
+            series,
         )
 
     @property

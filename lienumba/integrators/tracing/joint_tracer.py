@@ -12,11 +12,12 @@ from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT, State
 from lienumba.integrators import layout
 from lienumba.integrators.methods import step_control
+from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing import tracer as seen
 from lienumba.integrators.tracing.joint_chart import JointChart
-from lienumba.integrators.tracing.law_states import rates, sampled
+from lienumba.integrators.tracing.law_states import sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
-from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Tracer, flat, worst
+from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Part, Tracer, flat, worst
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
@@ -92,9 +93,31 @@ class JointTracer(Tracer):
     ) -> tuple[list[Vector], Dynamics]:
         posture = _tree(posture)
         solution = equations.accelerations(posture, self.structure, mask, expected, self.method.baumgarte)
-        laws = self.law_states.together(rates(model, posture.now)) if self.laws else []
+        laws = self.law_states.together(law_states.rates(model, posture.now)) if self.laws else []
         found = Dynamics(solution.rates, solution.mu, solution.sound, solution.margin)
         return [(*solution.rates, *laws)], found
+
+    def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
+        tree, found = self.tree(model), list[Number]()
+        for link in tree.links:
+            own = tuple(F[0][rate] for rate in link.rates)
+            found += link.move.rates(state_of(link, state[0]), own, link.pitch)
+        return [*found, *F[0][tree.freedoms :]]
+
+    def velocity_rows(self, model: Model) -> list[int]:
+        links = self.tree(model).links
+        ends = [(link.first_state + link.move.state, link.move.freedoms) for link in links]
+        return [row for end, count in ends for row in range(end - count, end)]
+
+    def parts(self, model: Model) -> list[Part]:
+        tree, found = self.tree(model), list[Part]()
+        for link in tree.links:
+            rows, move = range(link.first_state, link.first_state + link.move.state), link.move
+            for kind, _, part in move.kinds():
+                own = range(move.state)[part] if part is not None else move.turning
+                assert own is not None
+                found.append(Part(kind, rows[own.start : own.stop]))
+        return [*found, *(Part(4, range(row, row + 1)) for row in range(tree.state, tree.state + self.laws))]
 
     def observed(
         self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None

@@ -25,11 +25,18 @@ own, so that what is observed can never change how a step is computed.
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
+from lienumba.compiler.convolutions import SeriesKernel
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators.layout import Sizes
 from lienumba.integrators.methods.charts import JOINT
-from lienumba.integrators.tracing import extension_kernels, position_kernels, state_kernels, step_kernels
+from lienumba.integrators.tracing import (
+    extension_kernels,
+    position_kernels,
+    series_kernels,
+    state_kernels,
+    step_kernels,
+)
 from lienumba.integrators.tracing.augmented_state import AugmentedState
 from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
@@ -55,7 +62,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class Program(Outline):
-    kernels: dict[str, Kernel]
+    kernels: dict[str, Kernel | SeriesKernel]
 
     def outline(self) -> Outline:
         """Without the kernels, which are large and are not needed beside their machine code."""
@@ -72,7 +79,11 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     template, values = split(model)
     made = JointTracer if method.coordinates == JOINT else Tracer
     tracer = made(template, method, selection, fixed)
-    kernels = step_kernels.step(tracer)
+    series = 0
+    if method.order:
+        kernels, series = series_kernels.kernels(tracer)
+    else:
+        kernels = step_kernels.step(tracer)
     levels = tracer.levels()
     chord = 0
     if "position" in levels and method.position != "none":
@@ -87,9 +98,9 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     kernels["observe"], observed = state_kernels.observe(tracer)
     if isinstance(tracer, JointTracer):
         kernels |= {"place": place(tracer), "read": read(tracer)}
-    if method.queued:
+    if method.queued and not method.order:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
-    if method.adaptive:
+    if method.adaptive and not method.order:
         kernels["close"] = extension_kernels.close(tracer)
     if template.events:
         kernels["events"] = state_kernels.events(tracer)
@@ -99,7 +110,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         rows += len(kernel.hoisted)
     seen = sum(count for _, count in observed.values())
     return Program(
-        tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1)), tracer.augmented,
+        tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1), series=series), tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
         method.queued, kernels,
     )  # fmt: skip

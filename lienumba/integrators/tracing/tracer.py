@@ -4,17 +4,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
+from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT, Algebra, State
 from lienumba.integrators import codes, layout
 from lienumba.integrators.methods import METHODS, step_control
 from lienumba.integrators.methods.charts import GROUPS, Chart
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
-from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, rates, sampled
+from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
@@ -43,6 +45,7 @@ class Method:
     adaptive: bool = False  # whether a tolerance chooses the steps; then lanes are queued, too
     reactions: bool = True  # whether what joints and drivers do is stored
     joint_coordinates: bool = False  # whether those of the whole mechanism are stored
+    order: int = 0  # of series in time
 
     def chart(self) -> Chart:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
@@ -52,7 +55,7 @@ class Method:
     def terms(self) -> int | None:
         """Of the series of dexpinv; None for its closed form."""
         tableau = METHODS[self.tableau]
-        terms = 0 if tableau.composed else max(tableau.order - 2, 0)
+        terms = 0 if tableau.composed or tableau.series else max(tableau.order - 2, 0)
         return None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
 
 
@@ -67,6 +70,13 @@ class Correction(Protocol):
     def sound(self) -> Any: ...
     @property
     def firm(self) -> list[Any]: ...
+
+
+class Part(NamedTuple):
+    """Rows of a state of one kind: see `step_control.Tolerance`. A rotation is a matrix, or a cosine and a sine."""
+
+    kind: int
+    rows: range
 
 
 class Posture(Protocol):
@@ -117,9 +127,9 @@ def split(model: Model) -> tuple[Model, list[Any]]:
     return map_numbers(model, number, slot), values
 
 
-def symbolic(template: Model) -> tuple[Graph, Model]:
+def symbolic(template: Model, analytic: bool = False) -> tuple[Graph, Model]:
     """A graph, and the model with its inputs in the slots."""
-    graph = Graph()
+    graph = Graph(analytic)
 
     def number(x: Any, structural: bool = False) -> Any:
         return graph.input("parameters", x.row) if isinstance(x, Slot) else x
@@ -146,6 +156,7 @@ class Tracer:
         self.structure = self._structure(model, selection, fixed)
         self.elements, self.element, self.velocities = self._elements(model)
         looped, stages = self.structure.looped, len(self.tableau.b)
+        slopes = len(self.tableau.stages) + 1 if method.queued and not method.order else stages
         angles = counted_angles(model, now, method.joint_coordinates)
         self.augmented = AugmentedState(
             angles=angles,
@@ -159,7 +170,7 @@ class Tracer:
             elements=self.elements, element=self.element, augmented=self.augmented.rows,
             first_mask=self.augmented.first_mask, exchangeable=len(self.augmented.masks),
             fixed=int(bool(self.augmented.fixed)), coordinates=self.chart.size, stages=stages,
-            slopes=len(self.tableau.stages) + 1 if method.queued else stages, events=len(model.events),
+            slopes=slopes, events=len(model.events),
             correction=sum(self.correction_rows),
         )  # fmt: skip
 
@@ -214,8 +225,8 @@ class Tracer:
         now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states)
         return not is_zero(dynamics.power(model, now, mu))
 
-    def graph(self) -> tuple[Graph, Model]:
-        return symbolic(self.template)
+    def graph(self, analytic: bool = False) -> tuple[Graph, Model]:
+        return symbolic(self.template, analytic)
 
     def kernel(self, name: str, outputs: Iterable[Number], rows: Sequence[int] | None = None) -> Kernel:
         """A kernel that puts its outputs into these rows, by default one after the other. Where its
@@ -255,7 +266,30 @@ class Tracer:
         a = solution.x
         moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
         found = Dynamics(a, solution.mu, solution.sound, solution.margin)
-        return [*moving, *self.law_states.slopes(rates(model, now))], found
+        return [*moving, *self.law_states.slopes(law_states.rates(model, now))], found
+
+    def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
+        """How every row of the elements changes, where F is of them."""
+        found: list[Number] = []
+        for n, (x, f) in enumerate(zip(state, F, strict=True)):
+            if n < self.k:
+                found += [*f[0:3], *so3.turning(x[3:12], f[3:6]), *f[6:12]]
+            else:
+                found += [f[RATES[NUMBERS.index(i)]] if i in NUMBERS else 0.0 for i in range(self.element)]
+        return found
+
+    def parts(self, model: Model) -> list[Part]:
+        """What the rows of the elements are."""
+        found: list[Part] = []
+        for first in range(0, ELEMENT * self.k, ELEMENT):
+            every = zip((0, 1, 2, 3), ((0, 3), (3, 12), (12, 15), (15, 18)), strict=True)
+            found += [Part(kind, range(first + a, first + b)) for kind, (a, b) in every]
+        behind = range(self.k, self.elements)
+        return [*found, *(Part(4, range(ELEMENT * i + n, ELEMENT * i + n + 1)) for i in behind for n in NUMBERS)]
+
+    def velocity_rows(self, model: Model) -> list[int]:
+        """Where the velocities are in the elements."""
+        return [ELEMENT * i + n for i in range(self.k) for n in range(12, 18)]
 
     def observed(
         self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None

@@ -47,6 +47,7 @@ class Move:
     letters: str = "m"  # of the coordinates that its place is made of, "m" for a length, "r" for an angle
     spins: bool = False  # whether the child's axes may be turned about z at will
     turns: bool = False  # whether it turns at all
+    turning: range | None = None  # where in the state the rotation is, of which u has fewer numbers
 
     @property
     def state(self) -> int:
@@ -88,6 +89,10 @@ class Move:
         """u' at u, from the slope at 0 about the state that u leads to. terms: of the series of dexpinv, or None."""
         return slope
 
+    def rates(self, z: Vector, a: Vector, pitch: Number) -> Vector:
+        """How the numbers of the state z change, where its rates change by a (along S)."""
+        return (*z[self.places :], *a)
+
     def composed(self, u: Vector, w: Vector) -> Vector:
         """The coordinates of a move by u, and from there by w."""
         return tuple(a + b for a, b in zip(u, w, strict=True))
@@ -117,6 +122,7 @@ class Turn(Move):
     letters: str = "r"
     spins: bool = True
     turns: bool = True
+    turning: range | None = range(0, 2)
 
     def read(self, found: Relative, last: bool, pitch: Number) -> tuple[Vector, Relative]:
         E = found.E
@@ -147,6 +153,9 @@ class Turn(Move):
     def settled(self, z: Vector) -> Vector:
         n = 1.5 - 0.5 * (z[0] * z[0] + z[1] * z[1])
         return (n * z[0], n * z[1], *z[2:])
+
+    def rates(self, z: Vector, a: Vector, pitch: Number) -> Vector:
+        return (-(z[1] * z[-1]), z[0] * z[-1], *a)
 
     def turned(self, u: Vector) -> Number:
         return u[0] * u[0]
@@ -203,6 +212,10 @@ class Wind(Turn):
         c, s, rate = super().moved((z[0], z[1], z[-1]), u, pitch)
         return (c, s, z[2] + pitch * (0.5 / pi) * u[0], rate)
 
+    def rates(self, z: Vector, a: Vector, pitch: Number) -> Vector:
+        c, s, _ = super().rates(z, a, pitch)
+        return (c, s, pitch * (0.5 / pi) * z[-1], *a)
+
 
 @dataclass(frozen=True)
 class Ball(Move):
@@ -212,6 +225,7 @@ class Ball(Move):
     freedoms: int = 3
     letters: str = "rrr"
     turns: bool = True
+    turning: range | None = range(0, 9)
 
     def read(self, found: Relative, last: bool, pitch: Number) -> tuple[Vector, Relative]:
         return (*found.E, *so3.rotate_back(found.E, found.w)), found
@@ -231,6 +245,9 @@ class Ball(Move):
     def pulled(self, u: Vector, slope: Vector, terms: int | None) -> Vector:
         return (*_coordinate_rates(u[0:3], slope[0:3], terms), *slope[3:6])
 
+    def rates(self, z: Vector, a: Vector, pitch: Number) -> Vector:
+        return (*so3.turning(z[0:9], z[9:12]), *a)
+
     def composed(self, u: Vector, w: Vector) -> Vector:
         return (*_behind(u[0:3], w[0:3]), *so3.add(u[3:6], w[3:6]))
 
@@ -248,6 +265,7 @@ class Free(Move):
     places: int = 12
     freedoms: int = 6
     turns: bool = True
+    turning: range | None = range(3, 12)
 
     def read(self, found: Relative, last: bool, pitch: Number) -> tuple[Vector, Relative]:
         return (*found.d, *found.E, *found.rate, *so3.rotate_back(found.E, found.w)), found
@@ -271,6 +289,9 @@ class Free(Move):
     def composed(self, u: Vector, w: Vector) -> Vector:
         moved = (*so3.add(u[0:3], w[0:3]), *_behind(u[3:6], w[3:6]))
         return (*moved, *so3.add(u[6:9], w[6:9]), *so3.add(u[9:12], w[9:12]))
+
+    def rates(self, z: Vector, a: Vector, pitch: Number) -> Vector:
+        return (*z[12:15], *so3.turning(z[3:12], z[15:18]), *so3.rotate(z[3:12], a[0:3]), *a[3:6])
 
     def tangent(self, z: Vector, x: Vector) -> Vector:
         return (*so3.rotate(z[3:12], x[0:3]), *x[3:6])

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from lienumba.integrators.methods import DEFAULT_PAIR, METHODS
-from lienumba.scenario.schema.scenario import Integrator
+from lienumba.integrators.methods.taylor import order_for
+from lienumba.scenario.schema.scenario import Integrator, Tolerance
 from lienumba.words import listed
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ MOST_STEPS = 1e12  # of a run: so many take hours at least
 
 def pairs() -> list[str]:
     """The methods that estimate their error."""
-    return [name for name, tableau in METHODS.items() if tableau.errors]
+    return [name for name, tableau in METHODS.items() if tableau.errors or tableau.series]
 
 
 def method_of(integrator: Integrator) -> str:
@@ -23,6 +24,17 @@ def method_of(integrator: Integrator) -> str:
     if "method" not in integrator.model_fields_set and integrator.tolerance is not None:
         return DEFAULT_PAIR
     return integrator.method
+
+
+def order_of(integrator: Integrator) -> int | None:
+    """The order of a series: that which is given, or the one that the tolerance asks for; None of other methods."""
+    method = METHODS[method_of(integrator)]
+    if not method.series or integrator.order is not None:
+        return integrator.order
+    tolerance = integrator.tolerance
+    if tolerance is None:
+        return method.order
+    return order_for(tolerance.relative if isinstance(tolerance, Tolerance) else tolerance)
 
 
 def check_integrator(integrator: Integrator, report: "Report") -> bool:

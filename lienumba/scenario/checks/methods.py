@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import JOINT, R3xSO3
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.taylor import TAYLOR
 from lienumba.scenario.schema.scenario import Integrator, Projection
 from lienumba.words import show
 
@@ -47,6 +48,7 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'give "{method.flat}", or leave [[events]] out',
             method.name,
         )
+    _check_series(integrator, report)
     if integrator.dexpinv is None:
         return
     given = integrator.dexpinv
@@ -61,6 +63,31 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             "leave it out",
             given,
         )
+
+
+def _check_series(integrator: Integrator, report: "Report") -> None:
+    """A series is that of the state: whichever coordinates a step might have, it would be the same; orders are its
+    own."""
+    method = METHODS[integrator.method]
+    if not method.series:
+        if integrator.order is not None:
+            report.add(
+                "integrator.order",
+                f'is that of a series, but the method "{method.name}" has one of its own: {method.order}',
+                f'leave it out, or give the method "{TAYLOR.name}"',
+                integrator.order,
+            )
+        return
+    own = {"group": R3xSO3.__name__, "coordinates": "lie", "dexpinv": None}
+    for key, default in own.items():
+        value = getattr(integrator, key)
+        if value not in (default, JOINT):
+            report.add(
+                f"integrator.{key}",
+                f'makes no difference to integrator.method = "{method.name}", the series of the state itself',
+                "leave it out",
+                value,
+            )
 
 
 def check_projection(projection: Projection, integrator: Integrator | None, report: "Report") -> None:

@@ -13,6 +13,7 @@ from lienumba.errors import BadValueError
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
 from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.taylor import HIGHEST, LOWEST, TAYLOR
 from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
     NAME_RULE,
@@ -232,6 +233,11 @@ def _coordinates() -> str:
 
 class Integrator(Section):
     method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
+    order: Annotated[int, Field(strict=True, ge=LOWEST, le=HIGHEST)] | None = Field(
+        default=None,
+        description=f"the order of a series, from {LOWEST} to {HIGHEST} (or omit it: as the tolerance asks, or "
+        f"{TAYLOR.order} with a step)",
+    )
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
         default=None,

@@ -1,0 +1,312 @@
+"""Series in time: from a recorded right-hand side to kernels that give the coefficients of its solution order by order.
+
+Of x' = D(x) every operation has a recurrence (Moore 1966; Jorba and Zou, Experimental Mathematics 14 (2005)): its
+coefficient k follows from those of its operands up to k, by products with coefficients 0 and by sums x_1 y_(k-1) + ...
+of what is known since the last order. So an order is two functions: the sums of products of all operations
+(`lienumba.compiler.convolutions`), and straight-line code, in which k is a number like others: the size of the code
+does not depend on the order. What depends on coefficients 0 alone, such as the pivots of an elimination, is computed
+once, before the orders.
+
+A comparison is decided by coefficients 0, so that `where` keeps its branch throughout a step.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lienumba.compiler.symbols import COMPARISONS, FUSED, Graph, Symbol, live
+from lienumba.numerics import operations
+from lienumba.numerics.vector_math import ROUND
+
+FULL, INNER = True, False  # sums over all products, or over those without a coefficient 0
+BEFORE = ("state", "parameters", "clock")  # inputs that are known before the first order
+NUMBER = "work"  # where the graph of everything has k, 1/k and 1/(k + 1), which the code of an order has in its clock
+PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked"  # kinds of rows in a slice
+LONGEST = 4  # products that are summed together
+JUMPS = (*COMPARISONS, "power_of_two", "gather")  # constant but where they jump
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": operations.divide,
+    "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c, "fnma": lambda a, b, c: c - a * b,
+    "neg": lambda a: -a, "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, "==": lambda a, b: a == b,
+    "sqrt": operations.sqrt, "sin": operations.sin, "cos": operations.cos, "exp": operations.exp,
+    "log": operations.log, "atan2": operations.atan2, "where": operations.where, "gather": operations.gather,
+    "power_of_two": operations.power_of_two,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sum:
+    """sum of signs times x_j y_(k-j): (sign, x, y), places in a slice; full: over all j, or from 1 to k - 1."""
+
+    full: bool
+    terms: tuple[tuple[float, int, int], ...]
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The series of x' = D. A slice has the coefficients of one order: of what is integrated, of what else is asked
+    for, and of whatever sums read.
+
+    size: of a slice; start: (row, value) of slices 0 and 1, one behind the other; known: values of the numbers' rows;
+    order: (row, value) of a slice k and the next one, where the inputs are "state": the numbers, "extra": slice k,
+    "clock": k, 1/k, 1/(k + 1).
+    """
+
+    size: int
+    sums: tuple[Sum, ...]
+    start: list[tuple[int, Any]]
+    known: list[Any]
+    order: list[tuple[int, Any]]
+
+
+def orders(inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object]) -> Orders:
+    """inputs: of an analytic graph, what is integrated; rates: the derivative of each, and behind them those of
+    quadratures; asked: what else is wanted as a series. All of these come first in a slice, one behind the other."""
+    return _Expansion(inputs, rates, asked).made()
+
+
+class _Expansion:
+    def __init__(self, inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object]) -> None:
+        self.inputs, self.rates, self.asked = inputs, rates, asked
+        self.partner = _partners(live([*rates, *asked]))
+        self.nodes = live([*rates, *asked, *inputs, *self.partner.values()])
+        self.graph = Graph()
+        self.k, self.over_k, self.next_over = self.graph.inputs(NUMBER, 3)
+        own = {x.id for x in inputs}
+        self.moving: set[int] = set()
+        self.ready: set[int] = set(own)  # whose coefficient k is known before order k
+        self.linear: list[Symbol] = []  # of these, those that are computed from others
+        for node in self.nodes:
+            read = [x for x in node.args if isinstance(x, Symbol)]
+            if node.id in own:
+                self.moving.add(node.id)
+            elif node.op not in JUMPS and not _rounds(node) and any(x.id in self.moving for x in read):
+                self.moving.add(node.id)
+                if self._is_linear(node) and all(x.id in self.ready for x in read if x.id in self.moving):
+                    self.ready.add(node.id)
+                    self.linear.append(node)
+        self.places: dict[tuple[str, int], int] = {}
+        self.pairs: dict[Sum, int] = {}
+        self.zero: dict[int, Any] = {}
+        self.now: dict[int, Any] = {}
+
+    def _is_linear(self, node: Symbol) -> bool:
+        if node.op in ("+", "-", "neg"):
+            return True
+        factors = node.args[:2] if node.op in ("*", *FUSED) else ()
+        return bool(factors) and not all(self._moves(x) for x in factors)
+
+    def _moves(self, x: object) -> bool:
+        return isinstance(x, Symbol) and x.id in self.moving
+
+    # ------------------------------------------------------------ values
+    def of(self, x: object, values: dict[int, Any]) -> Any:
+        return values[x.id] if isinstance(x, Symbol) else x
+
+    def at_start(self, x: object) -> Any:
+        return self.of(x, self.zero)
+
+    def here(self, x: object) -> Any:
+        """The coefficient k."""
+        if not self._moves(x):
+            return 0.0
+        assert isinstance(x, Symbol)
+        if x.id in self.ready:
+            return self.graph.input("extra", self.place(x))
+        return self.now[x.id]
+
+    def place(self, x: Symbol, kind: str = PLAIN) -> int:
+        """In a slice."""
+        return self.places.setdefault((kind, x.id), len(self.places))
+
+    def sum_of(self, a: Symbol, b: Symbol, full: bool, kind: str = PLAIN) -> Any:
+        """sum a_j b_(k-j); kind: of a's coefficients."""
+        pair = Sum(full, ((1.0, self.place(a, kind), self.place(b)),))
+        return self.graph.input("sums", self.pairs.setdefault(pair, len(self.pairs)))
+
+    # ------------------------------------------------------------ the recurrences
+    def product(self, a: Any, b: Any) -> Any:
+        if not (self._moves(a) and self._moves(b)):
+            a, b = (b, a) if self._moves(a) else (a, b)
+            return self.at_start(a) * self.here(b)
+        for x, y in ((a, b), (b, a)):  # a constant factor stays outside
+            if x.op == "neg":
+                return -self.product(x.args[0], y)
+            if x.op == "*" and not all(map(self._moves, x.args)):
+                constant, factor = x.args if self._moves(x.args[1]) else x.args[::-1]
+                return self.at_start(constant) * self.product(factor, y)
+        if a.id > b.id:
+            a, b = b, a
+        if a.id in self.ready and b.id in self.ready:
+            return self.sum_of(a, b, FULL)
+        found = self.sum_of(a, b, INNER)
+        if a is b:
+            return found + (2.0 * self.at_start(a)) * self.here(a)
+        return (found + self.at_start(a) * self.here(b)) + self.at_start(b) * self.here(a)
+
+    def function(self, node: Symbol) -> Any:
+        a, op = node.args, node.op
+        if op in ("*", "fma", "fms", "fnma"):
+            found = self.product(a[0], a[1])
+            if op == "*":
+                return found
+            c = self.here(a[2])
+            return found + c if op == "fma" else found - c if op == "fms" else c - found
+        if op in ("+", "-", "neg"):
+            return FUNCTIONS[op](*map(self.here, a))
+        if op == "where":
+            return operations.where(self.at_start(a[0]), self.here(a[1]), self.here(a[2]))
+        own, x = self.zero[node.id], a[0]
+        if op == "/":
+            inverse = 1.0 / self.at_start(a[1])
+            if not self._moves(a[1]):
+                return self.here(x) * inverse
+            return ((self.here(x) - self.sum_of(a[1], node, INNER)) - self.here(a[1]) * own) * inverse
+        if op == "sqrt":
+            return (self.here(x) - self.sum_of(node, node, INNER)) * (0.5 / own)
+        if op == "exp":
+            return self.over_k * self.sum_of(x, node, INNER, WEIGHTED) + self.here(x) * own
+        if op == "log":
+            return (self.here(x) - self.over_k * self.sum_of(node, x, INNER, WEIGHTED)) * (1.0 / self.at_start(x))
+        if op in ("sin", "cos"):
+            other = self.partner[node.id]
+            found = self.over_k * self.sum_of(x, other, INNER, WEIGHTED) + self.here(x) * self.at_start(other)
+            return found if op == "sin" else -found
+        if op == "atan2":
+            return self._angle(node)
+        raise ValueError(f"no series for the operation {op!r}")
+
+    def _angle(self, node: Symbol) -> Any:
+        """x^2 + y^2 times the derivative is x y' - y x'."""
+        square, found = self.partner[node.id], -self.sum_of(node, self.partner[node.id], INNER, WEIGHTED)
+        y, x = node.args
+        newest: Any = 0.0
+        for sign, a, b in ((1.0, y, x), (-1.0, x, y)):
+            if self._moves(a):
+                newest = newest + (sign * self.here(a)) * self.at_start(b)
+                found = found + sign * self.sum_of(a, b, INNER, WEIGHTED) if self._moves(b) else found
+        return (self.over_k * found + newest) * (1.0 / self.at_start(square))
+
+    # ------------------------------------------------------------ all of it
+    def made(self) -> Orders:
+        for node in self.nodes:
+            known = node.args if node.op == "input" else map(self.at_start, node.args)
+            self.zero[node.id] = (self.graph.input if node.op == "input" else FUNCTIONS[node.op])(*known)
+        for x in self.inputs:
+            self.place(x)
+        quadratures = self.rates[len(self.inputs) :]
+        for kind, every in ((QUADRATURE, quadratures), (ASKED, self.asked)):
+            self.places |= {(kind, n): len(self.places) + n for n in range(len(every))}
+        for node in self.nodes:
+            if node.id in self.moving and node.id not in self.ready:
+                self.now[node.id] = self.function(node)
+        first = self._ahead([self.at_start(rate) for rate in self.rates])
+        after = [self.here(rate) * self.next_over for rate in self.rates]
+        later = self._ahead(after)
+        by_id, size = {node.id: node for node in self.nodes}, len(self.places)
+        start: list[tuple[int, Any]] = []
+        order: list[tuple[int, Any]] = []
+        for (kind, n), place in self.places.items():
+            if kind == QUADRATURE:
+                number = len(self.inputs) + n
+                start += [(place, 0.0), (size + place, self.at_start(self.rates[number]))]
+                order.append((size + place, after[number]))
+            elif kind == ASKED:
+                start.append((place, self.at_start(self.asked[n])))
+                order.append((place, self.here(self.asked[n])))
+            elif kind == WEIGHTED:
+                start.append((place, 0.0))
+                order.append((place, self.k * self.here(by_id[n])))
+            elif n in self.ready:
+                start += [(place, self.zero[n]), (size + place, first[n])]
+                order.append((size + place, later[n]))
+            else:
+                start.append((place, self.zero[n]))
+                order.append((place, self.now[n]))
+        return _split(self.graph, list(self.pairs), size, start, order)
+
+    def _ahead(self, coefficients: Sequence[Any]) -> dict[int, Any]:
+        """Of all that is ready the next coefficient, from those of what is integrated."""
+        values = {x.id: c for x, c in zip(self.inputs, coefficients, strict=False)}
+        for node in self.linear:
+            x: list[Any] = [values[a.id] if self._moves(a) else None for a in node.args]
+            if node.op in ("+", "-", "neg"):
+                values[node.id] = FUNCTIONS[node.op](*(0.0 if c is None else c for c in x))
+                continue
+            constant, factor = (node.args[0], x[1]) if x[0] is None else (node.args[1], x[0])
+            found = 0.0 if factor is None else self.at_start(constant) * factor
+            if node.op != "*":
+                c = 0.0 if x[2] is None else x[2]
+                found = {"fma": found + c, "fms": found - c, "fnma": c - found}[node.op]
+            values[node.id] = found
+        return values
+
+
+def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:
+    """What the recurrences of some functions ask for beside them: of sines the cosine, of angles the square."""
+    found = {}
+    for node in nodes:
+        if node.op in ("sin", "cos"):
+            pair = [node.graph.node(op, *node.args) for op in ("sin", "cos")]
+            found |= {pair[0].id: pair[1], pair[1].id: pair[0]}
+        elif node.op == "atan2":
+            y, x = node.args
+            found[node.id] = y * y + x * x
+    return found
+
+
+def _rounds(node: Symbol) -> bool:
+    return node.op in ("+", "-") and any(not isinstance(x, Symbol) and x == ROUND for x in node.args)
+
+
+def _split(
+    graph: Graph, pairs: Sequence[Sum], size: int, start: list[tuple[int, Any]], order: list[tuple[int, Any]]
+) -> Orders:
+    """What is known before the first order apart from what each order computes. Sums of which only another sum is made
+    become one."""
+    nodes = live([x for _, x in order])
+    uses: dict[int, int] = {}
+    for args in (*(node.args for node in nodes), [x for _, x in order]):
+        for x in args:
+            if isinstance(x, Symbol):
+                uses[x.id] = uses.get(x.id, 0) + 1
+    late: set[int] = set()
+    made, known, sums = Graph(), dict[int, int](), dict[Sum, int]()
+    values: dict[int, Any] = {}  # a value, or a sum that nobody has asked for yet
+
+    def value(x: Any) -> Any:
+        if not isinstance(x, Symbol):
+            return x
+        if x.id in late:
+            if isinstance(values[x.id], Sum):
+                values[x.id] = made.input("state", -1 - sums.setdefault(values[x.id], len(sums)))
+            return values[x.id]
+        if x.invariant:
+            if x.id not in values:
+                values[x.id] = made.input(*x.args) if x.op == "input" else made.node(x.op, *(value(a) for a in x.args))
+            return values[x.id]
+        return made.input("state", known.setdefault(x.id, len(known)))
+
+    def merged(node: Symbol) -> Sum | None:
+        if node.op not in ("+", "-", "neg"):
+            return None
+        own = [values.get(x.id) if isinstance(x, Symbol) and uses[x.id] == 1 else None for x in node.args]
+        parts = [x for x in own if isinstance(x, Sum)]
+        if len(parts) < len(node.args) or len({part.full for part in parts}) > 1:
+            return None
+        signs = (-1.0,) if node.op == "neg" else (1.0, 1.0 if node.op == "+" else -1.0)
+        terms = tuple((s * t, x, y) for s, part in zip(signs, parts, strict=True) for t, x, y in part.terms)
+        return Sum(parts[0].full, terms) if len(terms) <= LONGEST else None
+
+    for node in nodes:
+        if node.op == "input":
+            if node.args[0] in BEFORE:
+                continue
+            array, row = node.args
+            values[node.id] = pairs[row] if array == "sums" else made.input("clock" if array == NUMBER else array, row)
+            late.add(node.id)
+        elif any(isinstance(x, Symbol) and x.id in late for x in node.args):
+            values[node.id] = merged(node) or made.node(node.op, *(value(x) for x in node.args))
+            late.add(node.id)
+    outputs = [(row, value(x)) for row, x in order]
+    return Orders(size, tuple(sums), start, [graph.nodes[id_] for id_ in known], outputs)

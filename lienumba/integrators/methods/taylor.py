@@ -1,0 +1,48 @@
+"""Steps that are power series in time, of any order.
+
+Jorba and Zou, Experimental Mathematics 14 (2005): with the tolerance fixed, steps may be as long as the series allows,
+and the order that costs least is the one at which the last terms fall below the tolerance on 1/e^2 of its radius.
+"""
+
+from collections.abc import Sequence
+from math import ceil, log
+
+from lienumba.integrators import codes
+from lienumba.integrators.methods.tableau import Tableau
+from lienumba.keys.literature import Reference
+from lienumba.numerics import operations
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import maximum, minimum, where
+
+LOWEST, HIGHEST = 2, 40
+ROTATION = 1  # the kind of rows that have no size
+SAFETY = 0.9
+SMALLEST = 1e-300  # squares of coefficients below which they say nothing against a long step
+
+TAYLOR = Tableau.of(
+    "taylor", 8, "Taylor series in time [@jorba2005]", [""], "1",
+    Reference(
+        "jorba2005", "article", "Jorba, Àngel and Zou, Maorong", 2005,
+        "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
+        "Experimental Mathematics", "14(1):99--117", "10.1080/10586458.2005.10128904",
+    ),
+    series=True,
+)  # fmt: skip
+
+
+def order_for(tolerance: float) -> int:
+    """The order that costs least with this error of a step (Jorba and Zou, section 3)."""
+    return min(max(ceil(1.0 - 0.5 * log(tolerance)), LOWEST), HIGHEST)
+
+
+def length(squares: Sequence[tuple[int, Number]]) -> Number:
+    """How long a step may be (s): squares of the last coefficients, as fractions of what is allowed, with their orders;
+    1 if one is not finite, for then no step is."""
+    found: Number | None = None
+    total: Number = 0.0
+    for order, square in squares:
+        total = total + square
+        own = operations.exp(operations.log(maximum(square, SMALLEST)) * (-0.5 / order))
+        found = own if found is None else minimum(own, found)
+    assert found is not None
+    return where(total < codes.HUGE, SAFETY * found, 1.0)

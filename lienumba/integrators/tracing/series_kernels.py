@@ -1,0 +1,216 @@
+"""The kernels of a step that is a power series in time (`lienumba.compiler.series`) of the state itself.
+
+expand     state -> coefficients of what is integrated; how long a step may be
+step       state, coefficients -> state, code, margin     their sum at the end of a step
+dense      state, coefficients -> state                   and at a fraction of it
+
+Rows of a rotation move by R' = R w^, each for itself, so that those which nothing asks for but the state at the end are
+spared: two of them say it all. Where a sum of the series ends beside the group, within the tolerance, the rotation is
+made upright again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lienumba.compiler.convolutions import SeriesKernel
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.series import Orders, orders
+from lienumba.compiler.symbols import Graph, Symbol, live
+from lienumba.groups import so3
+from lienumba.integrators import layout
+from lienumba.integrators.codes import verdict
+from lienumba.integrators.methods import taylor
+from lienumba.integrators.tracing.tracer import Part, Tracer
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import dynamics
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import maximum, sqrt
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """places: of rows of the elements in a slice; work: that of the work; angles: the first of those that are counted;
+    rows: of the coefficients and what belongs to them."""
+
+    kernel: SeriesKernel
+    places: dict[int, int]
+    work: int
+    angles: int
+
+    @property
+    def rows(self) -> int:
+        return self.kernel.rows
+
+
+def kernels(tracer: Tracer) -> tuple[dict[str, Any], int]:
+    """All of them, and the rows of the coefficients."""
+    made = _expand(tracer)
+    every = {"expand": made.kernel, "step": _step(tracer, made), "dense": _dense(tracer, made)}
+    return every, made.rows
+
+
+def _expand(tracer: Tracer) -> Expansion:
+    graph, model = tracer.graph(analytic=True)
+    sizes, augmented, state = tracer.sizes, tracer.augmented_rows(graph), tracer.state(graph, "state")
+    t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
+    posture = tracer.posture(model, state, augmented, t, within)
+    expected = tracer.augmented.expected(augmented)
+    F, found = tracer.moving(model, posture, tracer.mask(augmented), expected)
+    rates = tracer.rates(model, state, F)
+    power = [dynamics.power(model, posture.now, found.multipliers)] if tracer.augmented.work else []
+    angles = tracer.augmented.counted(model, posture.now)
+    rows = _integrated(tracer, model, rates, [*power, *angles])
+    inputs = [graph.input("state", row) for row in rows]
+    asked = [found.sound, found.margin, *angles]
+    made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked)
+    places = {row: n for n, row in enumerate(rows)}
+    work = len(rows) + 1
+    sound = work + len(power)
+    size = _length(tracer, places, made)
+    control = layout.control_row(sizes)
+    outputs = [
+        (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, 0.0),
+    ]  # fmt: skip
+    kernel = SeriesKernel("expand", made, tracer.method.order, layout.series_row(sizes), outputs)
+    return Expansion(kernel, places, work, sound + 2)
+
+
+def _integrated(tracer: Tracer, model: Model, rates: Sequence[Any], others: Sequence[Any]) -> list[int]:
+    """The rows of the elements whose series are needed: all that move, but of a rotation matrix two rows, or all three
+    where something else reads them."""
+    matrices = [part.rows for part in tracer.parts(model) if len(part.rows) == len(so3.IDENTITY)]
+    own = {row: (matrix, n // 3) for matrix in matrices for n, row in enumerate(matrix)}
+    needed: dict[tuple[range, int], None] = {}
+    read = _read([*others, *(rate for row, rate in enumerate(rates) if row not in own)])
+    needed = dict.fromkeys(own[row] for row in read if row in own)
+    for matrix in matrices:
+        for n in range(2, -1, -1):
+            if sum(which in needed for which in ((matrix, 0), (matrix, 1), (matrix, 2))) < 2:
+                needed[matrix, n] = None
+    return [
+        row for row, rate in enumerate(rates)
+        if (own[row] in needed if row in own else isinstance(rate, Symbol) or rate != 0.0)
+    ]  # fmt: skip
+
+
+def _read(values: Sequence[Any]) -> list[int]:
+    """The rows of the state that these depend on."""
+    return sorted({int(x.args[1]) for x in live(values) if x.op == "input" and x.args[0] == "state"})
+
+
+def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
+    """From the last two coefficients."""
+    graph, model = tracer.graph()
+    tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
+    found = []
+    for order in (tracer.method.order - 1, tracer.method.order):
+        worst: Number = 0.0
+        for part in tracer.parts(model):
+            rows = [row for row in part.rows if row in places]
+            if not rows:
+                continue
+            square: Number = 0.0
+            size: Number = 0.0
+            for row in rows:
+                c, x = graph.input("extra", made.size * order + places[row]), graph.input("state", row)
+                square, size = square + c * c, size + x * x
+            allowed = tolerance[1 + part.kind]
+            if part.kind != taylor.ROTATION:
+                allowed = allowed + tolerance[0] * sqrt(size)
+            worst = maximum(square / (allowed * allowed), worst)
+        found.append((order, worst))
+    return taylor.length(found)
+
+
+def _sums(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> dict[int, Number]:
+    """Of every series (its place in a slice) the sum at h."""
+    orders = made.kernel.orders
+    first, found = layout.series_row(tracer.sizes), {}
+    last = made.angles + len(tracer.augmented.angles)
+    for place in range(last):
+        total: Number = graph.input("extra", first + orders.size * tracer.method.order + place)
+        for k in range(tracer.method.order - 1, -1, -1):
+            total = graph.input("extra", first + orders.size * k + place) + h * total
+        found[place] = total
+    return found
+
+
+def _moved(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> tuple[list[Vector], list[Number]]:
+    """The elements at h, and what is augmented there but for what loops need."""
+    sums = _sums(tracer, graph, made, h)
+    x = list(graph.inputs("state", tracer.element * tracer.elements))
+    for row, place in made.places.items():
+        x[row] = sums[place]
+    for part in tracer.parts(model):
+        _upright(x, part, made)
+    size = tracer.element
+    new = [tuple(x[size * i : size * (i + 1)]) for i in range(tracer.elements)]
+    augmented = list(tracer.augmented_rows(graph))
+    count = len(tracer.augmented.angles)
+    near = (*(sums[made.angles + n] for n in range(count)), *augmented[count:])
+    t = graph.input("clock", layout.TIME)
+    augmented[:count] = tracer.augmented.counted(model, tracer.posture(model, new, near, t + h).now)
+    if tracer.augmented.work:
+        augmented[count] = augmented[count] + sums[made.work]
+    return new, augmented
+
+
+def _upright(x: list[Any], part: Part, made: Expansion) -> None:
+    """A rotation on the group, from those of its rows that are integrated."""
+    rows = part.rows
+    if part.kind != taylor.ROTATION or (rows[0] not in made.places and rows[-1] not in made.places):
+        return
+    if len(rows) == 2:
+        c, s = (x[row] for row in rows)
+        over = 1.0 / sqrt(c * c + s * s)
+        x[rows[0]], x[rows[1]] = over * c, over * s
+        return
+    i, j = [n for n in range(3) if rows[3 * n] in made.places][-2:]
+    a, b = so3.upright(*(tuple(x[row] for row in rows[3 * n : 3 * n + 3]) for n in (i, j)))
+    third = so3.cross(a, b) if j - i == 1 else so3.cross(b, a)
+    for n, own in ((i, a), (j, b), (3 - i - j, third)):
+        for c, row in zip(own, rows[3 * n : 3 * n + 3], strict=True):
+            x[row] = c
+
+
+def _step(tracer: Tracer, made: Expansion) -> Kernel:
+    graph, model = tracer.graph()
+    h = graph.input("clock", layout.LENGTH)
+    new, augmented = _moved(tracer, graph, model, made, h)
+    first, old = layout.series_row(tracer.sizes), tracer.augmented_rows(graph)
+    place = made.angles - 2
+    sound, margin = (graph.input("extra", first + place + n) for n in range(2))
+    square: Number = 0.0
+    for element in new:
+        for c in element:
+            square = square + c * c
+    if tracer.augmented.accelerations:
+        count = len(tracer.augmented.angles) + tracer.augmented.work
+        after = tracer.augmented.after(old, _accelerations(tracer, graph, model, made, h), h)
+        augmented[count : count + len(after)] = after
+    if tracer.augmented.masks:
+        augmented[-1] = maximum(margin, old[-1])
+    code = verdict(0.0, square, sound, sound)
+    rows = [x for element in new for x in element]
+    return tracer.kernel("step", (*rows, *augmented, code, *([margin] if tracer.augmented.masks else [])))
+
+
+def _accelerations(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> list[Number]:
+    """At h: the derivatives of the velocities."""
+    first, size, order = layout.series_row(tracer.sizes), made.kernel.orders.size, tracer.method.order
+    found: list[Number] = []
+    for row in tracer.velocity_rows(model):
+        total: Number = 0.0
+        for k in range(order, 0, -1):
+            c = graph.input("extra", first + size * k + made.places[row]) if row in made.places else 0.0
+            total = float(k) * c + h * total
+        found.append(total)
+    return found
+
+
+def _dense(tracer: Tracer, made: Expansion) -> Kernel:
+    graph, model = tracer.graph()
+    h = graph.input("clock", layout.FRACTION) * graph.input("clock", layout.LENGTH)
+    new, augmented = _moved(tracer, graph, model, made, h)
+    return tracer.kernel("dense", (*(x for element in new for x in element), *augmented))
