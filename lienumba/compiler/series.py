@@ -244,7 +244,7 @@ class _Expansion:
 
 def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:
     """What the recurrences of some functions ask for beside them: of sines the cosine, of angles the square."""
-    found = {}
+    found: dict[int, Symbol] = {}
     for node in nodes:
         if node.op in ("sin", "cos"):
             pair = [node.graph.node(op, *node.args) for op in ("sin", "cos")]
@@ -256,7 +256,8 @@ def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:
 
 
 def _rounds(node: Symbol) -> bool:
-    return node.op in ("+", "-") and any(not isinstance(x, Symbol) and x == ROUND for x in node.args)
+    """Whether it adds what leaves whole numbers only."""
+    return node.op in ("+", *FUSED) and any(not isinstance(x, Symbol) and abs(x) == ROUND for x in node.args)
 
 
 def _split(

@@ -88,9 +88,11 @@ def test_functions_of_a_series(name: str) -> None:
 
 
 def test_rounding_and_branches_stay_as_they_are_at_the_start() -> None:
-    found = coefficients(lambda x, t, p: (operations.vector_math().round_to_integer(x[0]) + 1.0,), [2.2])
-    np.testing.assert_array_equal(found[1, 0], np.rint(2.2 * scales()) + 1.0)
-    assert not found[2:].any()
+    rounded = operations.vector_math().round_to_integer
+    for factor in (1.0, 3.0):  # a product that is rounded is fused with what rounds it
+        found = coefficients(lambda x, t, p, f=factor: (rounded(f * x[0]) + 1.0,), [2.2])
+        np.testing.assert_array_equal(found[1, 0], np.rint(factor * 2.2 * scales()) + 1.0)
+        assert not found[2:].any()
 
 
 @given(st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3), st.lists(st.floats(0.5, 2.0), min_size=3, max_size=3))

@@ -10,7 +10,7 @@ made upright again.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.compiler.convolutions import SeriesKernel
@@ -25,18 +25,23 @@ from lienumba.integrators.tracing.tracer import Part, Tracer
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import maximum, sqrt
+from lienumba.numerics.operations import maximum, minimum, sqrt, where
+
+ROOTS = 6  # false positions of a gap
+BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what the tolerance leaves, and of the time
 
 
 @dataclass(frozen=True)
 class Expansion:
     """places: of rows of the elements in a slice; work: that of the work; angles: the first of those that are counted;
-    rows: of the coefficients and what belongs to them."""
+    gaps: those of what changes its sign where a law takes another branch; rows: of the coefficients and what belongs to
+    them."""
 
     kernel: SeriesKernel
     places: dict[int, int]
     work: int
     angles: int
+    gaps: range
 
     @property
     def rows(self) -> int:
@@ -62,7 +67,8 @@ def _expand(tracer: Tracer) -> Expansion:
     angles = tracer.augmented.counted(model, posture.now)
     rows = _integrated(tracer, model, rates, [*power, *angles])
     inputs = [graph.input("state", row) for row in rows]
-    asked = [found.sound, found.margin, *angles]
+    gaps = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power])
+    asked = [found.sound, found.margin, *angles, *gaps]
     made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked)
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
@@ -70,10 +76,28 @@ def _expand(tracer: Tracer) -> Expansion:
     size = _length(tracer, places, made)
     control = layout.control_row(sizes)
     outputs = [
-        (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, 0.0),
+        (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, size),
     ]  # fmt: skip
     kernel = SeriesKernel("expand", made, tracer.method.order, layout.series_row(sizes), outputs)
-    return Expansion(kernel, places, work, sound + 2)
+    behind = sound + 2 + len(angles)
+    return Expansion(kernel, places, work, sound + 2, range(behind, behind + len(gaps)))
+
+
+def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
+    """The differences of all numbers that laws compare: where one changes its sign, another branch begins. What an
+    elimination compares without any force does not count."""
+
+    def compared(values: Sequence[Any]) -> dict[int, Symbol]:
+        return {node.id: node for node in live(values) if node.op in ("<", "<=")}
+
+    found, known = compared(values), dict[int, Symbol]()
+    if found and tracer.structure.looped:
+        free, augmented = replace(model, forces=()), tracer.augmented_rows(graph)
+        t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
+        posture = tracer.posture(free, tracer.state(graph, "state"), augmented, t, within)
+        _, bare = tracer.moving(free, posture, tracer.mask(augmented), tracer.augmented.expected(augmented))
+        known = compared([*bare.accelerations, *bare.multipliers])
+    return [node.args[0] - node.args[1] for id_, node in found.items() if id_ not in known]
 
 
 def _integrated(tracer: Tracer, model: Model, rates: Sequence[Any], others: Sequence[Any]) -> list[int]:
@@ -125,21 +149,21 @@ def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
 
 def _sums(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> dict[int, Number]:
     """Of every series (its place in a slice) the sum at h."""
-    orders = made.kernel.orders
-    first, found = layout.series_row(tracer.sizes), {}
-    last = made.angles + len(tracer.augmented.angles)
-    for place in range(last):
-        total: Number = graph.input("extra", first + orders.size * tracer.method.order + place)
-        for k in range(tracer.method.order - 1, -1, -1):
-            total = graph.input("extra", first + orders.size * k + place) + h * total
-        found[place] = total
-    return found
+    return {place: _sum(tracer, graph, made, place, h) for place in range(made.gaps.start)}
+
+
+def _sum(tracer: Tracer, graph: Graph, made: Expansion, place: int, h: Number) -> Number:
+    first, size = layout.series_row(tracer.sizes) + place, made.kernel.orders.size
+    total: Number = graph.input("extra", first + size * tracer.method.order)
+    for k in range(tracer.method.order - 1, -1, -1):
+        total = graph.input("extra", first + size * k) + h * total
+    return total
 
 
 def _moved(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> tuple[list[Vector], list[Number]]:
     """The elements at h, and what is augmented there but for what loops need."""
     sums = _sums(tracer, graph, made, h)
-    x = list(graph.inputs("state", tracer.element * tracer.elements))
+    x: list[Number] = list(graph.inputs("state", tracer.element * tracer.elements))
     for row, place in made.places.items():
         x[row] = sums[place]
     for part in tracer.parts(model):
@@ -191,9 +215,46 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
         augmented[count : count + len(after)] = after
     if tracer.augmented.masks:
         augmented[-1] = maximum(margin, old[-1])
-    code = verdict(0.0, square, sound, sound)
-    rows = [x for element in new for x in element]
-    return tracer.kernel("step", (*rows, *augmented, code, *([margin] if tracer.augmented.masks else [])))
+    outputs = [x for element in new for x in element] + augmented
+    outputs += [verdict(0.0, square, sound, sound), *([margin] if tracer.augmented.masks else [])]
+    rows = list(range(len(outputs)))
+    if made.gaps:
+        control = layout.first_slope(tracer.sizes) + layout.control_row(tracer.sizes)
+        rows += [control + layout.ERROR, control + layout.FACTOR]
+        outputs += _crossed(tracer, graph, made, h)
+    return tracer.kernel("step", outputs, rows)
+
+
+def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Number, Number]:
+    """What is said of a step in which another branch begins: it is to end directly behind. 2, and the factor to its
+    length; 0 where it does not, or already ends so.
+
+    Directly behind is what the tolerance leaves of a step that nothing cuts. Each gap is followed by false positions
+    (Illinois); where these end early, so does the step, and the next one has the rest.
+    """
+    t, control = graph.input("clock", layout.TIME), layout.control_row(tracer.sizes)
+    whole = graph.input("extra", control + layout.REMEMBERED)
+    beyond = BEYOND * graph.input("clock", layout.TOLERANCE) * whole
+    least = LEAST_BEYOND * (t + h)
+    beyond = where(beyond > least, beyond, least)
+    first: Number = 2.0 * h
+    for place in made.gaps:
+        low, high = 0.0 * h, h
+        at_low, at_high = _sum(tracer, graph, made, place, low), _sum(tracer, graph, made, place, h)
+        before = where(at_low < 0.0, 1.0, 0.0)
+        crossed = where(at_high < 0.0, 1.0, 0.0) == before
+        side: Number = 0.0
+        for _ in range(ROOTS):
+            middle = (low * at_high - high * at_low) / (at_high - at_low)
+            at_middle = _sum(tracer, graph, made, place, middle)
+            behind = where(where(at_middle < 0.0, 1.0, 0.0) == before, 0.0, 1.0)
+            at_low = where(behind > 0.0, where(side > 0.0, 0.5 * at_low, at_low), at_middle)
+            at_high = where(behind > 0.0, at_middle, where(side < 0.0, 0.5 * at_high, at_high))
+            low, high = where(behind > 0.0, low, middle), where(behind > 0.0, middle, high)
+            side = where(behind > 0.0, 1.0, -1.0)
+        first = where(crossed, first, minimum(high, first))
+    late = h - first > 2.0 * beyond
+    return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0)
 
 
 def _accelerations(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> list[Number]:

@@ -16,7 +16,7 @@ PROJECTIONS = [("none", "none"), ("local", "mass")]
 END = {"top": 0.1, "pendulum": 0.32, "loop": 0.32}
 MECHANISMS = {"top": TOP, "pendulum": PENDULUM, "loop": LOOP}
 STEPS: dict[str, dict[int | str, float]] = {  # the coarsest, in the asymptotic range, by order or method
-    "top": {1: 1e-5, 2: 2e-4, 3: 5e-4, 4: 1e-3, "dp54": 1e-3, "dop853": 2e-2},
+    "top": {1: 1e-5, 2: 2e-4, 3: 5e-4, 4: 1e-3, "dp54": 1e-3, "dop853": 2e-2, "taylor": 3.125e-3},
     "pendulum": {1: 1e-4, 2: 2e-3, 3: 4e-3, 4: 8e-3, "dp54": 8e-3, "tsit54": 4e-3, "dop853": 2e-2},
     "loop": {1: 1e-4, 2: 2e-3, 3: 4e-3, 4: 8e-3, "dp54": 8e-3},
 }
