@@ -244,15 +244,17 @@ def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[
         before = where(at_low < 0.0, 1.0, 0.0)
         crossed = where(at_high < 0.0, 1.0, 0.0) == before
         side: Number = 0.0
-        for _ in range(ROOTS):
+        for n in range(ROOTS):
             middle = (low * at_high - high * at_low) / (at_high - at_low)
+            if n == ROOTS - 1:
+                break
             at_middle = _sum(tracer, graph, made, place, middle)
             behind = where(where(at_middle < 0.0, 1.0, 0.0) == before, 0.0, 1.0)
             at_low = where(behind > 0.0, where(side > 0.0, 0.5 * at_low, at_low), at_middle)
             at_high = where(behind > 0.0, at_middle, where(side < 0.0, 0.5 * at_high, at_high))
             low, high = where(behind > 0.0, low, middle), where(behind > 0.0, middle, high)
             side = where(behind > 0.0, 1.0, -1.0)
-        first = where(crossed, first, minimum(high, first))
+        first = where(crossed, first, minimum(middle, first))
     late = h - first > 2.0 * beyond
     return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0)
 

@@ -1,0 +1,160 @@
+"""Series in time: their order, the steps they choose, branches, tables, samples, events, loops, both coordinates."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.errors import ScenarioError
+from lienumba.integrators.methods.taylor import order_for
+from lienumba.scenario.resolve import resolve
+from tests.integrators.drivers.test_discontinuities import END, exact, off, rod
+from tests.laws.rigs import own, pendulum
+from tests.rigs.places import SCENARIOS
+from tests.rigs.scenarios import TOP, exact_top
+
+COORDINATES = ["lie", "joint"]
+SWEEP: dict[str, Any] = {
+    "runs": 11,
+    "seed": 3,
+    "vary": {"bodies.top.angular_velocity[1]": {"distribution": "uniform", "low": 5.0, "high": 200.0}},
+}
+
+
+def run(data: Any, overrides: Any = None, **options: Any) -> Any:
+    ds = lienumba.run(data, overrides=overrides, **{"workers": 1, **options})
+    assert (ds.status == 0).all()
+    return ds
+
+
+def top(**integrator: Any) -> dict[str, Any]:
+    return copy.deepcopy(TOP) | {
+        "integrator": {"method": "taylor", "end_time": 0.1, **integrator},
+        "output": {"every": 0.05},
+    }
+
+
+def errors(ds: Any) -> tuple[float, float, float, float]:
+    """Of the top at the end: r, R, v, w."""
+    end, truth = ds.isel(run=0, time=-1, body=0), exact_top(float(ds.time[-1]))
+    return tuple(
+        float(np.abs(end[name].values - x.reshape(end[name].shape)).max())
+        for name, x in zip(
+            ("position", "rotation", "velocity", "angular_velocity"),
+            (truth.r, truth.R, truth.v, truth.omega),
+            strict=True,
+        )
+    )  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("coordinates", COORDINATES)
+@pytest.mark.parametrize("order", [3, 6])
+def test_the_order_is_the_one_that_is_given(coordinates: str, order: int) -> None:
+    step = {3: 2.5e-4, 6: 2.5e-3}[order]
+    found = [errors(run(top(order=order, step=step / n, coordinates=coordinates)))[1] for n in (1, 2)]
+    assert np.log2(found[0] / found[1]) == pytest.approx(order, abs=0.2), found
+
+
+@pytest.mark.parametrize("coordinates", COORDINATES)
+def test_a_tolerance_is_kept_from_coarse_to_fine(coordinates: str) -> None:
+    steps = []
+    for tolerance in (1e-4, 1e-8, 1e-12):
+        ds = run(top(tolerance=tolerance, coordinates=coordinates))
+        assert max(errors(ds)) < max(50 * tolerance, 1e-11)
+        steps.append(int(ds.steps[0]))
+        R = ds.rotation.values.reshape(-1, 3, 3)
+        assert np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max() < 1e-15  # on the group, whatever the tolerance
+    assert steps[2] < 1.2 * steps[0]  # the order grows instead
+    assert (order_for(1e-4), order_for(1e-8), order_for(1e-12)) == (6, 11, 15)
+
+
+def test_no_run_feels_another() -> None:
+    data = top(tolerance=1e-9, coordinates="joint") | {"sweep": SWEEP}
+    alone, pair = run(data), run(data, workers=2)
+    some = run(data, runs=[7, 3])
+    assert len({*alone.steps.values.tolist()}) > 5
+    for name in ("position", "rotation", "angular_velocity", "joint_force"):
+        assert np.array_equal(alone[name], pair[name])
+        assert np.array_equal(alone[name].sel(run=[7, 3]), some[name])
+
+
+def test_outputs_move_no_step_and_are_as_exact() -> None:
+    few, many = (run(top(tolerance=1e-10, coordinates="joint"), {"output.every": x}) for x in (0.1, 0.005))
+    assert int(few.steps[0]) == int(many.steps[0])
+    assert np.array_equal(few.rotation[0, -1], many.rotation[0, -1])
+    middle = exact_top(0.055)
+    assert np.abs(many.position.sel(time=0.055, method="nearest")[0, 0].values - middle.r).max() < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["hold", "linear"])
+def test_steps_end_on_the_points_of_tables(kind: str) -> None:
+    data = rod(1e-3, kind)
+    data["integrator"] = {"method": "taylor", "tolerance": 1e-11, "end_time": END}
+    assert off(run(data), exact(kind)).max() < 1e-10
+
+
+@pytest.mark.parametrize("coordinates", COORDINATES)
+def test_steps_end_behind_kinks(coordinates: str) -> None:
+    """A motor at its limit, an arm that is sampled, and a linkage with a clearance: as by a pair."""
+    for name, end in (("arm_pd", 0.2), ("arm_sampled", 0.2)):
+        given = {
+            "integrator.end_time": end,
+            "integrator.step": None,
+            "sweep.runs": 2,
+            "integrator.coordinates": coordinates,
+        }
+        given |= {"output.every": end / 2}
+        every = [
+            run(SCENARIOS / f"{name}.toml", given | {"integrator.method": method, "integrator.tolerance": tolerance})
+            for method, tolerance in (("taylor", 1e-10), ("dop853", 1e-13))
+        ]
+        assert np.abs(every[0].position.values - every[1].position.values).max() < 1e-10
+        assert (every[0].steps + every[0].rejected_steps < 0.5 * every[1].steps).all()
+
+
+@pytest.mark.parametrize("coordinates", COORDINATES)
+def test_laws_with_states_and_many_turns_in_a_step(coordinates: str) -> None:
+    """A law that counts turns and has a state, and a rotor that turns more than once in a step."""
+    law = own(
+        "pid", joints=["hinge"], parameters={"kp": 30, "kd": 2, "target": 1.0, "ki": 25}, states={"integral": 0.1}
+    )
+    data = pendulum(law, rate=40.0)
+    found = []
+    for method, tolerance in (("taylor", 1e-11), ("dop853", 1e-13)):
+        data["integrator"] = {"method": method, "tolerance": tolerance, "end_time": 1.0, "coordinates": coordinates}
+        found.append(run(data))
+    for name in ("position", "own.integral", "work"):
+        assert np.abs(found[0][name].values - found[1][name].values).max() < 1e-8, name
+
+
+def test_loops_and_events() -> None:
+    given = {"integrator.step": None, "integrator.end_time": 0.2, "output.every": 0.1}
+    found = [
+        run(SCENARIOS / "four_bar.toml", given | {"integrator.method": method, "integrator.tolerance": tolerance})
+        for method, tolerance in (("taylor", 1e-10), ("dop853", 1e-13))
+    ]
+    assert np.abs(found[0].position.values - found[1].position.values).max() < 1e-9
+    data = top(tolerance=1e-10, coordinates="joint")
+    data["quantities"] = [{"name": "height", "type": "point", "body": "top"}]
+    data["events"] = [{"name": "low", "when": "height.z < -0.001", "action": "stop"}]
+    times = []
+    for method, coordinates in (("taylor", "joint"), ("dop853", "lie")):
+        data["integrator"] |= {"method": method, "coordinates": coordinates}
+        times.append(float(lienumba.run(data).event_time[0, 0]))
+    assert times[0] == pytest.approx(times[1], abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"method": "rk4", "step": 1e-3, "order": 6}, "that of a series"),
+        ({"method": "taylor", "step": 1e-3, "group": "SE3"}, "makes no difference"),
+        ({"method": "taylor", "step": 1e-3, "dexpinv": 3}, "makes no difference"),
+        ({"method": "taylor", "step": 1e-3, "order": 41}, "from 2 to 40"),
+    ],
+)
+def test_what_a_series_has_no_use_for_is_told(keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        resolve(copy.deepcopy(TOP) | {"integrator": {"end_time": 0.1, **keys}})
