@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from lienumba.integrators.methods import METHODS
+from lienumba.integrators.methods.tableau import Tableau
 from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.mechanics.elements.events import ends_run
@@ -73,12 +74,22 @@ def _group(source: CitedScenario) -> str:
 
 def _method(source: CitedScenario) -> str:
     methods = [METHODS[name] for name in source.values("integrator.method")]
-    named = listed([f"{method.words} of order {method.order}" for method in methods])
-    lie = "lie" in source.values("integrator.coordinates") and not all(method.composed for method in methods)
+    named = listed([f"{method.words} of {_order(source, method)}" for method in methods])
+    charts = not all(method.composed or method.series for method in methods)
+    lie = "lie" in source.values("integrator.coordinates") and charts
     frame = f", in the framework of Munthe-Kaas [@munthekaas1998; @munthekaas1999]{_series(source)}" if lie else ""
     stopped = any(ends_run(event["action"]) for event in source.content.get("events", []))
     duration = f"over {'at most ' if stopped else ''}{_seconds(source, 'integrator.end_time')}"
     return f"The integrator was {named}{frame}, {_steps(source)}, {duration}."
+
+
+def _order(source: CitedScenario, method: Tableau) -> str:
+    if method.series:
+        if given := source.values("integrator.order"):
+            return f"order {_or(str(order) for order in given)}"
+        if source.values("integrator.tolerance"):
+            return "the order that the tolerance asks for"
+    return f"order {method.order}"
 
 
 def _series(source: CitedScenario) -> str:
