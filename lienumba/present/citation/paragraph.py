@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable
 
 from lienumba.integrators.methods import METHODS
-from lienumba.integrators.methods.tableau import Tableau
 from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.tableau import Tableau
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.present.citation.laws import events, laws
