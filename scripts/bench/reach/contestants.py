@@ -25,7 +25,7 @@ EXTENDED = 1e-18  # the tolerance of references
 
 
 class Contestant(Protocol):
-    """compiled: seconds to compile, by setting; work: what a setting came to, in words."""
+    """compiled: core time to make a setting ready (s); searched: whom to ask for errors in its place."""
 
     key: str
     label: str

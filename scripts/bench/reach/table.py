@@ -34,11 +34,14 @@ def show(found: dict[str, Any], console: "Console") -> None:
         table.add_column("", no_wrap=True)
         for error in errors:
             table.add_column(f"{error} m", justify="right", no_wrap=True)
+        table.add_column("compiled in s", justify="right")
         cheapest = {error: _cheapest(own, f"reach_{problem}_{error}_heyoka") for error in errors}
         for contestant in dict.fromkeys(_parts(key)[2] for key in own):
             keys = {error: f"reach_{problem}_{error}_{contestant}" for error in errors}
             label = next(own[key]["label"] for key in keys.values() if key in own)
-            table.add_row(label, *(_cell(found, keys[error], cheapest[error]) for error in errors))
+            compiled = max(found["reach"][key]["compile_s"] for key in keys.values() if key in own)
+            cells = [_cell(found, keys[error], cheapest[error]) for error in errors]
+            table.add_row(label, *cells, f"{compiled:.1f}")
         console.print(table)
 
 
