@@ -42,7 +42,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
     "store": [
-        {"files", "layout", "provenance"}, {"finished", "study_layout", "targets", "windows"}, {"stream"}, {"shards"},
+        {"deflate", "files", "layout", "provenance"}, {"columns", "finished", "study_layout", "targets", "windows"},
+        {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
@@ -52,7 +53,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "part", "programs", "progress", "results", "select_run"},
+        {"chunk_sizes", "compare_runs", "cores", "part", "programs", "progress", "results", "select_run"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
@@ -62,7 +63,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip
-HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway
+HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway
 HELP = [  # what `--help` and `import lienumba` load: not even NumPy
     "__init__.py", "__main__.py", "cli", "engine/__init__.py", "engine/progress.py", "errors.py", "present/__init__.py",
     "present/terminal/__init__.py", "present/terminal/console.py", "words.py",

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.engine.cores import usable_cores
 from lienumba.engine.results import Results
-from lienumba.engine.runner import check_workers, in_memory, usable_cores
+from lienumba.engine.runner import check_workers, in_memory
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.arguments import check_labels

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lienumba.engine.cluster import connection
+from lienumba.engine.cores import usable_cores
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
 from lienumba.errors import ClusterError, ScenarioError
@@ -128,7 +129,7 @@ def run(
         with _computing(resolved, workers, dask) as compute:
             if output is None:
                 return in_memory(resolved, runs_of(resolved, labels), compute, tell)
-            on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite)
+            on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite, workers)
     return read(Path(output))
 
 
@@ -188,8 +189,9 @@ def on_disk(
     target: Path,
     resume: bool,
     overwrite: bool,
+    threads: int,
 ) -> None:
-    """Write the dataset of these runs, and of those that are there already."""
+    """Write the dataset of these runs, and of those that are there already; threads: that compress."""
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
@@ -213,7 +215,7 @@ def on_disk(
         inputs, asked = list(runs.samples), len(runs.labels)
 
         def begin() -> Stream:  # not before the first steps, since it takes as long as thousands of them
-            return Stream(results.frame(inputs, asked), target)
+            return Stream(results.frame(inputs, asked), target, threads)
 
         with background_writer(begin, results.labels(runs.labels)) as dataset, _kept(shards, asked):
             if len(missing.labels):
@@ -278,8 +280,3 @@ def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
 
     prepared = prepare(scenario, [0])
     return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}
-
-
-def usable_cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -43,7 +43,7 @@ def environment() -> str:
 
     from lienumba import __version__
     from lienumba.compiler import cache
-    from lienumba.engine.runner import usable_cores
+    from lienumba.engine.cores import usable_cores
 
     features = llvm.get_host_cpu_features()
     folder = Path(cache.folder())

@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from lienumba.store.columns import Column, Columns
 from lienumba.store.files import NETCDF, WriteError, discard, partial_of, settle
-from lienumba.store.finished import small_caches
-from lienumba.store.layout import FULL, NO_COUNT
+from lienumba.store.layout import FULL, RUN
 
 if TYPE_CHECKING:
     import xarray as xr
 
     Records = Mapping[str, np.ndarray]  # columns by name; a structured array is one, too
 
+RUNS = (RUN, (FULL,))  # the first dimension of what is not the same for all runs
 PART_BYTES = 8 * 2**20  # that are read and written at a time
 
 
@@ -64,42 +65,54 @@ def slices(labels: np.ndarray, sources: Sequence[Source]) -> list[SourceSlice]:
 class Stream:
     """A dataset on its way to the disk, which bears its name only when all of it is there, as with `files.write`.
 
-    frame: the dataset without any run.
+    frame: the dataset without any run; threads: that compress.
     """
 
-    def __init__(self, frame: xr.Dataset, path: str | os.PathLike[str]) -> None:
+    def __init__(self, frame: xr.Dataset, path: str | os.PathLike[str], threads: int) -> None:
         self.path, self.target = path, Path(path).resolve()
         self.partial = partial_of(self.target)
         self.file: Any = None
+        self.columns: Columns | None = None
         with self._whole_or_nothing(), self._safely():
-            unlimited = [name for name in ("run", FULL) if name in frame.dims]
+            unlimited = [name for (name,) in RUNS if name in frame.dims]
             frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
-            self.file = _open(self.partial)
+            import h5py  # netCDF4 has closed the file: the two bring an HDF5 library each
 
-    def put(self, dim: str, first: int, every: Iterable[SourceSlice], tell: Callable[[int], None]) -> None:
-        """Write pieces of a table, one behind the other, from a record on; tell(how many there are then)."""
+            self.file = h5py.File(self.partial, "r+")
+            own = {str(name): str(x.dims[0]) for name, x in frame.variables.items() if x.dims[:1] in RUNS}
+            self.columns = Columns({name: Column(self.file[name]) for name in own}, threads)
+            self.tables = {dim: [n for n in own if n in frame.data_vars and own[n] == dim] for dim in unlimited}
+
+    def put(self, dim: str, every: Iterable[SourceSlice], tell: Callable[[int], None], before: int = 0) -> None:
+        """Write pieces of a table behind what is there; tell(how many records there are then, `before` among them)."""
         with self._safely():
-            own = {name: x for name, x in self.file.variables.items() if x.dimensions[:1] == (dim,)}
+            assert self.columns is not None
             for records in (part for piece in every for part in _parts(piece)):
-                for name in own.keys() & set(_names(records)):
-                    values = _as_stored(records[name], own[name].dtype)
-                    own[name][first : first + len(values)] = values
-                first += len(values)
-                tell(first)
+                own = [name for name in self.tables[dim] if name in _names(records)]
+                for name in own:
+                    self.columns.take(name, records[name])
+                before += len(records[own[0]])
+                tell(before)
 
     def finish(self, columns: Mapping[str, np.ndarray], attributes: Mapping[str, str]) -> None:
         """Write coordinates of all runs, and attributes that were not known before; then the dataset is whole."""
         with self._safely():
-            self.file.setncatts(attributes)
+            assert self.columns is not None
+            for name, text in attributes.items():
+                self.file.attrs[name] = np.bytes_(text.encode())
             for name, column in columns.items():
-                self.file.variables[name][: len(column)] = column
+                self.columns.take(name, column)
+            self.columns.end()
+            self.columns.close()
             self.file.close()
             settle(self.partial, self.target)
 
     def discard(self) -> None:
         """Leave nothing of a dataset that is not whole."""
+        if self.columns is not None:
+            self.columns.close()
         with NETCDF, suppress(OSError, RuntimeError):
-            if self.file is not None and self.file.isopen():
+            if self.file is not None:
                 self.file.close()
         discard(self.partial)
 
@@ -116,7 +129,7 @@ class Stream:
         try:
             with NETCDF:
                 yield
-        except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
+        except (OSError, RuntimeError) as error:  # some of HDF5's errors are RuntimeErrors
             self.discard()
             folder = self.target.parent
             free = shutil.disk_usage(folder).free if folder.is_dir() else 0
@@ -124,15 +137,6 @@ class Stream:
                 f"output = {self.path}: could not be written ({error}): {folder} has {free / 1e6:.1f} MB free; make "
                 "room there, choose another folder, or store fewer times or variables"
             ) from error
-
-
-def _open(path: Path) -> Any:
-    import netCDF4
-
-    file = netCDF4.Dataset(path, "a")
-    file.set_auto_maskandscale(False)
-    small_caches(file)
-    return file
 
 
 def _names(records: Records) -> Iterable[str]:
@@ -146,10 +150,3 @@ def _parts(piece: SourceSlice) -> Iterator[Records]:
     step = max(1, PART_BYTES // max(1, piece.source.read(slice(first, first + 1)).nbytes))
     for start in range(first, last, step):
         yield piece.source.read(slice(start, min(start + step, last)))
-
-
-def _as_stored(values: np.ndarray, dtype: np.dtype[np.generic]) -> np.ndarray:
-    """As the file holds them: counts as integers, and no count as -1."""
-    if dtype.kind == "i" and values.dtype.kind == "f":
-        return np.where(np.isnan(values), NO_COUNT, values).astype(dtype)
-    return values

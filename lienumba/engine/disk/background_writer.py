@@ -51,7 +51,7 @@ class BackgroundWriter:
         for table, labels in self.labels.items():
             first, last = self.written[table], int(np.searchsorted(labels, limit, side="right"))
             told = tell if table == "run" else lambda runs: None
-            self.stream.put(table, first, slices(labels[first:last], sources[table]), told)
+            self.stream.put(table, slices(labels[first:last], sources[table]), told, first)
             self.written[table] = last
 
     def _wait(self) -> None:

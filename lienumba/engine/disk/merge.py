@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba import __version__
+from lienumba.engine.cores import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
 from lienumba.engine.results import Results
@@ -214,13 +215,13 @@ def _write(parts: Sequence[PartialDataset], target: Path, tell: Tell) -> None:
     order = np.argsort(labels)
     samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
     results = Results(resolved, check_initial(resolved))
-    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), target)
+    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), target, usable_cores())
     try:
         columns = results.labels(labels[order])
         for dim, own in columns.items():
             sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
-            stream.put(dim, 0, slices(own, sources), told)
+            stream.put(dim, slices(own, sources), told)
         stream.finish(columns | samples, {})
     finally:
         stream.discard()
