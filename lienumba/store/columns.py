@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.store.deflate import deflated
+from lienumba.store.deflate import deflated, noise_of, shuffled
 from lienumba.store.layout import NO_COUNT
 
 AHEAD = 64  # jobs that are being compressed, or wait to be written
+LOOK = 32  # chunks of which the first tells how much of all is noise
 
 
 class Column:
@@ -21,9 +22,11 @@ class Column:
     def __init__(self, dataset: Any) -> None:
         self.dataset, self.rows = dataset, int(dataset.chunks[0])
         self.dtype, self.fill = dataset.dtype, dataset.fillvalue
+        self.rest = dataset.shape[1:]
         self.packed = dataset.compression is not None
         self.waiting: list[np.ndarray] = []  # what does not make a whole chunk
         self.begun = 0  # rows that are in chunks
+        self.noise, self.look = 0, 0  # how many low bytes of a number are noise; the row where that is looked at again
 
     @property
     def taken(self) -> int:
@@ -47,21 +50,35 @@ class Column:
         self.begun += sum(map(len, parts))
         return parts
 
-    def chunks(self, parts: Sequence[np.ndarray]) -> list[bytes]:
+    def noise_at(self, first: int, parts: Sequence[np.ndarray]) -> int:
+        """How many low bytes of a number are noise in rows that begin at this one."""
+        if self.packed and first >= self.look:
+            chunk = self._as_stored([part[: self.rows] for part in parts])[: self.rows]
+            self.noise, self.look = noise_of(shuffled(chunk)), first + LOOK * self.rows
+        return self.noise
+
+    def chunks(self, parts: Sequence[np.ndarray], noise: int) -> list[bytes]:
         """These rows as the chunks of the file, the last one filled up."""
-        values = np.concatenate([as_stored(part, self.dtype) for part in parts])
+        values = self._as_stored(parts)
         missing = -len(values) % self.rows
         if missing:
-            values = np.concatenate([values, np.full((missing, *values.shape[1:]), self.fill, self.dtype)])
+            values = np.concatenate([values, np.full((missing, *self.rest), self.fill, self.dtype)])
         cut = (values[first : first + self.rows] for first in range(0, len(values), self.rows))
-        return [deflated(chunk) if self.packed else chunk.tobytes() for chunk in cut]
+        return [deflated(shuffled(chunk), noise) if self.packed else chunk.tobytes() for chunk in cut]
 
     def write(self, first: int, stop: int, chunks: Sequence[bytes]) -> None:
         """Write chunks that begin at a row; the variable ends at `stop` now."""
-        self.dataset.resize(stop, axis=0)
-        rest = (0,) * (self.dataset.ndim - 1)
+        self.dataset.id.set_extent((stop, *self.rest))
+        zeros = (0,) * len(self.rest)
         for n, chunk in enumerate(chunks):
-            self.dataset.id.write_direct_chunk((first + n * self.rows, *rest), chunk)
+            self.dataset.id.write_direct_chunk((first + n * self.rows, *zeros), chunk)
+
+    def _as_stored(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """As the file holds them: counts as integers, and no count as -1."""
+        values = np.concatenate(parts)
+        if self.dtype.kind == "i" and values.dtype.kind == "f":
+            values = np.where(np.isnan(values), NO_COUNT, values)
+        return values.astype(self.dtype, copy=False)
 
 
 class Columns:
@@ -89,7 +106,8 @@ class Columns:
 
     def _send(self, column: Column, first: int, parts: list[np.ndarray]) -> None:
         if parts:
-            self.active.append((column, first, column.begun, self.pool.submit(column.chunks, parts)))
+            chunks = self.pool.submit(column.chunks, parts, column.noise_at(first, parts))
+            self.active.append((column, first, column.begun, chunks))
             self._settle(AHEAD)
 
     def _settle(self, most: int) -> None:
@@ -97,10 +115,3 @@ class Columns:
         while self.active and (len(self.active) > most or self.active[0][3].done()):
             column, first, stop, chunks = self.active.popleft()
             column.write(first, stop, chunks.result())
-
-
-def as_stored(values: np.ndarray, dtype: np.dtype[np.generic]) -> np.ndarray:
-    """As the file holds them: counts as integers, and no count as -1."""
-    if dtype.kind == "i" and values.dtype.kind == "f":
-        values = np.where(np.isnan(values), NO_COUNT, values)
-    return values.astype(dtype, copy=False)

@@ -1,24 +1,25 @@
 """What is safe of a sweep that is not finished: a folder of tables beside the dataset that it will be.
 
-A shard is a NumPy file of records, one for each run; its name has the labels and a checksum, and it has its name only
-when all of it is on the disk. What a shard of runs says is complete: the courses of its runs were written before.
+A shard is a NumPy file of records, one for each run; its name has the labels and a checksum against damage, which costs
+next to nothing, and it has its name only when all of it is on the disk. What a shard of runs says is complete: the
+courses of its runs were written before.
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import re
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
 from lienumba.errors import ScenarioError
+from lienumba.store.deflate import checksum
 from lienumba.store.files import WriteError, folder_of, settle, to_disk
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 MANIFEST = "sweep.json"
-NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{16})\.npy")
+NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{8})\.npy")
 LABEL = "label"  # the field that says which run a record is of
 PAUSE = 1.0  # s: so much work at most is not yet on the disk
 SHARD_BYTES = 16 * 2**20  # a shard is written when there is so much of it
@@ -133,10 +134,10 @@ class Shards:
                 to_disk(self.folder.parent)
                 self._acquire()
                 self._clear()
-                self._write(MANIFEST, json.dumps(self.manifest, indent=1).encode())
+                self._write(self.folder / MANIFEST, [json.dumps(self.manifest, indent=1).encode()])
             for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
-                records = np.concatenate(sorted(self.pending[table], key=lambda part: int(part[LABEL][0])))
-                self.tables.setdefault(table, []).append(self._save(table, records))
+                parts = sorted(self.pending[table], key=lambda part: int(part[LABEL][0]))
+                self.tables.setdefault(table, []).append(self._save(table, parts))
         except OSError as error:
             free = shutil.disk_usage(self.folder.parent).free
             raise WriteError(
@@ -167,24 +168,31 @@ class Shards:
             self._lock.close()
             self._lock = None
 
-    def _save(self, table: str, records: np.ndarray) -> Shard:
-        stream = io.BytesIO()
-        np.save(stream, records, allow_pickle=False)
-        content, labels = stream.getbuffer(), records[LABEL].copy()
-        name = f"{table}-{labels[0]}-{labels[-1]}-{_checksum(content)}.npy"
-        return Shard(self._write(name, content), labels, records.dtype, len(content) - records.nbytes)
+    def _save(self, table: str, parts: Sequence[np.ndarray]) -> Shard:
+        labels, dtype = np.concatenate([part[LABEL] for part in parts]), parts[0].dtype
+        header = _header(dtype, len(labels))
+        content: list[bytes | memoryview] = [
+            header,
+            *(np.ascontiguousarray(part).view(np.uint8).data for part in parts),
+        ]
+        total = 0
+        for piece in content:
+            total = checksum(piece, total)
+        path = self.folder / f"{table}-{labels[0]}-{labels[-1]}-{total:08x}.npy"
+        self._write(path, content)
+        return Shard(path, labels, dtype, len(header))
 
-    def _write(self, name: str, content: bytes | memoryview) -> Path:
+    def _write(self, path: Path, content: Iterable[bytes | memoryview]) -> None:
         """Whole or not at all."""
-        path = self.folder / name
-        partial = path.with_name(f"{name}.partial")
+        partial = path.with_name(f"{path.name}.partial")
         try:
-            partial.write_bytes(content)
+            with partial.open("wb", buffering=0) as file:
+                for piece in content:
+                    _write_all(file, piece)
             settle(partial, path)
         except OSError:
             partial.unlink(missing_ok=True)
             raise
-        return path
 
     def _acquire(self) -> None:
         """Nobody else may write here; the system lets go of the lock when this process ends, however it ends."""
@@ -211,17 +219,28 @@ def labels_of(sources: Sequence[Source]) -> np.ndarray:
     return np.unique(np.concatenate(every))
 
 
-def _checksum(content: bytes | memoryview) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
+def _header(dtype: np.dtype[np.void], count: int) -> bytes:
+    """What a NumPy file of so many records begins with."""
+    head = io.BytesIO()
+    described = np.lib.format.dtype_to_descr(dtype)
+    np.lib.format.write_array_header_2_0(head, {"descr": described, "fortran_order": False, "shape": (count,)})
+    return head.getvalue()
 
 
-def _sound(path: Path, checksum: str) -> Shard | None:
+def _write_all(file: io.FileIO, content: bytes | memoryview) -> None:
+    """The system may take a part of it."""
+    rest = memoryview(content)
+    while len(rest):
+        rest = rest[file.write(rest) :]
+
+
+def _sound(path: Path, expected: str) -> Shard | None:
     """A shard; None if it is damaged."""
     try:
-        content = path.read_bytes()
-        if _checksum(content) != checksum:
+        content = np.fromfile(path, np.uint8)
+        if f"{checksum(content.data):08x}" != expected:
             return None
-        records = np.load(io.BytesIO(content), allow_pickle=False)
-        return Shard(path, records[LABEL].copy(), records.dtype, len(content) - records.nbytes)
+        records = np.load(path, mmap_mode="r", allow_pickle=False)
+        return Shard(path, records[LABEL].copy(), records.dtype, records.offset)
     except (OSError, ValueError, KeyError, IndexError):
         return None

@@ -49,7 +49,7 @@ DAMAGES = {
     "the first bit": (1, lambda path: flip(path, 0)),
     "gone": (0, lambda path: path.unlink()),
     "longer": (1, lambda path: path.write_bytes(path.read_bytes() + b"\0")),
-    "another name": (1, lambda path: path.rename(path.with_name("run-0-7-0123456789abcdef.npy"))),
+    "another name": (1, lambda path: path.rename(path.with_name("run-0-7-01234567.npy"))),
     "not finished": (0, lambda path: path.rename(path.with_name(f"{path.name}.partial"))),
 }
 
