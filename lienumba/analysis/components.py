@@ -12,7 +12,7 @@ import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.system.joint_coordinates import UNITS
-from lienumba.store.layout import FULL, RUN
+from lienumba.store.layout import FULL, RUN, remedy
 from lienumba.words import show, suggestion
 
 NOT_OF_A_COMPONENT = (*RUN, FULL, "time")
@@ -51,6 +51,6 @@ def matching(asked: str, by_variable: Mapping[str, Sequence[str]], what: str) ->
     ]
     if not found:
         own = [x for name, x in by_variable.items() if asked.startswith(f"{name}.") and len(x) > 1]
-        remedy = suggestion(asked, own[0] if own else by_variable)
-        raise ScenarioError(f"the dataset has no {what} {show(asked)}; {remedy}")
+        told = suggestion(asked, own[0]) if own else remedy(asked, by_variable)
+        raise ScenarioError(f"the dataset has no {what} {show(asked)}; {told}")
     return found

@@ -17,6 +17,7 @@ import numpy as np
 from lienumba import __version__
 from lienumba.engine.progress import shown
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import timegrid
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.base.toml import Tables
@@ -161,7 +162,12 @@ def _storing(original: Scenario, times: Tables) -> Scenario:
     """The scenario with the course of everything at these times."""
     own = original.data.output
     kept = {"summary": own.summary, "joint_coordinates": own.joint_coordinates}
-    return resolve({**original.to_dict(), "output": {**times, **kept}})
+    asked = [name for name in own.variables if name in OUTPUT_VARIABLES and OUTPUT_VARIABLES[name].asked]
+    usual = resolve({**original.to_dict(), "output": {**times, **kept}})
+    if not asked:
+        return usual
+    output = {**times, **kept, "variables": [*usual.data.output.variables, *asked]}
+    return resolve({**original.to_dict(), "output": output})
 
 
 def _simulated(

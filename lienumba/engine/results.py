@@ -99,10 +99,24 @@ class Results:
         return name.partition(".")[0] in variables or owner(name)[0] in variables
 
     def _course(self, name: str) -> Field:
-        shape = (len(self.times), *self.layout.shape(name))
+        spec, shape = self._spec(name), (len(self.times), *self.layout.shape(name))
+        if single := not spec.count and self._precision(name) == "float32":
+            spec = replace(spec, dtype="float32")
         return Field(
-            name, self._spec(name), shape, lambda *found: per_run(self._lanes(name, *found), len(found[0].codes))
+            name,
+            spec,
+            shape,
+            lambda *found: per_run(self._lanes(name, *found), len(found[0].codes)),
+            "f4" if single else "f8",
         )
+
+    def _precision(self, name: str) -> str:
+        """In which a course is stored: a part of a quantity by its own name, or else as the whole."""
+        given = self.resolved.data.output.precision
+        if isinstance(given, str):
+            return given
+        whole = (name.partition(".")[0], owner(name)[0]) if name in self.layout.quantities else ()
+        return next((given[x] for x in (name, *whole) if x in given), "float64")
 
     def _lanes(self, name: str, chunk: Chunk, program: Outline) -> np.ndarray:
         """A variable at the stored times (blocks, times, ..., W); records have the start, too."""
@@ -226,7 +240,8 @@ class Results:
             records[LABEL] = labels[kept]
             for field in fields if kept.any() else ():
                 values = field.value(chunk, program)
-                records[field.name] = values if kept.all() else values[kept]
+                with np.errstate(over="ignore"):  # what single precision cannot hold is infinite
+                    records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         return Piece(found, chunk.seconds)
 

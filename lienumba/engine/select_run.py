@@ -10,9 +10,9 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.store.layout import FULL, RUN
+from lienumba.store.layout import FULL, RUN, remedy
 from lienumba.store.windows import windows
-from lienumba.words import plural, show, suggestion
+from lienumba.words import plural, show
 
 PEAKS = ("_max", "_min")
 
@@ -106,9 +106,7 @@ def _variables(ds: "xr.Dataset", name: str) -> list[str]:
         return [name]
     if not peaks:
         stems = [x.removesuffix(end) for x in names for end in PEAKS if x.endswith(end)]
-        raise ScenarioError(
-            f"--worst {show(name)}: the dataset has no such variable; {suggestion(name, [*names, *stems])}"
-        )
+        raise ScenarioError(f"--worst {show(name)}: the dataset has no such variable; {remedy(name, [*names, *stems])}")
     return peaks
 
 

@@ -107,7 +107,7 @@ def _label(dataset: "xr.Dataset", name: str) -> str:
 
 
 def _shared(dataset: "xr.Dataset") -> str:
-    names = dataset["multiplier"].attrs.get("not_unique") if "multiplier" in dataset else None
+    names = next((x.attrs["not_unique"] for x in dataset.data_vars.values() if "not_unique" in x.attrs), None)
     return f"not unique for {names}; those of least norm are stored" if names else ""
 
 

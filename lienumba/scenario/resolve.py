@@ -15,7 +15,7 @@ from lienumba.errors import Problem, ScenarioError
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.output_variables import usual
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
@@ -243,7 +243,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
         own = [quantity.name for quantity in data.model.quantities]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         own += [paths.INPUTS] if any(map(written, data.model.inputs.values())) else []
-        output = output.model_copy(update={"variables": [*OUTPUT_VARIABLES, *own]})
+        output = output.model_copy(update={"variables": [*usual(), *own]})
     if output.joint_coordinates and not {*output.variables} & {*JOINT_COORDINATES}:
         output = output.model_copy(update={"variables": [*output.variables, *JOINT_COORDINATES]})
     model = dict(data.model)

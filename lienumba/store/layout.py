@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from lienumba.compiler.memo import Memo
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
+from lienumba.words import suggestion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,6 +66,14 @@ def course(x: OutputVariable) -> Variable:
     """An output variable as the dataset has it."""
     dtype = "int32" if x.count else "float64"
     return Variable((*SERIES, *x.dims), x.units, x.long_name, x.frame, dtype, x.count, x.reaction)
+
+
+def remedy(name: str, known: Collection[str]) -> str:
+    """What to do where a dataset has no such variable, but these."""
+    variable = name.partition(".")[0]
+    if variable in OUTPUT_VARIABLES and variable not in known:
+        return f'it is stored where the scenario names it: add "{variable}" to output.variables'
+    return suggestion(name, known)
 
 
 _derive()
@@ -205,6 +214,8 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
     attributes: dict[str, object] = {**texts(spec.units, spec.long_name)}
     if spec.frame is not None:
         attributes["frame"] = spec.frame
+    if spec.dtype == "float32":
+        attributes["precision"] = "computed as float64, stored rounded to float32"
     if name == "status":
         attributes |= _flags()
     array = _as_kept(spec, array)
@@ -219,7 +230,7 @@ def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
 
 
 def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, object]:
-    fill_value = NO_COUNT if spec.count else np.nan if spec.dtype == "float64" else None
+    fill_value = NO_COUNT if spec.count else np.nan if spec.dtype.startswith("float") else None
     run_bytes = int(np.prod(shape[1:])) * np.dtype(spec.dtype).itemsize
     runs_per_chunk = max(min(CHUNK_BYTES // max(run_bytes, 1), total), 1)
     return {

@@ -26,7 +26,12 @@ def windows(
     for first in range(0, runs, step):
         here = None if which is None else which[first : first + step].nonzero()[0]
         if here is None:
-            yield few.isel({dim: slice(first, first + step)}).load()
+            yield _loaded(few.isel({dim: slice(first, first + step)}))
         elif len(here):
             span = slice(first + int(here[0]), first + int(here[-1]) + 1)
-            yield few.isel({dim: span}).load().isel({dim: here - here[0]})
+            yield _loaded(few.isel({dim: span})).isel({dim: here - here[0]})
+
+
+def _loaded(few: xr.Dataset) -> xr.Dataset:
+    """In memory; sums of what is stored in single precision are not to be rounded so."""
+    return few.load().assign({str(n): x.astype(float) for n, x in few.data_vars.items() if x.dtype == np.float32})

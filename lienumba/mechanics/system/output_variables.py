@@ -71,7 +71,8 @@ class OutputVariable:
     rows(observation): its numbers, computed where a state is stored; read(record): its values, if they are not these
     numbers; state: the first row of it in each body's state, and the end; it is known where a run ended, too; count: of
     iterations, which a failed run has none of; reaction: whether it is one of many where joints do the same; largest,
-    largest_text: what the largest absolute value at the stored times is called, if that is kept of each run.
+    largest_text: what the largest absolute value at the stored times is called, if that is kept of each run; asked: it
+    is stored only where it is named, since others say the same.
     """
 
     name: str
@@ -86,6 +87,7 @@ class OutputVariable:
     reaction: bool = False
     largest: str = ""
     largest_text: str = ""
+    asked: bool = False
 
     def values(self, record: Record) -> np.ndarray:
         """(blocks, times, ..., lanes), its dimensions behind the bodies in one row."""
@@ -124,7 +126,7 @@ for variable in (
     ),
     OutputVariable(
         "multiplier", "1", "Lagrange multiplier (N, or N m of an angle)", dims=("constraint",),
-        rows=lambda x: x.multipliers, reaction=True,
+        rows=lambda x: x.multipliers, reaction=True, asked=True,
     ),
     OutputVariable(
         "driver_effort", "1", "force (N) or torque (N m) of the driver",
@@ -161,6 +163,11 @@ for variable in (
     ),
 ):  # fmt: skip
     OUTPUT_VARIABLES.add(variable)
+
+
+def usual() -> list[str]:
+    """Those that are stored where none are named."""
+    return [name for name, x in OUTPUT_VARIABLES.items() if not x.asked]
 
 
 def kept_at_end() -> list[OutputVariable]:

@@ -44,6 +44,11 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         for statistic, number in Counter(statistics).items():
             if number > 1:
                 report.add(f"output.summary.{show(name)}", f'names "{statistic}" {number} times', "name it once")
+    for name in output.precision if isinstance(output.precision, dict) else ():
+        if name not in known:
+            report.add(f"output.precision.{show(name)}", "is not known", suggestion(name, known))
+        elif name in OUTPUT_VARIABLES and OUTPUT_VARIABLES[name].count:
+            report.add(f"output.precision.{show(name)}", "counts, and is stored in whole numbers", "leave it out")
     if output.full_runs is None:
         return
     if output.mode == "full":

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.output_variables import usual
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.base.toml import Keys
@@ -61,11 +61,11 @@ def check_study(
                 event["action"],
             )
     output = output if isinstance(output, dict) else {}
-    for key in ("mode", "summary", "full_runs"):
-        if output.get(key) not in (None, {}, "full"):
+    for key in ("mode", "summary", "full_runs", "precision"):
+        if output.get(key) not in (None, {}, "full", "float64"):
             report.add(f"output.{key}", "has no meaning in a study, which stores errors", "leave it out")
     stored = output.get("variables")
-    if isinstance(stored, list) and not set(OUTPUT_VARIABLES) <= set(map(str, stored)):
+    if isinstance(stored, list) and not set(usual()) <= set(map(str, stored)):
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 

@@ -59,6 +59,9 @@ def read(
         names = [name for name in STATE if name in ds]
         if "time" not in ds.coords or not names:
             raise ScenarioError.at(AT, f"has none of {listed(STATE)}", "give one with output.variables that has", file)
+        rounded = [name for name in names if ds[name].dtype != np.float64]
+        if rounded:
+            raise ScenarioError.at(AT, f"has {listed(rounded)} in single precision", "leave out output.precision", file)
         _check_bodies(file, ds, bodies)
         ds = ds.isel(run=_runs(file, ds, runs, samples), time=_times(file, ds, times))
         return Truth({name: np.asarray(ds[name].values) for name in names}, {name: list(bodies) for name in names})

@@ -1,12 +1,14 @@
 """What is stored: times, variables, and what is kept of a run where its course is not."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
+from lienumba.errors import BadValueError
 from lienumba.keys.types import Number, Positive, Section
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 
+Precision = Literal["float64", "float32"]
 Statistic = Literal["max", "min", "mean", "rms", "final", "time_of_max"]
 
 
@@ -27,6 +29,19 @@ Summaries = Annotated[
 ]
 
 
+def _precisions(given: object) -> Any:
+    """One word for all, or one for each name."""
+    flat = _flat(given)
+    for name, word in flat.items() if isinstance(flat, dict) else [("", flat)]:
+        if word not in get_args(Precision):
+            remedy = 'give "float64" or "float32", or a table of variables such as { rotation = "float32" }'
+            raise BadValueError("is no precision", remedy, name, word)
+    return flat
+
+
+Precisions = Annotated[Precision | dict[str, Precision], BeforeValidator(_precisions)]
+
+
 def outputs_described() -> str:
     """What may be stored."""
     return "names of the variables and quantities to store: " + ", ".join(OUTPUT_VARIABLES)
@@ -38,13 +53,18 @@ class Output(Section):
         default=None, description="the stored times in s, ascending, from 0 to integrator.end_time"
     )
     variables: list[str] = Field(
-        default=list(OUTPUT_VARIABLES),
+        default=usual(),
         description=outputs_described(),
     )
     joint_coordinates: Annotated[bool, Field(strict=True)] = Field(
         default=False,
         description="whether the coordinates of all joints are stored by one name, q, with their rates, qd, and what "
         "acts along them, tau: true or false",
+    )
+    precision: Precisions = Field(
+        default="float64",
+        description='how the file holds courses: "float64", or "float32" (rounded, half the room); one word for all, '
+        'or a table of variables and quantities such as { rotation = "float32" }',
     )
     mode: Literal["full", "summary"] = Field(
         default="full",

@@ -39,7 +39,7 @@ from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, AnyInput, input_f
 from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.scenario.base import paths
 from lienumba.scenario.schema.output import Output, outputs_described
@@ -414,7 +414,7 @@ def _derive() -> None:
     Sweep.model_fields["sampler"].description = _samplers()
     Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
-    variables.default, variables.description = list(OUTPUT_VARIABLES), outputs_described()
+    variables.default, variables.description = usual(), outputs_described()
     sections = (
         Body,
         Standing,
