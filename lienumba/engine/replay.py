@@ -162,12 +162,8 @@ def _storing(original: Scenario, times: Tables) -> Scenario:
     """The scenario with the course of everything at these times."""
     own = original.data.output
     kept = {"summary": own.summary, "joint_coordinates": own.joint_coordinates}
-    asked = [name for name in own.variables if name in OUTPUT_VARIABLES and OUTPUT_VARIABLES[name].asked]
-    usual = resolve({**original.to_dict(), "output": {**times, **kept}})
-    if not asked:
-        return usual
-    output = {**times, **kept, "variables": [*usual.data.output.variables, *asked]}
-    return resolve({**original.to_dict(), "output": output})
+    also = [name for name in own.variables if name in OUTPUT_VARIABLES and OUTPUT_VARIABLES[name].asked]
+    return resolve({**original.to_dict(), "output": {**times, **kept, "also": also}})
 
 
 def _simulated(

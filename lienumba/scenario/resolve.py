@@ -244,6 +244,8 @@ def _filled(data: ScenarioData) -> ScenarioData:
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         own += [paths.INPUTS] if any(map(written, data.model.inputs.values())) else []
         output = output.model_copy(update={"variables": [*usual(), *own]})
+    both = list(dict.fromkeys([*output.variables, *output.also]))
+    output = output.model_copy(update={"variables": both, "also": []})
     if output.joint_coordinates and not {*output.variables} & {*JOINT_COORDINATES}:
         output = output.model_copy(update={"variables": [*output.variables, *JOINT_COORDINATES]})
     model = dict(data.model)

@@ -72,7 +72,7 @@ def remedy(name: str, known: Collection[str]) -> str:
     """What to do where a dataset has no such variable, but these."""
     variable = name.partition(".")[0]
     if variable in OUTPUT_VARIABLES and variable not in known:
-        return f'it is stored where the scenario names it: add "{variable}" to output.variables'
+        return f'it is stored where a scenario asks for it: give output.also = ["{variable}"]'
     return suggestion(name, known)
 
 

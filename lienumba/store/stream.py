@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -78,7 +79,7 @@ class Stream:
             frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
             import h5py  # netCDF4 has closed the file: the two bring an HDF5 library each
 
-            self.file = h5py.File(self.partial, "r+")
+            self.file, self.text = h5py.File(self.partial, "r+"), partial(h5py.string_dtype, "utf-8")
             own = {str(name): str(x.dims[0]) for name, x in frame.variables.items() if x.dims[:1] in RUNS}
             self.columns = Columns({name: Column(self.file[name]) for name in own}, threads)
             self.tables = {dim: [n for n in own if n in frame.data_vars and own[n] == dim] for dim in unlimited}
@@ -99,7 +100,7 @@ class Stream:
         with self._safely():
             assert self.columns is not None
             for name, text in attributes.items():
-                self.file.attrs[name] = np.bytes_(text.encode())
+                self.file.attrs.create(name, text.encode(), dtype=self.text(len(text.encode())))
             for name, column in columns.items():
                 self.columns.take(name, column)
             self.columns.end()

@@ -24,7 +24,7 @@ TIMES = [0.01, 0.013, 0.02, 0.04, 0.05]  # neither from the start nor evenly
 
 
 def observed(runs: int = 21, vary: dict[str, Any] | None = None, **output: Any) -> dict[str, Any]:
-    data = top(runs=runs, output={"times": TIMES, **output}) | {"quantities": QUANTITIES}
+    data = top(runs=runs, output={"times": TIMES, "also": ["multiplier"], **output}) | {"quantities": QUANTITIES}
     data["sweep"]["vary"] |= vary or {}
     return data
 

@@ -24,7 +24,7 @@ def scenario(
     return {
         "model": {"bodies": bodies, "joints": joints, **more},
         "integrator": {"step": step, "end_time": end},
-        "output": {"every": end / 10},
+        "output": {"every": end / 10, "also": ["multiplier"]},
     }
 
 

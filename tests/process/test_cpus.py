@@ -95,5 +95,5 @@ def test_an_old_cpu_throughout() -> None:
 def test_hashes_notice_a_change() -> None:
     found = sweeps(*EVERY)["hashes"]
     assert set(found) == set(EVERY)
-    for name in ("position", "joint_force", "multiplier"):
+    for name in ("position", "joint_force", "energy"):
         assert len({found[sweep][name] for sweep in EVERY[:-1]}) == 5

@@ -197,7 +197,7 @@ def scenario(
     data = copy.deepcopy(mechanism)
     data["integrator"] = {"method": method, "step": step, "end_time": end}
     data["projection"] = {"position": projection[0], "velocity": projection[1], **keys}
-    data["output"] = output or {"times": [0.0, end]}
+    data["output"] = output or {"times": [0.0, end], "also": ["multiplier"]}
     return data
 
 

@@ -30,7 +30,8 @@ def test_defaults_are_written_out_and_read_back() -> None:
         "position": "local", "velocity": "mass", "tolerance": 1e-11, "max_iterations": 10, "chord": False
     }  # fmt: skip
     assert written["output"] == {
-        "every": 0.001, "variables": list(OUTPUT_VARIABLES), "joint_coordinates": False, "mode": "full", "summary": {}
+        "every": 0.001, "variables": [name for name in OUTPUT_VARIABLES if name != "multiplier"], "also": [],
+        "joint_coordinates": False, "precision": "float64", "mode": "full", "summary": {},
     }  # fmt: skip
     assert written["sweep"] == {
         "runs": 1, "seed": 0, "sampler": "random", "nominal": False, "vary": {}, "correlate": [],

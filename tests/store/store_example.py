@@ -32,9 +32,10 @@ def example(
     seed=0,
     scenario="",
     shared=(),
+    total=None,
     **replaced,
 ):
-    """Three constraint equations per joint, one per effort; `replaced` are arrays to put in."""
+    """Three constraint equations per joint, one per effort; `replaced` are arrays to put in; total: see `dataset`."""
     constraints = [*(f"{joint}[{k}]" for joint in joints for k in range(3)), *(f"{name}[0]" for name in efforts)]
     labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts, "event": events}
     sizes = {dim: len(names) for dim, names in labels.items()}
@@ -51,5 +52,6 @@ def example(
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
         shared=shared,
+        total=total,
         attributes={"Conventions": "CF-1.11", "title": "Kreisel µ", "scenario": scenario, "seed": 2015},
     )

@@ -25,11 +25,12 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
     known = [*OUTPUT_VARIABLES, *own, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
     inputs = sorted(filter(is_input, parameters.quantities))
     known += [INPUTS, *inputs] if inputs else []
-    for i, name in enumerate(output.variables):
+    lists_of_names = {"variables": output.variables, "also": output.also}
+    for key, i, name in ((key, i, name) for key, names in lists_of_names.items() for i, name in enumerate(names)):
         if name in JOINT_COORDINATES and name not in known:
-            report.add(f"output.variables[{i}]", "is stored only where it is asked for", ASK, name)
+            report.add(f"output.{key}[{i}]", "is stored only where it is asked for", ASK, name)
         elif name not in known:
-            report.add(f"output.variables[{i}]", "is not known", suggestion(name, known), name)
+            report.add(f"output.{key}[{i}]", "is not known", suggestion(name, known), name)
     along = coordinates_of(lists["joints"])
     parts = [*known, *sorted(parameters.quantities - {*known}), *(f"{name}.{x}" for name in own for x in along)]
     for name in own:

@@ -56,6 +56,10 @@ class Output(Section):
         default=usual(),
         description=outputs_described(),
     )
+    also: list[str] = Field(
+        default=[],
+        description='names of what is stored beside these variables, such as "multiplier", which else is not stored',
+    )
     joint_coordinates: Annotated[bool, Field(strict=True)] = Field(
         default=False,
         description="whether the coordinates of all joints are stored by one name, q, with their rates, qd, and what "

@@ -44,7 +44,7 @@ MIXED: dict[str, Any] = {  # a body on the ground, one on it, one under a ball, 
     },
     "integrator": {"step": 0.01, "end_time": 0.32},
     "quantities": [{"name": "tip", "type": "point", "body": "b", "point": [0.1, 0, 0.1]}],
-    "output": {"every": 0.16},
+    "output": {"every": 0.16, "also": ["multiplier"]},
 }  # fmt: skip
 
 
@@ -125,7 +125,7 @@ def test_events_are_found() -> None:
 # ---------------------------------------------------------------- loops
 def test_a_loop_of_redundant_rows_through_a_full_turn() -> None:
     """On the way the rows in use become dependent, and others are chosen; not so, the energy leaps by 1e-6."""
-    data = scenario(BENNETT, 1e-3, 0.4, output={"every": 0.05})
+    data = scenario(BENNETT, 1e-3, 0.4, output={"every": 0.05, "also": ["multiplier"]})
     known, found = run(data, {}), run(data, JOINT)
     close(found, known, 1e-7, STATES)
     assert float(abs(found.energy_residual).max()) < 2.0 * float(abs(known.energy_residual).max())
@@ -143,7 +143,7 @@ def test_a_loop_of_redundant_rows_through_a_full_turn() -> None:
     ids=lambda settings: "-".join(str(x) for x in settings.values()) or "mass",
 )
 def test_a_loop_with_rods(settings: dict[str, Any]) -> None:
-    data = scenario(LOOP, 5e-4, 0.05, output={"every": 0.025})
+    data = scenario(LOOP, 5e-4, 0.05, output={"every": 0.025, "also": ["multiplier"]})
     close(run(data, settings | JOINT), run(data, settings), 1e-8)
 
 

@@ -115,7 +115,7 @@ def test_what_is_stored_of_a_run_that_went_again_is_of_its_second_pass() -> None
     """From its start, though the first program got some way."""
     model, now = bennett()
     _, _, _, values = integrate(model, now, choice_at(model, now), 1e-3, 600)
-    here = simulate(BENNETT, 1e-3, 0.6, output={"every": 0.01})
+    here = simulate(BENNETT, 1e-3, 0.6, output={"every": 0.01, "also": ["multiplier"]})
     for name in ("position", "rotation", "velocity", "angular_velocity", "energy", "multiplier"):
         np.testing.assert_array_equal(here[name], values[name])
 

@@ -120,7 +120,7 @@ def scenario(tree: Tree, start: Motion, omit: Sequence[str] = (), step: float = 
     return {
         "model": model,
         "integrator": {"method": "rk4", "step": step, "end_time": TIMES[-1]},
-        "output": {"times": list(TIMES)},
+        "output": {"times": list(TIMES), "also": ["multiplier"]},
     }
 
 
