@@ -134,12 +134,14 @@ WAYS: dict[str, tuple[str, dict[str, Any]]] = {
 
 @dataclass
 class Engine:
-    """A method, with steps of one length (its ladder: numbers of steps) or those that a tolerance chooses."""
+    """A method, with steps of one length (its ladder: numbers of steps) or those that a tolerance chooses; order: of a
+    series, or what the tolerance asks for."""
 
     problem: Problem
     method: str
     way: str
     adaptive: bool
+    order: int | None = None
     compiled: dict[float, float] = field(default_factory=dict)
     ready: dict[float, tuple[Scenario, Prepared, Any, Any]] = field(default_factory=dict)
     taken: dict[float, int] = field(default_factory=dict)
@@ -147,6 +149,8 @@ class Engine:
     def __post_init__(self) -> None:
         kind = "tolerance" if self.adaptive else "fixed"
         self.key = f"{self.method}_{self.way}_{'adaptive' if self.adaptive else 'fixed'}"
+        if self.order:
+            self.key, kind = f"{self.key}_{self.order}", f"order {self.order}, {kind}"
         self.label = f"lienumba {self.method}, {WAYS[self.way][0]}, {kind}"
         numbers = np.unique(np.round(10 * GROWTH ** np.arange(170)))
         self.ladder = tolerances(1e-1, 1e-14) if self.adaptive else numbers.tolist()
@@ -156,7 +160,8 @@ class Engine:
         data: Mapping[str, Any] = self.problem.data
         integrator = {k: x for k, x in data["integrator"].items() if k not in ("tolerance", "step")}
         size = {"tolerance": setting} if self.adaptive else {"step": self.problem.end / setting}
-        return resolve({**data, "integrator": integrator | size | {"method": self.method}}, overrides=WAYS[self.way][1])
+        method = {"method": self.method, **({"order": self.order} if self.order else {})}
+        return resolve({**data, "integrator": integrator | size | method}, overrides=WAYS[self.way][1])
 
     def run(self, setting: float) -> tuple[Array, float]:
         if setting not in self.ready:
@@ -191,21 +196,21 @@ class FailedError(RuntimeError):
         super().__init__(f"{label}, {setting:g}: runs failed with the codes {codes}")
 
 
-METHODS = ("taylor", "dop853", "rk4")
+KINDS: list[tuple[str, bool, int | None]] = [  # method, whether a tolerance chooses steps, order of a series
+    *(("taylor", True, order) for order in (None, 16, 24)), ("dop853", True, None), ("dop853", False, None),
+    ("rk4", False, None),
+]  # fmt: skip
 
 
-def engines(problem: Problem, methods: Sequence[str] = METHODS) -> list[Engine]:
+def engines(problem: Problem) -> list[Engine]:
     """Every method that this version has, in every way that it takes."""
     found = []
-    for method in methods:
+    for method, adaptive, order in KINDS:
         for way in WAYS:
-            for adaptive in (True, False):
-                if (method == "rk4" and adaptive) or (method == "taylor" and not adaptive):
-                    continue
-                try:
-                    found.append(Engine(problem, method, way, adaptive))
-                except ScenarioError:
-                    continue
+            try:
+                found.append(Engine(problem, method, way, adaptive, order))
+            except ScenarioError:
+                continue
     return found
 
 
