@@ -34,13 +34,15 @@ def record(
     kernels: np.ndarray, sizes: Sizes, to: Address, state: Address, p: Address, at: Workspace, alive: Mask,
     iterations: Address,
 ) -> None:  # fmt: skip
-    """Store state, observed rows and iterations; NaN in the lanes that are not alive."""
+    """Store state, observed rows and iterations; NaN in the lanes that are not alive. A NaN that was computed has the
+    sign that the processor gives it: all that are stored are the same one."""
     rows = layout.state_rows(sizes)
     call(kernels[layout.OBSERVE], state, p, at.clock, 0, to + ROW * rows, at.work)
     copy(to, state, rows)
     copy(to + ROW * (rows + sizes.observed), iterations, layout.PROJECTIONS)
     for row in range(layout.record_rows(sizes)):
-        store(to, row, choose(alive, load(to, row), splat(np.nan)))
+        x = load(to, row)
+        store(to, row, choose(alive & (x == x), x, splat(np.nan)))
 
 
 @inlined
