@@ -46,16 +46,24 @@ def seen() -> list[Path]:
     return sorted(path for place in every for path in ([place] if place.is_file() else place.glob("*.py")))
 
 
-@functools.cache
-def folder() -> Path:
-    """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
+def state() -> str:
+    """A digest of KERNELS, of the libraries and of the interpreter, as they are now."""
     digest = hashlib.sha256()
     for path in seen():
         digest.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes() + b"\0")
-    for name in ("numba", "llvmlite", "numpy"):
+    for name in ("llvmlite", "numpy"):
         digest.update(f"{name} {version(name)}\0".encode())
     digest.update(f"{sys.version} {platform.machine()}".encode())
-    path = root() / digest.hexdigest()[:20]
+    return digest.hexdigest()[:20]
+
+
+_state = functools.cache(lambda: state())  # that of this process
+
+
+@functools.cache
+def folder() -> Path:
+    """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
+    path = root() / _state()
     try:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
@@ -81,9 +89,11 @@ def recall(name: str) -> bytes | None:
 
 
 def keep(name: str, content: bytes) -> None:
-    """Write an entry. A full or read-only disk costs the next start its cache, nothing else."""
+    """Write an entry. A full or read-only disk costs the next start its cache, nothing else; so do sources that were
+    edited while it was made."""
     with contextlib.suppress(OSError):
-        _write(folder() / name, hashlib.sha256(content).digest() + content)
+        if state() == _state():
+            _write(folder() / name, hashlib.sha256(content).digest() + content)
 
 
 def remember(key: str, make: Callable[[], bytes]) -> bytes:
@@ -98,6 +108,8 @@ def remember(key: str, make: Callable[[], bytes]) -> bytes:
 
 def _write(path: Path, content: bytes) -> None:
     """Write a file in one step."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file, contextlib.ExitStack() as left:
+        left.callback(lambda: Path(file.name).unlink(missing_ok=True))
         file.write(content)
-    os.replace(file.name, path)
+        file.close()
+        os.replace(file.name, path)

@@ -1,10 +1,12 @@
 """The cache on disk: it survives processes, and serves neither what is stale nor what is torn."""
 
+import errno
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -63,9 +65,11 @@ def folder(tmp_path: Path) -> Path:
 def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The cache of this process, in a folder of the test's own."""
     monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(folder))
-    cache.folder.cache_clear()
+    for known in (cache.folder, cache._state):
+        known.cache_clear()
     yield folder
-    cache.folder.cache_clear()
+    for known in (cache.folder, cache._state):
+        known.cache_clear()
 
 
 # ---------------------------------------------------------------- processes
@@ -109,7 +113,12 @@ def test_an_edit_of_any_source_file_leads_to_another_folder(tmp_path, folder):
     assert compiled(folder, **more)[1] not in (before, after)
 
 
-SEEN = ("integrators/drivers/stages.py", "compiler/lanes.py", "integrators/layout.py", "integrators/codes.py")
+SEEN = (
+    "integrators/drivers/stages.py",
+    "compiler/routines/statements.py",
+    "integrators/layout.py",
+    "integrators/codes.py",
+)
 UNSEEN = (
     "mechanics/system/kkt.py", "integrators/tracing/tracer.py", "integrators/methods/tableau.py", "compiler/emit.py",
 )  # fmt: skip
@@ -120,10 +129,10 @@ def test_only_what_drivers_see_compiles_them_again(tmp_path, monkeypatch, edited
     monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(cache, "PACKAGE", tmp_path / "lienumba")
     shutil.copytree(PACKAGE, tmp_path / "lienumba", ignore=shutil.ignore_patterns("__pycache__", "*.js"))
-    before = cache.folder.__wrapped__()
+    before = cache.state()
     with open(tmp_path / "lienumba" / edited, "a") as file:
         file.write("\n")
-    assert (cache.folder.__wrapped__() != before) == (edited in SEEN)
+    assert (cache.state() != before) == (edited in SEEN)
 
 
 def test_a_copy_that_is_not_edited_shares_the_folder(tmp_path, folder):
@@ -187,6 +196,40 @@ def test_no_temporary_files_are_left(here):
     assert [p.suffix for p in cache.folder().iterdir()] == [".o"] * 3
 
 
+def test_of_two_that_make_an_entry_at_once_both_have_it(here):
+    """While one makes it, another process has made and written it."""
+
+    def slow() -> bytes:
+        assert cache.remember("key", lambda: b"code") == b"code"
+        return b"code"
+
+    assert cache.remember("key", slow) == b"code"
+    make, calls = counted(b"other")
+    assert cache.remember("key", make) == b"code"
+    assert not calls
+    assert len(list(cache.folder().iterdir())) == 1
+
+
+def test_two_processes_with_a_cold_cache_leave_it_whole(folder):
+    with ThreadPoolExecutor(2) as threads:
+        script = folder.parent / "script.py"
+        script.write_text(COMPILE)
+        both = [threads.submit(compiled, folder) for _ in range(2)]
+    assert all(count.result()[0] <= 1 for count in both)
+    again, path = compiled(folder)
+    assert again == 0
+    assert [file.suffix for file in path.iterdir()] == [".o"]
+
+
+def test_what_was_edited_meanwhile_is_not_kept(here, monkeypatch):
+    def edit() -> bytes:
+        monkeypatch.setattr(cache, "state", lambda: "another")
+        return b"code of neither"
+
+    assert cache.remember("key", edit) == b"code of neither"
+    assert not list(cache.folder().iterdir())
+
+
 # ---------------------------------------------------------------- a folder that cannot be used
 def test_without_a_writable_folder_it_still_works(tmp_path):
     """A file stands where the folder should be: nobody, not even root, can write there."""
@@ -203,6 +246,17 @@ def test_a_folder_that_vanishes_costs_the_entry_only(here):
     shutil.rmtree(here)
     assert cache.remember("key", make) == b"code"
     assert len(calls) == 2
+
+
+def test_a_full_disk_costs_the_entry_only(here, monkeypatch):
+    def full(source: str, target: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    make, calls = counted(b"code")
+    monkeypatch.setattr(os, "replace", full)
+    assert [cache.remember("key", make) for _ in range(2)] == [b"code"] * 2
+    assert len(calls) == 2
+    assert not list(cache.folder().iterdir())
 
 
 def test_a_failure_to_compile_is_not_remembered(here):
