@@ -59,17 +59,34 @@ class Orders:
     order: list[tuple[int, Any]]
 
 
-def orders(inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object]) -> Orders:
+@dataclass(frozen=True)
+class Linear:
+    """Equations that are linear in unknown numbers, as A y = b: unknown: the inputs that stand for y; rest: b - A y;
+    solve: on another graph, y from the rest without it, where A is that of the start. So A is eliminated once, and an
+    order is one solution for b_k less the sum of A_j y_(k-j)."""
+
+    unknown: Sequence[Symbol]
+    rest: Sequence[object]
+    solve: Callable[[Graph, Sequence[Any]], Sequence[Any]]
+
+
+def orders(
+    inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object], linear: Linear | None = None
+) -> Orders:
     """inputs: of an analytic graph, what is integrated; rates: the derivative of each, and behind them those of
-    quadratures; asked: what else is wanted as a series. All of these come first in a slice, one behind the other."""
-    return _Expansion(inputs, rates, asked).made()
+    quadratures; asked: what else is wanted as a series. All of these come first in a slice, one behind the other.
+    linear: on what the rates depend without saying how."""
+    return _Expansion(inputs, rates, asked, linear or Linear((), (), lambda graph, rest: ())).made()
 
 
 class _Expansion:
-    def __init__(self, inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object]) -> None:
-        self.inputs, self.rates, self.asked = inputs, rates, asked
-        self.partner = _partners(live([*rates, *asked]))
-        self.nodes = live([*rates, *asked, *inputs, *self.partner.values()])
+    def __init__(
+        self, inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object], linear: Linear
+    ) -> None:
+        self.inputs, self.rates, self.asked, self.equations = inputs, rates, asked, linear
+        self.partner = _partners(live([*rates, *asked, *linear.rest]))
+        self.nodes = live([*rates, *asked, *linear.rest, *inputs, *linear.unknown, *self.partner.values()])
+        self.unknown = {x.id for x in linear.unknown}
         self.graph = Graph()
         self.k, self.over_k, self.next_over = self.graph.inputs(NUMBER, 3)
         own = {x.id for x in inputs}
@@ -78,7 +95,7 @@ class _Expansion:
         self.linear: list[Symbol] = []  # of these, those that are computed from others
         for node in self.nodes:
             read = [x for x in node.args if isinstance(x, Symbol)]
-            if node.id in own:
+            if node.id in own or node.id in self.unknown:
                 self.moving.add(node.id)
             elif node.op not in JUMPS and not _rounds(node) and any(x.id in self.moving for x in read):
                 self.moving.add(node.id)
@@ -189,17 +206,13 @@ class _Expansion:
 
     # ------------------------------------------------------------ all of it
     def made(self) -> Orders:
-        for node in self.nodes:
-            known = node.args if node.op == "input" else map(self.at_start, node.args)
-            self.zero[node.id] = (self.graph.input if node.op == "input" else FUNCTIONS[node.op])(*known)
+        self._evaluate(self.zero, self._first)
         for x in self.inputs:
             self.place(x)
         quadratures = self.rates[len(self.inputs) :]
         for kind, every in ((QUADRATURE, quadratures), (ASKED, self.asked)):
             self.places |= {(kind, n): len(self.places) + n for n in range(len(every))}
-        for node in self.nodes:
-            if node.id in self.moving and node.id not in self.ready:
-                self.now[node.id] = self.function(node)
+        self._evaluate(self.now, lambda node: self.function(node) if self._waits(node) else None)
         first = self._ahead([self.at_start(rate) for rate in self.rates])
         after = [self.here(rate) * self.next_over for rate in self.rates]
         later = self._ahead(after)
@@ -224,6 +237,33 @@ class _Expansion:
                 start.append((place, self.zero[n]))
                 order.append((place, self.now[n]))
         return _split(self.graph, list(self.pairs), size, start, order)
+
+    def _first(self, node: Symbol) -> Any:
+        return (
+            self.graph.input(*node.args) if node.op == "input" else FUNCTIONS[node.op](*map(self.at_start, node.args))
+        )
+
+    def _waits(self, node: Symbol) -> bool:
+        """Whether its coefficient k is to be computed in order k."""
+        return node.id in self.moving and node.id not in self.ready
+
+    def _evaluate(self, values: dict[int, Any], value: Callable[[Symbol], Any]) -> None:
+        """Of all nodes one coefficient: first as if the unknown had none, then with what the equations make of it. What
+        the two have in common is there once, since sums end with the newest products."""
+        values |= dict.fromkeys(self.unknown, 0.0)
+        late = set(self.unknown)
+        for node in self.nodes:
+            if node.id not in late:
+                values[node.id] = value(node)
+        if not late:
+            return
+        of = self.at_start if values is self.zero else self.here
+        solved = self.equations.solve(self.graph, [of(x) for x in self.equations.rest])
+        values |= {x.id: y for x, y in zip(self.equations.unknown, solved, strict=True)}
+        for node in self.nodes:
+            if any(isinstance(x, Symbol) and x.id in late for x in node.args):
+                late.add(node.id)
+                values[node.id] = value(node)
 
     def _ahead(self, coefficients: Sequence[Any]) -> dict[int, Any]:
         """Of all that is ready the next coefficient, from those of what is integrated."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.series import Linear
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT, State
 from lienumba.integrators import layout
@@ -96,6 +97,23 @@ class JointTracer(Tracer):
         laws = self.law_states.together(law_states.rates(model, posture.now)) if self.laws else []
         found = Dynamics(solution.rates, solution.mu, solution.sound, solution.margin)
         return [(*solution.rates, *laws)], found
+
+    def moving_implicitly(
+        self, graph: Graph, model: Model, posture: seen.Posture
+    ) -> tuple[list[Vector], Dynamics, Linear] | None:
+        posture, n = _tree(posture), self.tree(model).freedoms
+        if not equations.is_open(posture, self.structure):
+            return None
+        unknown = graph.inputs("unknown", n)
+        laws = self.law_states.together(law_states.rates(model, posture.now)) if self.laws else []
+
+        def solve(graph: Graph, rest: Sequence[Number]) -> list[Number]:
+            at_start = self.now(*self.graph(graph))[0]
+            return equations.changed(_tree(at_start), rest)
+
+        linear = Linear(unknown, equations.missing(posture, unknown), solve)
+        found = Dynamics([*unknown], [0.0] * self.structure.rows, 1.0, 1.0)
+        return [(*unknown, *laws)], found, linear
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         tree, found = self.tree(model), list[Number]()

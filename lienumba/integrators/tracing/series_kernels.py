@@ -56,20 +56,24 @@ def kernels(tracer: Tracer) -> tuple[dict[str, Any], int]:
 
 
 def _expand(tracer: Tracer) -> Expansion:
-    graph, model = tracer.graph(analytic=True)
+    graph, model = tracer.graph(Graph(analytic=True))
     sizes, augmented, state = tracer.sizes, tracer.augmented_rows(graph), tracer.state(graph, "state")
     t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
     posture = tracer.posture(model, state, augmented, t, within)
-    expected = tracer.augmented.expected(augmented)
-    F, found = tracer.moving(model, posture, tracer.mask(augmented), expected)
+    expected, linear = tracer.augmented.expected(augmented), None
+    if implicit := tracer.moving_implicitly(graph, model, posture):
+        F, found, linear = implicit
+    else:
+        F, found = tracer.moving(model, posture, tracer.mask(augmented), expected)
     rates = tracer.rates(model, state, F)
     power = [dynamics.power(model, posture.now, found.multipliers)] if tracer.augmented.work else []
     angles = tracer.augmented.counted(model, posture.now)
-    rows = _integrated(tracer, model, rates, [*power, *angles])
+    rest = linear.rest if linear else []
+    rows = _integrated(tracer, model, rates, [*power, *angles, *rest])
     inputs = [graph.input("state", row) for row in rows]
-    gaps = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power])
+    gaps = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power, *rest])
     asked = [found.sound, found.margin, *angles, *gaps]
-    made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked)
+    made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked, linear)
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
     sound = work + len(power)

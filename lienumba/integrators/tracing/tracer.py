@@ -7,6 +7,7 @@ from math import pi
 from typing import Any, NamedTuple, Protocol
 
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.series import Linear
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT, Algebra, State
@@ -127,9 +128,9 @@ def split(model: Model) -> tuple[Model, list[Any]]:
     return map_numbers(model, number, slot), values
 
 
-def symbolic(template: Model, analytic: bool = False) -> tuple[Graph, Model]:
+def symbolic(template: Model, graph: Graph | None = None) -> tuple[Graph, Model]:
     """A graph, and the model with its inputs in the slots."""
-    graph = Graph(analytic)
+    graph = graph or Graph()
 
     def number(x: Any, structural: bool = False) -> Any:
         return graph.input("parameters", x.row) if isinstance(x, Slot) else x
@@ -225,8 +226,8 @@ class Tracer:
         now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states)
         return not is_zero(dynamics.power(model, now, mu))
 
-    def graph(self, analytic: bool = False) -> tuple[Graph, Model]:
-        return symbolic(self.template, analytic)
+    def graph(self, graph: Graph | None = None) -> tuple[Graph, Model]:
+        return symbolic(self.template, graph)
 
     def kernel(self, name: str, outputs: Iterable[Number], rows: Sequence[int] | None = None) -> Kernel:
         """A kernel that puts its outputs into these rows, by default one after the other. Where its
@@ -286,6 +287,13 @@ class Tracer:
             found += [Part(kind, range(first + a, first + b)) for kind, (a, b) in every]
         behind = range(self.k, self.elements)
         return [*found, *(Part(4, range(ELEMENT * i + n, ELEMENT * i + n + 1)) for i in behind for n in NUMBERS)]
+
+    def moving_implicitly(
+        self, graph: Graph, model: Model, posture: Posture
+    ) -> tuple[list[Vector], Dynamics, Linear] | None:
+        """As `moving`, with the accelerations as numbers that equations say; None where they are eliminated in every
+        order."""
+        return None
 
     def velocity_rows(self, model: Model) -> list[int]:
         """Where the velocities are in the elements."""

@@ -215,6 +215,18 @@ def carried(tree: Tree, moving: Sequence[Moving], loads: Loads, rates: Sequence[
     return found
 
 
+def gathered(tree: Tree, moving: Sequence[Moving], loads: Loads) -> list[Any]:
+    """The efforts along all rates that together do as much as the wrenches and efforts on the links."""
+    wrenches, found = list(loads.wrenches), dict(loads.efforts)
+    for place in reversed(range(len(tree.links))):
+        link, f = tree.links[place], wrenches[place]
+        for rate, S in zip(link.rates, link.move.columns(link.pitch), strict=True):
+            found[rate] = found.get(rate, 0.0) + _along(S, f)
+        if link.parent != GROUND:
+            wrenches[link.parent] = _add(wrenches[link.parent], _up(moving[place].turns, moving[place].q, f))
+    return [found[rate] for rate in range(tree.freedoms)]
+
+
 def _key(i: int, j: int) -> tuple[int, int]:
     return (i, j) if i >= j else (j, i)
 

@@ -13,7 +13,7 @@ from lienumba.groups import so3
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.tree import acting
-from lienumba.mechanics.tree.articulated import Loads, Reduction, carried
+from lienumba.mechanics.tree.articulated import Loads, Reduction, carried, gathered
 from lienumba.mechanics.tree.inertia import Six, times
 from lienumba.mechanics.tree.motion import centre
 from lienumba.mechanics.tree.posture import Posture
@@ -49,6 +49,24 @@ def accelerations(
 ) -> Solution:
     """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
     it is where the constraints lose their rank."""
+    tree = posture.tree
+    loads, rows, xi = _acting(posture, structure, mask, baumgarte)
+    if not structure.looped:
+        return _solved(posture, structure, loads, xi, mask)
+    rates = list(expected or [0.0] * tree.freedoms)
+    there = carried(tree, posture.links, loads, rates)
+    xi = _less(xi, rows, there)
+    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask)
+    rates = [a + da for a, da in zip(rates, solution.rates, strict=True)]
+    return Solution(
+        rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
+    )
+
+
+def _acting(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], baumgarte: float | None
+) -> tuple[Loads, Mapping[int, Mapping[int, Six]], list[Any]]:
+    """What acts on the links, the rows that close loops by link, and what these demand."""
     model, tree = posture.model, posture.tree
     g = dynamics.gravity(model, posture.t)
     ground = (*so3.scale(-1.0, g), 0.0, 0.0, 0.0)
@@ -68,16 +86,32 @@ def accelerations(
         acting.efforts(along.values()), armatures, biases=[link.bias for link in posture.links], ground=ground,
         rows=rows, resisting={row: xi[row] for row in resisting},
     )  # fmt: skip
-    if not structure.looped:
-        return _solved(posture, structure, loads, xi, mask)
-    rates = list(expected or [0.0] * tree.freedoms)
-    there = carried(tree, posture.links, loads, rates)
-    xi = _less(xi, rows, there)
-    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask)
-    rates = [a + da for a, da in zip(rates, solution.rates, strict=True)]
-    return Solution(
-        rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
-    )
+    return loads, rows, xi
+
+
+OPEN = kkt.Structure(0, 0, ())  # of no row
+
+
+def is_open(posture: Posture, structure: kkt.Structure) -> bool:
+    """Whether nothing closes a loop, no rotor either."""
+    return not structure.order and not acting.rotors_apart(posture, structure.rows)[1]
+
+
+def missing(posture: Posture, rates: Sequence[Number]) -> list[Any]:
+    """What is missing along every rate of an open tree whose rates change so."""
+    loads = _acting(posture, OPEN, [], None)[0]
+    rest = _relative_to(loads, carried(posture.tree, posture.links, loads, rates), rates, [])
+    return gathered(posture.tree, posture.links, rest)
+
+
+def changed(posture: Posture, missing: Sequence[Number]) -> list[Any]:
+    """By how much more its rates change with what was missing."""
+    tree, model = posture.tree, posture.model
+    loads = Loads(
+        [acting.rigid(tree, link, model.bodies) for link in tree.links], [NOTHING] * len(tree.links),
+        dict(enumerate(missing)), [link.armature for link in tree.links for _ in link.rates],
+    )  # fmt: skip
+    return _solved(posture, OPEN, loads, [], []).rates
 
 
 def position_correction(
