@@ -1,8 +1,8 @@
 """Steps that are power series in time, of any order.
 
 Jorba and Zou, Experimental Mathematics 14 (2005): where series end at a radius, and an order costs what it has in
-coefficients, 1 - ln(tolerance)/2 costs least. Motions that turn have series like those of sin, without any radius: there
-it is - ln(tolerance), and in between the cost hardly depends on it.
+coefficients, 1 - ln(tolerance)/2 costs least. Motions that turn have series like those of sin, without any radius:
+there it is - ln(tolerance), and in between the cost hardly depends on it.
 """
 
 from collections.abc import Sequence
