@@ -34,7 +34,7 @@ def show(found: dict[str, Any], console: "Console") -> None:
         table.add_column("", no_wrap=True)
         for error in errors:
             table.add_column(f"{error} m", justify="right", no_wrap=True)
-        table.add_column("compiled in s", justify="right")
+        table.add_column("compiled, s", justify="right", no_wrap=True)
         cheapest = {error: _cheapest(own, f"reach_{problem}_{error}_heyoka") for error in errors}
         for contestant in dict.fromkeys(_parts(key)[2] for key in own):
             keys = {error: f"reach_{problem}_{error}_{contestant}" for error in errors}
