@@ -229,6 +229,7 @@ def test_runs_whose_axes_point_different_ways() -> None:
             ],
         },
         "integrator": {"step": 2e-3, "end_time": 0.2},
+        "output": {"also": ["multiplier"]},
         "sweep": {"runs": 6, "vary": {"parameters.way": {"distribution": "uniform", "low": 0.0, "high": 1.0}}},
     }  # fmt: skip
     found = run(data, JOINT)
