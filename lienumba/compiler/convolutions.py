@@ -20,7 +20,7 @@ LAST = "last"  # the array in which whoever reads the series finds it
 
 @dataclass
 class SeriesKernel:
-    """Writes the coefficients 0 to `order` to the rows of `out` from `first` on, slice by slice; and then what
+    """Writes the coefficients 0 to `order` to the rows of `out` from `first` on, series by series; and then what
     `outputs` (row, value) says of them, which reads them in "extra", from the first coefficient on."""
 
     name: str
@@ -32,7 +32,7 @@ class SeriesKernel:
     work_rows: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        made, slices = self.orders, self.orders.size * (self.order + 1)
+        made, slices = self.orders, self.orders.rows
         known = slices + len(made.sums)
         start = [*made.start, *((known + n, x) for n, x in enumerate(made.known))]
         self.rows = known + len(made.known)
@@ -76,7 +76,7 @@ class SeriesKernel:
         return "\n".join((DECLARATIONS, *texts, *sums, self._whole(), prepare))
 
     def _whole(self) -> str:
-        slices = self.orders.size * (self.order + 1)
+        slices = self.orders.rows
         rows = [c for k in range(self.order) for c in (float(k), 1.0 / max(k, 1), 1.0 / (k + 1))]
         table = ", ".join(f"{VECTOR} <{', '.join([f'double {_hex(c)}'] * W)}>" for c in rows)
         return f"""
@@ -92,7 +92,7 @@ next:
 %done = icmp uge i64 %k, {self.order}
 br i1 %done, label %end, label %body
 body:
-%offset = mul i64 %k, {ROW * self.orders.size}
+%offset = mul i64 %k, {ROW}
 %slice = getelementptr i8, ptr %slices, i64 %offset
 %place = mul i64 %k, {ROW * NUMBERS}
 %numbers = getelementptr i8, ptr @{self.name}.table, i64 %place
@@ -118,7 +118,7 @@ def _sums(name: str, orders: Orders, order: int) -> list[str]:
         numbered = [(n, each) for n, each in enumerate(orders.sums) if each.full == full]
         for number, tile in enumerate(_tiles(numbered)):
             own = f"{name}_{'full' if full else 'inner'}{number}"
-            texts.append(_loop(own, tile, orders.size, full, len(orders.sums)))
+            texts.append(_loop(own, tile, full, len(orders.sums)))
             calls.append(f"call void @{own}(ptr %slices, ptr %sums, i64 %k)")
     body = "\n".join(calls)
     whole = f"define internal void @{name}(ptr %slices, ptr %sums, i64 %k) nounwind {{\n{body}\nret void\n}}\n"
@@ -143,7 +143,7 @@ def _tiles(every: list[Numbered]) -> list[list[Numbered]]:
     return tiles
 
 
-def _loop(name: str, tile: list[Numbered], size: int, full: bool, count: int) -> str:
+def _loop(name: str, tile: list[Numbered], full: bool, count: int) -> str:
     """The sums of a tile, in one loop over j."""
     first, last = (0, "%k") if full else (1, "%before")
     signs: list[str] = []
@@ -182,8 +182,8 @@ define internal void @{name}(ptr noalias readonly %slices, ptr noalias %sums, i6
 entry:
 %before = sub i64 %k, 1
 %far = sub i64 %k, {first}
-%left.offset = mul i64 {first}, {ROW * size}
-%right.offset = mul i64 %far, {ROW * size}
+%left.offset = mul i64 {first}, {ROW}
+%right.offset = mul i64 %far, {ROW}
 %left.first = getelementptr i8, ptr %slices, i64 %left.offset
 %right.first = getelementptr i8, ptr %slices, i64 %right.offset
 br label %next
@@ -197,8 +197,8 @@ br i1 %more, label %body, label %end
 body:
 {body}
 %after = add i64 %j, 1
-%left.next = getelementptr i8, ptr %left, i64 {ROW * size}
-%right.next = getelementptr i8, ptr %right, i64 -{ROW * size}
+%left.next = getelementptr i8, ptr %left, i64 {ROW}
+%right.next = getelementptr i8, ptr %right, i64 -{ROW}
 br label %next
 end:
 {stores}

@@ -21,7 +21,7 @@ from lienumba.numerics.vector_math import ROUND
 FULL, INNER = True, False  # sums over all products, or over those without a coefficient 0
 BEFORE = ("state", "parameters", "clock")  # inputs that are known before the first order
 NUMBER = "work"  # where the graph of everything has k, 1/k and 1/(k + 1), which the code of an order has in its clock
-PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked"  # kinds of rows in a slice
+PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked"  # kinds of series
 LONGEST = 4  # products that are summed together
 JUMPS = (*COMPARISONS, "power_of_two", "gather")  # constant but where they jump
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -36,7 +36,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Sum:
-    """sum of signs times x_j y_(k-j): (sign, x, y), places in a slice; full: over all j, or from 1 to k - 1."""
+    """sum of signs times x_j y_(k-j): (sign, x, y), first rows of series; full: over all j, or from 1 to k - 1."""
 
     full: bool
     terms: tuple[tuple[float, int, int], ...]
@@ -44,15 +44,17 @@ class Sum:
 
 @dataclass(frozen=True)
 class Orders:
-    """The series of x' = D. A slice has the coefficients of one order: of what is integrated, of what else is asked
-    for, and of whatever sums read.
+    """The series of x' = D: of what is integrated, of what else is asked for, and of whatever sums read, one behind the
+    other, each with its coefficients side by side.
 
-    size: of a slice; start: (row, value) of slices 0 and 1, one behind the other; known: values of the numbers' rows;
-    order: (row, value) of a slice k and the next one, where the inputs are "state": the numbers, "extra": slice k,
-    "clock": k, 1/k, 1/(k + 1).
+    stride: rows from a series to the next one; rows: of all of them; start: (row, value) of coefficients 0 and 1;
+    known: what orders read of what is known before. order: (row, value) of the coefficients k and k + 1, from the row
+    of the first k on; its inputs are "state": what is known, and before it, at the rows -1, -2, ..., the sums; "extra":
+    the coefficients k; "clock": k, 1/k, 1/(k + 1).
     """
 
-    size: int
+    stride: int
+    rows: int
     sums: tuple[Sum, ...]
     start: list[tuple[int, Any]]
     known: list[Any]
@@ -71,19 +73,29 @@ class Linear:
 
 
 def orders(
-    inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object], linear: Linear | None = None
+    inputs: Sequence[Symbol],
+    rates: Sequence[object],
+    asked: Sequence[object],
+    highest: int,
+    linear: Linear | None = None,
 ) -> Orders:
     """inputs: of an analytic graph, what is integrated; rates: the derivative of each, and behind them those of
-    quadratures; asked: what else is wanted as a series. All of these come first in a slice, one behind the other.
+    quadratures; asked: what else is wanted as a series. All of these come first; highest: the order of the last coefficient.
     linear: on what the rates depend without saying how."""
-    return _Expansion(inputs, rates, asked, linear or Linear((), (), lambda graph, rest: ())).made()
+    return _Expansion(inputs, rates, asked, highest, linear or Linear((), (), lambda graph, rest: ())).made()
 
 
 class _Expansion:
     def __init__(
-        self, inputs: Sequence[Symbol], rates: Sequence[object], asked: Sequence[object], linear: Linear
+        self,
+        inputs: Sequence[Symbol],
+        rates: Sequence[object],
+        asked: Sequence[object],
+        highest: int,
+        linear: Linear,
     ) -> None:
         self.inputs, self.rates, self.asked, self.equations = inputs, rates, asked, linear
+        self.stride = (highest + 1) | 1  # odd, so that coefficients of one order are spread over the cache
         self.partner = _partners(live([*rates, *asked, *linear.rest]))
         self.nodes = live([*rates, *asked, *linear.rest, *inputs, *linear.unknown, *self.partner.values()])
         self.unknown = {x.id for x in linear.unknown}
@@ -133,8 +145,8 @@ class _Expansion:
         return self.now[x.id]
 
     def place(self, x: Symbol, kind: str = PLAIN) -> int:
-        """In a slice."""
-        return self.places.setdefault((kind, x.id), len(self.places))
+        """The first row of a series."""
+        return self.places.setdefault((kind, x.id), len(self.places) * self.stride)
 
     def sum_of(self, a: Symbol, b: Symbol, full: bool, kind: str = PLAIN) -> Any:
         """sum a_j b_(k-j); kind: of a's coefficients."""
@@ -211,19 +223,19 @@ class _Expansion:
             self.place(x)
         quadratures = self.rates[len(self.inputs) :]
         for kind, every in ((QUADRATURE, quadratures), (ASKED, self.asked)):
-            self.places |= {(kind, n): len(self.places) + n for n in range(len(every))}
+            self.places |= {(kind, n): (len(self.places) + n) * self.stride for n in range(len(every))}
         self._evaluate(self.now, lambda node: self.function(node) if self._waits(node) else None)
         first = self._ahead([self.at_start(rate) for rate in self.rates])
         after = [self.here(rate) * self.next_over for rate in self.rates]
         later = self._ahead(after)
-        by_id, size = {node.id: node for node in self.nodes}, len(self.places)
+        by_id = {node.id: node for node in self.nodes}
         start: list[tuple[int, Any]] = []
         order: list[tuple[int, Any]] = []
         for (kind, n), place in self.places.items():
             if kind == QUADRATURE:
                 number = len(self.inputs) + n
-                start += [(place, 0.0), (size + place, self.at_start(self.rates[number]))]
-                order.append((size + place, after[number]))
+                start += [(place, 0.0), (place + 1, self.at_start(self.rates[number]))]
+                order.append((place + 1, after[number]))
             elif kind == ASKED:
                 start.append((place, self.at_start(self.asked[n])))
                 order.append((place, self.here(self.asked[n])))
@@ -231,12 +243,12 @@ class _Expansion:
                 start.append((place, 0.0))
                 order.append((place, self.k * self.here(by_id[n])))
             elif n in self.ready:
-                start += [(place, self.zero[n]), (size + place, first[n])]
-                order.append((size + place, later[n]))
+                start += [(place, self.zero[n]), (place + 1, first[n])]
+                order.append((place + 1, later[n]))
             else:
                 start.append((place, self.zero[n]))
                 order.append((place, self.now[n]))
-        return _split(self.graph, list(self.pairs), size, start, order)
+        return _split(self.graph, list(self.pairs), self.stride, len(self.places), start, order)
 
     def _first(self, node: Symbol) -> Any:
         return (
@@ -301,7 +313,12 @@ def _rounds(node: Symbol) -> bool:
 
 
 def _split(
-    graph: Graph, pairs: Sequence[Sum], size: int, start: list[tuple[int, Any]], order: list[tuple[int, Any]]
+    graph: Graph,
+    pairs: Sequence[Sum],
+    stride: int,
+    count: int,
+    start: list[tuple[int, Any]],
+    order: list[tuple[int, Any]],
 ) -> Orders:
     """What is known before the first order apart from what each order computes. Sums of which only another sum is made
     become one."""
@@ -350,4 +367,4 @@ def _split(
             values[node.id] = merged(node) or made.node(node.op, *(value(x) for x in node.args))
             late.add(node.id)
     outputs = [(row, value(x)) for row, x in order]
-    return Orders(size, tuple(sums), start, [graph.nodes[id_] for id_ in known], outputs)
+    return Orders(stride, stride * count, tuple(sums), start, [graph.nodes[id_] for id_ in known], outputs)

@@ -31,7 +31,7 @@ def coefficients(law: Law, start: Sequence[float], parameters: Sequence[float] =
         graph.inputs("parameters", len(parameters)),
         graph.input("clock", 0),
     )
-    made = orders([*x, clock], [*law(x, clock, p), 1.0], [])
+    made = orders([*x, clock], [*law(x, clock, p), 1.0], [], ORDER)
     kernel = SeriesKernel("series", made, ORDER, 1, []).hoisted_from(len(parameters))
     code = native.compile_text(kernel.text())
     engine, addresses = native.load(code, ["series", "series_prepare"])
@@ -44,7 +44,8 @@ def coefficients(law: Law, start: Sequence[float], parameters: Sequence[float] =
         function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(addresses[name])
         function(*(array.ctypes.data for array in given))
     assert engine
-    return given[4][1 : 1 + made.size * (ORDER + 1)].reshape(ORDER + 1, made.size, W)[:, : len(start)]
+    found = given[4][1 : 1 + made.rows].reshape(-1, made.stride, W)[: len(start), : ORDER + 1]
+    return found.transpose(1, 0, 2)
 
 
 def scales() -> np.ndarray:

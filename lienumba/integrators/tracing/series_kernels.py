@@ -33,7 +33,7 @@ BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what 
 
 @dataclass(frozen=True)
 class Expansion:
-    """places: of rows of the elements in a slice; work: that of the work; angles: the first of those that are counted;
+    """places: which series is that of a row of the elements; work: that of the work; angles: the first of those that are counted;
     gaps: those of what changes its sign where a law takes another branch; rows: of the coefficients and what belongs to
     them."""
 
@@ -73,7 +73,7 @@ def _expand(tracer: Tracer) -> Expansion:
     inputs = [graph.input("state", row) for row in rows]
     gaps = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power, *rest])
     asked = [found.sound, found.margin, *angles, *gaps]
-    made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked, linear)
+    made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked, tracer.method.order, linear)
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
     sound = work + len(power)
@@ -141,7 +141,7 @@ def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
             square: Number = 0.0
             size: Number = 0.0
             for row in rows:
-                c, x = graph.input("extra", made.size * order + places[row]), graph.input("state", row)
+                c, x = graph.input("extra", made.stride * places[row] + order), graph.input("state", row)
                 square, size = square + c * c, size + x * x
             allowed = tolerance[1 + part.kind]
             if part.kind != taylor.ROTATION:
@@ -152,15 +152,15 @@ def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
 
 
 def _sums(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> dict[int, Number]:
-    """Of every series (its place in a slice) the sum at h."""
+    """Of every series (by its place) the sum at h."""
     return {place: _sum(tracer, graph, made, place, h) for place in range(made.gaps.start)}
 
 
 def _sum(tracer: Tracer, graph: Graph, made: Expansion, place: int, h: Number) -> Number:
-    first, size = layout.series_row(tracer.sizes) + place, made.kernel.orders.size
-    total: Number = graph.input("extra", first + size * tracer.method.order)
+    first = layout.series_row(tracer.sizes) + made.kernel.orders.stride * place
+    total: Number = graph.input("extra", first + tracer.method.order)
     for k in range(tracer.method.order - 1, -1, -1):
-        total = graph.input("extra", first + size * k) + h * total
+        total = graph.input("extra", first + k) + h * total
     return total
 
 
@@ -208,7 +208,7 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
     new, augmented = _moved(tracer, graph, model, made, h)
     first, old = layout.series_row(tracer.sizes), tracer.augmented_rows(graph)
     place = made.angles - 2
-    sound, margin = (graph.input("extra", first + place + n) for n in range(2))
+    sound, margin = (graph.input("extra", first + made.kernel.orders.stride * (place + n)) for n in range(2))
     square: Number = 0.0
     for element in new:
         for c in element:
@@ -265,12 +265,13 @@ def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[
 
 def _accelerations(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> list[Number]:
     """At h: the derivatives of the velocities."""
-    first, size, order = layout.series_row(tracer.sizes), made.kernel.orders.size, tracer.method.order
+    first, order = layout.series_row(tracer.sizes), tracer.method.order
+    stride = made.kernel.orders.stride
     found: list[Number] = []
     for row in tracer.velocity_rows(model):
         total: Number = 0.0
         for k in range(order, 0, -1):
-            c = graph.input("extra", first + size * k + made.places[row]) if row in made.places else 0.0
+            c = graph.input("extra", first + stride * made.places[row] + k) if row in made.places else 0.0
             total = float(k) * c + h * total
         found.append(total)
     return found
