@@ -80,8 +80,8 @@ def orders(
     linear: Linear | None = None,
 ) -> Orders:
     """inputs: of an analytic graph, what is integrated; rates: the derivative of each, and behind them those of
-    quadratures; asked: what else is wanted as a series. All of these come first; highest: the order of the last coefficient.
-    linear: on what the rates depend without saying how."""
+    quadratures; asked: what else is wanted as a series. All of these come first; highest: the last
+    coefficient's order; linear: on what the rates depend without saying how."""
     return _Expansion(inputs, rates, asked, highest, linear or Linear((), (), lambda graph, rest: ())).made()
 
 

@@ -33,9 +33,9 @@ BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what 
 
 @dataclass(frozen=True)
 class Expansion:
-    """places: which series is that of a row of the elements; work: that of the work; angles: the first of those that are counted;
-    gaps: those of what changes its sign where a law takes another branch; rows: of the coefficients and what belongs to
-    them."""
+    """places: which series is that of a row of the elements; work: that of the work; angles: the first of those that
+    are counted; gaps: those of what changes its sign where a law takes another branch; rows: of the coefficients and
+    what belongs to them."""
 
     kernel: SeriesKernel
     places: dict[int, int]
