@@ -228,6 +228,7 @@ class _Expansion:
         first = self._ahead([self.at_start(rate) for rate in self.rates])
         after = [self.here(rate) * self.next_over for rate in self.rates]
         later = self._ahead(after)
+        asked = [self.here(x) for x in self.asked]  # before the slice is measured: what is ready gets a place by this
         by_id = {node.id: node for node in self.nodes}
         start: list[tuple[int, Any]] = []
         order: list[tuple[int, Any]] = []
@@ -238,7 +239,7 @@ class _Expansion:
                 order.append((place + 1, after[number]))
             elif kind == ASKED:
                 start.append((place, self.at_start(self.asked[n])))
-                order.append((place, self.here(self.asked[n])))
+                order.append((place, asked[n]))
             elif kind == WEIGHTED:
                 start.append((place, 0.0))
                 order.append((place, self.k * self.here(by_id[n])))

@@ -231,7 +231,7 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
 
 def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Number, Number]:
     """What is said of a step in which another branch begins: it is to end directly behind. 2, and the factor to its
-    length; 0 where it does not, or already ends so.
+    length; 0 where it does not, or already ends so. Where a gap turns within the step counts, too.
 
     Directly behind is what the tolerance leaves of a step that nothing cuts. Each gap is followed by false positions
     (Illinois); where these end early, so does the step, and the next one has the rest.
@@ -246,6 +246,10 @@ def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[
         low, high = 0.0 * h, h
         at_low, at_high = _sum(tracer, graph, made, place, low), _sum(tracer, graph, made, place, h)
         before = where(at_low < 0.0, 1.0, 0.0)
+        near = _turning(tracer, graph, made, place, h)
+        at_near = _sum(tracer, graph, made, place, near)
+        outside = where(at_near < 0.0, 1.0, 0.0) == before
+        high, at_high = where(outside, high, near), where(outside, at_high, at_near)
         crossed = where(at_high < 0.0, 1.0, 0.0) == before
         side: Number = 0.0
         for n in range(ROOTS):
@@ -261,6 +265,18 @@ def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[
         first = where(crossed, first, minimum(middle, first))
     late = h - first > 2.0 * beyond
     return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0)
+
+
+def _turning(tracer: Tracer, graph: Graph, made: Expansion, place: int, h: Number) -> Number:
+    """Where within a step a series turns: the vertex of a parabola, and of a shorter one about it."""
+    middle: Number = 0.5 * h
+    for share in (0.5, 0.125):
+        reach = share * h
+        a, b, c = (_sum(tracer, graph, made, place, middle + n * reach) for n in (-1.0, 0.0, 1.0))
+        bend = (a - b) - (b - c)
+        vertex = middle + where(bend == 0.0, 0.0, 0.5 * reach * (a - c) / bend)
+        middle = minimum(maximum(vertex, 0.125 * h), 0.875 * h)
+    return middle
 
 
 def _accelerations(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> list[Number]:

@@ -114,6 +114,27 @@ def test_steps_end_behind_kinks(coordinates: str) -> None:
         assert (every[0].steps + every[0].rejected_steps < 0.5 * every[1].steps).all()
 
 
+@pytest.mark.parametrize(
+    "force",
+    [
+        {"type": "end_stop", "joint": "hinge", "upper": 3.141, "stiffness": 1e6},
+        {"type": "force", "body": "rod", "value": [0, 0, "min(tip.z, -0.3)"]},
+    ],
+    ids=["touched within a step", "a gap that is linear in the state"],
+)
+def test_kinks_of_a_swing(force: dict[str, Any]) -> None:
+    """From the horizontal nearly to the horizontal; as by a pair."""
+    body = {"name": "rod", "mass": 1.0, "inertia": [0.1, 0.2, 0.3], "position": [1, 0, 0], "rotation": [1, 0, 0, 0]}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    model = {"gravity": [0, 0, -9.81], "bodies": [body], "joints": [hinge], "forces": [{"name": "law", **force}]}
+    ends = []
+    for method, tolerance in (("taylor", 1e-10), ("dop853", 1e-12)):
+        integrator = {"method": method, "tolerance": tolerance, "end_time": 2.0, "coordinates": "joint"}
+        data = {"model": model, "integrator": integrator, "output": {"every": 0.5}}
+        ends.append(run(data | {"quantities": [{"name": "tip", "type": "point", "body": "rod"}]}).position.values)
+    assert np.abs(ends[0] - ends[1]).max() < 1e-9
+
+
 @pytest.mark.parametrize("coordinates", COORDINATES)
 def test_laws_with_states_and_many_turns_in_a_step(coordinates: str) -> None:
     """A law that counts turns and has a state, and a rotor that turns more than once in a step."""
