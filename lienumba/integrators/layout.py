@@ -13,11 +13,11 @@ from lienumba.numerics.operations import kernel
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
-    "close", "end", "dense", "events", "place", "read", "expand",
+    "close", "end", "dense", "events", "place", "read", "expand", "defect",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which

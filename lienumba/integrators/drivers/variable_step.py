@@ -120,6 +120,8 @@ def _try(
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
         stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, new, at)
+    if kernels[layout.DEFECT] != 0:
+        call(kernels[layout.DEFECT], x, p, at.clock, at.slopes, at.slopes, at.work)
     trial = lanes + ROW * TRIAL
     store(trial, 0, load(new, layout.state_rows(sizes) + layout.CODE))
     store(at.clock, layout.TIME, load(lanes, UNTIL))

@@ -2,6 +2,7 @@
 
 expand     state -> coefficients of what is integrated; how long a step may be
 step       state, coefficients -> state, code, margin     their sum at the end of a step
+defect     state, coefficients -> error                   how far F there is from the sum's derivative
 dense      state, coefficients -> state                   and at a fraction of it
 
 Rows of a rotation move by R' = R w^, each for itself, so that those which nothing asks for but the state at the end are
@@ -11,6 +12,7 @@ made upright again.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from lienumba.compiler.convolutions import SeriesKernel
@@ -19,16 +21,17 @@ from lienumba.compiler.series import Orders, orders
 from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.groups import so3
 from lienumba.integrators import layout
-from lienumba.integrators.codes import verdict
+from lienumba.integrators.codes import HUGE, verdict
 from lienumba.integrators.methods import taylor
-from lienumba.integrators.tracing.tracer import Part, Tracer
+from lienumba.integrators.tracing import gaps
+from lienumba.integrators.tracing.tracer import Part, Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, sqrt, where
 
-ROOTS = 6  # false positions of a gap
 BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what the tolerance leaves, and of the time
+BEFORE = 8.0  # how many times this before a kink F is that of the first branch
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ def kernels(tracer: Tracer) -> tuple[dict[str, Any], int]:
     """All of them, and the rows of the coefficients."""
     made = _expand(tracer)
     every = {"expand": made.kernel, "step": _step(tracer, made), "dense": _dense(tracer, made)}
+    if tracer.method.adaptive:
+        every["defect"] = _defect(tracer, made)
     return every, made.rows
 
 
@@ -71,8 +76,8 @@ def _expand(tracer: Tracer) -> Expansion:
     rest = linear.rest if linear else []
     rows = _integrated(tracer, model, rates, [*power, *angles, *rest])
     inputs = [graph.input("state", row) for row in rows]
-    gaps = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power, *rest])
-    asked = [found.sound, found.margin, *angles, *gaps]
+    compared = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power, *rest])
+    asked = [found.sound, found.margin, *angles, *compared]
     made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked, tracer.method.order, linear)
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
@@ -84,7 +89,7 @@ def _expand(tracer: Tracer) -> Expansion:
     ]  # fmt: skip
     kernel = SeriesKernel("expand", made, tracer.method.order, layout.series_row(sizes), outputs)
     behind = sound + 2 + len(angles)
-    return Expansion(kernel, places, work, sound + 2, range(behind, behind + len(gaps)))
+    return Expansion(kernel, places, work, sound + 2, range(behind, behind + len(compared)))
 
 
 def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
@@ -138,17 +143,26 @@ def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
             rows = [row for row in part.rows if row in places]
             if not rows:
                 continue
-            square: Number = 0.0
-            size: Number = 0.0
-            for row in rows:
-                c, x = graph.input("extra", made.stride * places[row] + order), graph.input("state", row)
-                square, size = square + c * c, size + x * x
-            allowed = tolerance[1 + part.kind]
-            if part.kind != taylor.ROTATION:
-                allowed = allowed + tolerance[0] * sqrt(size)
-            worst = maximum(square / (allowed * allowed), worst)
+            coefficients = [graph.input("extra", made.stride * places[row] + order) for row in rows]
+            numbers = [graph.input("state", row) for row in rows]
+            worst = maximum(_square(coefficients) / _allowed(tolerance, part, numbers), worst)
         found.append((order, worst))
     return taylor.length(found)
+
+
+def _square(numbers: Sequence[Number]) -> Number:
+    total: Number = 0.0
+    for x in numbers:
+        total = total + x * x
+    return total
+
+
+def _allowed(tolerance: Vector, part: Part, numbers: Sequence[Number]) -> Number:
+    """The square of what the tolerance allows for a part of a state."""
+    allowed = tolerance[1 + part.kind]
+    if part.kind != taylor.ROTATION:
+        allowed = allowed + tolerance[0] * sqrt(_square(numbers))
+    return allowed * allowed
 
 
 def _sums(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> dict[int, Number]:
@@ -224,73 +238,71 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
     rows = list(range(len(outputs)))
     if made.gaps:
         control = layout.first_slope(tracer.sizes) + layout.control_row(tracer.sizes)
-        rows += [control + layout.ERROR, control + layout.FACTOR]
-        outputs += _crossed(tracer, graph, made, h)
+        rows += [control + row for row in (layout.ERROR, layout.FACTOR, layout.REMEMBERED)]
+        outputs += _cut(tracer, graph, made, h)
     return tracer.kernel("step", outputs, rows)
 
 
-def _crossed(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Number, Number]:
-    """What is said of a step in which another branch begins: it is to end directly behind. 2, and the factor to its
-    length; 0 where it does not, or already ends so. Where a gap turns within the step counts, too.
-
-    Directly behind is what the tolerance leaves of a step that nothing cuts. Each gap is followed by false positions
-    (Illinois); where these end early, so does the step, and the next one has the rest.
-    """
-    t, control = graph.input("clock", layout.TIME), layout.control_row(tracer.sizes)
-    whole = graph.input("extra", control + layout.REMEMBERED)
-    beyond = BEYOND * graph.input("clock", layout.TOLERANCE) * whole
-    least = LEAST_BEYOND * (t + h)
-    beyond = where(beyond > least, beyond, least)
+def _cut(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Number, Number, Number]:
+    """What is said of a step in which another branch begins: it is to end directly behind, within what the tolerance
+    leaves of a step that nothing cuts. 2, and the factor to its length; 0 where it already ends so; and how far the
+    first branch certainly holds (s)."""
+    t, tolerance = graph.input("clock", layout.TIME), graph.input("clock", layout.TOLERANCE)
+    beyond = BEYOND * tolerance * graph.input("extra", layout.control_row(tracer.sizes) + layout.REMEMBERED)
+    beyond = maximum(beyond, LEAST_BEYOND * (t + h))
     first: Number = 2.0 * h
     for place in made.gaps:
-        low, high = 0.0 * h, h
-        at_low, at_high = _sum(tracer, graph, made, place, low), _sum(tracer, graph, made, place, h)
-        before = where(at_low < 0.0, 1.0, 0.0)
-        near = _turning(tracer, graph, made, place, h)
-        at_near = _sum(tracer, graph, made, place, near)
-        outside = where(at_near < 0.0, 1.0, 0.0) == before
-        high, at_high = where(outside, high, near), where(outside, at_high, at_near)
-        crossed = where(at_high < 0.0, 1.0, 0.0) == before
-        side: Number = 0.0
-        for n in range(ROOTS):
-            middle = (low * at_high - high * at_low) / (at_high - at_low)
-            if n == ROOTS - 1:
-                break
-            at_middle = _sum(tracer, graph, made, place, middle)
-            behind = where(where(at_middle < 0.0, 1.0, 0.0) == before, 0.0, 1.0)
-            at_low = where(behind > 0.0, where(side > 0.0, 0.5 * at_low, at_low), at_middle)
-            at_high = where(behind > 0.0, at_middle, where(side < 0.0, 0.5 * at_high, at_high))
-            low, high = where(behind > 0.0, low, middle), where(behind > 0.0, middle, high)
-            side = where(behind > 0.0, 1.0, -1.0)
-        first = where(crossed, first, minimum(middle, first))
+        first = minimum(gaps.crossing(partial(_sum, tracer, graph, made, place), h), first)
     late = h - first > 2.0 * beyond
-    return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0)
+    holds = where(first <= h, maximum(first - BEFORE * beyond, 0.0), h)
+    return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0), holds
 
 
-def _turning(tracer: Tracer, graph: Graph, made: Expansion, place: int, h: Number) -> Number:
-    """Where within a step a series turns: the vertex of a parabola, and of a shorter one about it."""
-    middle: Number = 0.5 * h
-    for share in (0.5, 0.125):
-        reach = share * h
-        a, b, c = (_sum(tracer, graph, made, place, middle + n * reach) for n in (-1.0, 0.0, 1.0))
-        bend = (a - b) - (b - c)
-        vertex = middle + where(bend == 0.0, 0.0, 0.5 * reach * (a - c) / bend)
-        middle = minimum(maximum(vertex, 0.125 * h), 0.875 * h)
-    return middle
+def _defect(tracer: Tracer, made: Expansion) -> Kernel:
+    """How far the derivative of the sum is from F at the end of a step, or before the kink behind which it ends: the
+    last terms of a series do not tell of what is narrow and far from its start."""
+    graph, model = tracer.graph()
+    sizes, control = tracer.sizes, layout.control_row(tracer.sizes)
+    t, h, within = (graph.input("clock", row) for row in (layout.TIME, layout.LENGTH, layout.MIDDLE))
+    if made.gaps:
+        h = graph.input("extra", control + layout.REMEMBERED)
+        state, augmented = _moved(tracer, graph, model, made, h)
+    else:
+        rows = graph.inputs("extra", layout.state_rows(sizes), -layout.first_slope(sizes))  # the new state
+        elements = range(0, layout.element_rows(sizes), sizes.element)
+        state, augmented = [rows[n : n + sizes.element] for n in elements], list(rows[layout.element_rows(sizes) :])
+    posture = tracer.posture(model, state, tuple(augmented), t + h, within)
+    mask, expected = tracer.mask(tuple(augmented)), tracer.augmented.expected(tuple(augmented))
+    rates = tracer.rates(model, state, tracer.moving(model, posture, mask, expected)[0])
+    every, tolerance = flat(state), graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
+    worst: Number = 0.0
+    for part in tracer.parts(model):
+        moving = [row for row in part.rows if row in made.places]
+        if part.kind > taylor.ROTATION and moving:
+            lacking = [rates[row] - _derivative(tracer, graph, made, made.places[row], h) for row in moving]
+            numbers = [every[row] for row in moving]
+            worst = maximum(_square(lacking) / _allowed(tolerance, part, numbers), worst)
+    own = worst * (h / (tracer.method.order * taylor.DEFECT)) ** 2
+    own = where(own < HUGE, own, 0.0)  # of an F that cannot be, the next series tells
+    said, factor = (graph.input("extra", control + row) for row in (layout.ERROR, layout.FACTOR))
+    shorter = where(own <= 1.0, factor, taylor.SHORTER)
+    outputs = maximum(said, own), where(said > 0.0, factor, shorter)
+    return tracer.kernel("defect", outputs, [control + layout.ERROR, control + layout.FACTOR])
 
 
 def _accelerations(tracer: Tracer, graph: Graph, model: Model, made: Expansion, h: Number) -> list[Number]:
     """At h: the derivatives of the velocities."""
-    first, order = layout.series_row(tracer.sizes), tracer.method.order
-    stride = made.kernel.orders.stride
-    found: list[Number] = []
-    for row in tracer.velocity_rows(model):
-        total: Number = 0.0
-        for k in range(order, 0, -1):
-            c = graph.input("extra", first + stride * made.places[row] + k) if row in made.places else 0.0
-            total = float(k) * c + h * total
-        found.append(total)
-    return found
+    rows = tracer.velocity_rows(model)
+    return [_derivative(tracer, graph, made, made.places[row], h) if row in made.places else 0.0 for row in rows]
+
+
+def _derivative(tracer: Tracer, graph: Graph, made: Expansion, place: int, h: Number) -> Number:
+    """Of the sum of a series, at h."""
+    first = layout.series_row(tracer.sizes) + made.kernel.orders.stride * place
+    total: Number = 0.0
+    for k in range(tracer.method.order, 0, -1):
+        total = float(k) * graph.input("extra", first + k) + h * total
+    return total
 
 
 def _dense(tracer: Tracer, made: Expansion) -> Kernel:
