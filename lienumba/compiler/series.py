@@ -29,8 +29,8 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c, "fnma": lambda a, b, c: c - a * b,
     "neg": lambda a: -a, "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, "==": lambda a, b: a == b,
     "sqrt": operations.sqrt, "sin": operations.sin, "cos": operations.cos, "exp": operations.exp,
-    "log": operations.log, "atan2": operations.atan2, "where": operations.where, "gather": operations.gather,
-    "power_of_two": operations.power_of_two,
+    "log": operations.log, "tanh": operations.tanh, "atan2": operations.atan2, "where": operations.where,
+    "gather": operations.gather, "power_of_two": operations.power_of_two,
 }  # fmt: skip
 
 
@@ -192,7 +192,9 @@ class _Expansion:
                 return self.here(x) * inverse
             return ((self.here(x) - self.sum_of(a[1], node, INNER)) - self.here(a[1]) * own) * inverse
         if op == "sqrt":
-            return (self.here(x) - self.sum_of(node, node, INNER)) * (0.5 / own)
+            positive = own > 0.0  # at 0 it has no series: it stays there until the first step shows what it becomes
+            half = operations.where(positive, 0.5 / operations.where(positive, own, 1.0), 0.0)
+            return (self.here(x) - self.sum_of(node, node, INNER)) * half
         if op == "exp":
             return self.over_k * self.sum_of(x, node, INNER, WEIGHTED) + self.here(x) * own
         if op == "log":
@@ -201,6 +203,9 @@ class _Expansion:
             other = self.partner[node.id]
             found = self.over_k * self.sum_of(x, other, INNER, WEIGHTED) + self.here(x) * self.at_start(other)
             return found if op == "sin" else -found
+        if op == "tanh":
+            slope = self.partner[node.id]
+            return self.over_k * self.sum_of(x, slope, INNER, WEIGHTED) + self.here(x) * self.at_start(slope)
         if op == "atan2":
             return self._angle(node)
         raise ValueError(f"no series for the operation {op!r}")
@@ -296,12 +301,15 @@ class _Expansion:
 
 
 def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:
-    """What the recurrences of some functions ask for beside them: of sines the cosine, of angles the square."""
+    """What the recurrences of some functions ask for beside them: of sines the cosine, of tanh the
+    derivative, of angles the square."""
     found: dict[int, Symbol] = {}
     for node in nodes:
         if node.op in ("sin", "cos"):
             pair = [node.graph.node(op, *node.args) for op in ("sin", "cos")]
             found |= {pair[0].id: pair[1], pair[1].id: pair[0]}
+        elif node.op == "tanh":
+            found[node.id] = 1.0 - node * node
         elif node.op == "atan2":
             y, x = node.args
             found[node.id] = y * y + x * x

@@ -14,7 +14,7 @@ from typing import Any
 
 from lienumba.numerics import vector_math
 from lienumba.numerics.number import Condition, Number
-from lienumba.numerics.operations import absolute, power
+from lienumba.numerics.operations import absolute, piecewise_tanh, power
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
@@ -44,7 +44,7 @@ def uncollected() -> Iterator[None]:
 class Graph:
     """The operations of one kernel, in the order in which they were recorded.
 
-    analytic: whether sin, cos, exp, log and atan2 are operations of their own, for whoever expands the graph into
+    analytic: whether sin, cos, exp, log, tanh and atan2 are operations of their own, for whoever expands the graph into
     series (`lienumba.compiler.series`); else they are the polynomials that machine code has for them.
     """
 
@@ -268,6 +268,9 @@ class Symbol:
 
     def log(self) -> Any:
         return self.graph.node("log", self) if self.graph.analytic else vector_math.log(self)
+
+    def tanh(self) -> Any:
+        return self.graph.node("tanh", self) if self.graph.analytic else piecewise_tanh(self)
 
     def atan2(self, y: Number, x: Number) -> Any:
         for number in (y, x):

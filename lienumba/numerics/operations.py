@@ -69,6 +69,10 @@ def atan2(y: Number, x: Number) -> Any:
 
 
 def tanh(x: Number) -> Any:
+    return x.tanh() if hasattr(x, "tanh") else piecewise_tanh(x)
+
+
+def piecewise_tanh(x: Number) -> Any:
     """By its continued fraction near 0, else from exp(-2 |x|): accurate beside 0, and never too large."""
     y = x * x
     near = x / (1.0 + y / (3.0 + y / (5.0 + y / (7.0 + y / (9.0 + y / (11.0 + y / 13.0))))))

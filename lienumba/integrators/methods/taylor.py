@@ -19,7 +19,7 @@ LOWEST, HIGHEST = 2, 40
 ROTATION = 1  # the kind of rows that have no size
 SAFETY = 0.9
 DIGITS = 0.75  # orders for each factor e of the tolerance
-DEFECT = 100.0  # of a step that is accepted, as a fraction of its tolerance
+DEFECT = 4.0  # of a step that is accepted, in tolerances
 SHORTER = 0.5  # the factor to a step that is not
 SMALLEST = 1e-300  # squares of coefficients below which they say nothing against a long step
 

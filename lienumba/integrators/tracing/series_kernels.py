@@ -22,8 +22,7 @@ from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.groups import so3
 from lienumba.integrators import layout
 from lienumba.integrators.codes import HUGE, verdict
-from lienumba.integrators.methods import taylor
-from lienumba.integrators.tracing import gaps
+from lienumba.integrators.methods import gaps, taylor
 from lienumba.integrators.tracing.tracer import Part, Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
