@@ -99,21 +99,24 @@ class JointTracer(Tracer):
         return [(*solution.rates, *laws)], found
 
     def moving_implicitly(
-        self, graph: Graph, model: Model, posture: seen.Posture
+        self, graph: Graph, model: Model, posture: seen.Posture, mask: list[Number]
     ) -> tuple[list[Vector], Dynamics, Linear] | None:
-        posture, n = _tree(posture), self.tree(model).freedoms
-        if not equations.is_open(posture, self.structure):
+        posture, n, used = _tree(posture), self.tree(model).freedoms, self.structure.order
+        if not equations.is_regular(posture, self.structure):
             return None
-        unknown = graph.inputs("unknown", n)
+        unknown = graph.inputs("unknown", n + len(used))
+        rates, multipliers = unknown[:n], unknown[n:]
         laws = self.law_states.together(law_states.rates(model, posture.now)) if self.laws else []
 
         def solve(graph: Graph, rest: Sequence[Number]) -> list[Number]:
             at_start = self.now(*self.graph(graph))[0]
-            return equations.changed(_tree(at_start), rest)
+            return equations.changed(_tree(at_start), self.structure, mask, rest)
 
-        linear = Linear(unknown, equations.missing(posture, unknown), solve)
-        found = Dynamics([*unknown], [0.0] * self.structure.rows, 1.0, 1.0)
-        return [(*unknown, *laws)], found, linear
+        rest = equations.missing(posture, self.structure, mask, rates, multipliers, self.method.baumgarte)
+        mu: list[Number] = [0.0] * self.structure.rows
+        for row, multiplier in zip(used, multipliers, strict=True):
+            mu[row] = multiplier
+        return [(*rates, *laws)], Dynamics([*rates], mu, 1.0, 1.0), Linear(unknown, rest, solve)
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         tree, found = self.tree(model), list[Number]()

@@ -65,7 +65,7 @@ def _expand(tracer: Tracer) -> Expansion:
     t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
     posture = tracer.posture(model, state, augmented, t, within)
     expected, linear = tracer.augmented.expected(augmented), None
-    if implicit := tracer.moving_implicitly(graph, model, posture):
+    if implicit := tracer.moving_implicitly(graph, model, posture, tracer.mask(augmented)):
         F, found, linear = implicit
     else:
         F, found = tracer.moving(model, posture, tracer.mask(augmented), expected)

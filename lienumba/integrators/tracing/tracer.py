@@ -289,7 +289,7 @@ class Tracer:
         return [*found, *(Part(4, range(ELEMENT * i + n, ELEMENT * i + n + 1)) for i in behind for n in NUMBERS)]
 
     def moving_implicitly(
-        self, graph: Graph, model: Model, posture: Posture
+        self, graph: Graph, model: Model, posture: Posture, mask: list[Number]
     ) -> tuple[list[Vector], Dynamics, Linear] | None:
         """As `moving`, with the accelerations as numbers that equations say; None where they are eliminated in every
         order."""

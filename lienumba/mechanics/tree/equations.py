@@ -6,7 +6,7 @@ the ground the other way.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.groups import so3
@@ -89,29 +89,44 @@ def _acting(
     return loads, rows, xi
 
 
-OPEN = kkt.Structure(0, 0, ())  # of no row
+def is_regular(posture: Posture, structure: kkt.Structure) -> bool:
+    """Whether no constraint may lose its rank, and no rotor stands apart."""
+    apart = acting.rotors_apart(posture, structure.rows)[1]
+    return not (structure.looped or structure.from_singular or apart)
 
 
-def is_open(posture: Posture, structure: kkt.Structure) -> bool:
-    """Whether nothing closes a loop, no rotor either."""
-    return not structure.order and not acting.rotors_apart(posture, structure.rows)[1]
+def missing(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], rates: Sequence[Number], mu: Sequence[Number],
+    baumgarte: float | None,
+) -> list[Any]:  # fmt: skip
+    """What is missing along every rate, and of every row in use, where the rates of a regular tree change so, with
+    these multipliers of the rows in use."""
+    loads, rows, xi = _acting(posture, structure, mask, baumgarte)
+    there = carried(posture.tree, posture.links, loads, rates)
+    rest = _relative_to(loads, there, rates, xi)
+    wrenches = list(rest.wrenches)
+    for row, multiplier in zip(structure.order, mu, strict=True):
+        for place, y in rows.get(row, {}).items():
+            wrenches[place] = tuple(f - multiplier * c for f, c in zip(wrenches[place], y, strict=True))
+    along = gathered(posture.tree, posture.links, replace(rest, wrenches=wrenches))
+    wanted = _less(xi, rows, there)
+    return [*along, *(mask[row] * wanted[row] for row in structure.order)]
 
 
-def missing(posture: Posture, rates: Sequence[Number]) -> list[Any]:
-    """What is missing along every rate of an open tree whose rates change so."""
-    loads = _acting(posture, OPEN, [], None)[0]
-    rest = _relative_to(loads, carried(posture.tree, posture.links, loads, rates), rates, [])
-    return gathered(posture.tree, posture.links, rest)
-
-
-def changed(posture: Posture, missing: Sequence[Number]) -> list[Any]:
-    """By how much more its rates change with what was missing."""
+def changed(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], missing: Sequence[Number]) -> list[Any]:
+    """By how much more its rates change, and by how much its multipliers, with what was missing."""
     tree, model = posture.tree, posture.model
+    C = acting.in_use(constraints.jacobian(model, posture.now), mask, structure) if structure.order else {}
     loads = Loads(
         [acting.rigid(tree, link, model.bodies) for link in tree.links], [NOTHING] * len(tree.links),
-        dict(enumerate(missing)), [link.armature for link in tree.links for _ in link.rates],
+        dict(enumerate(missing[: tree.freedoms])), [link.armature for link in tree.links for _ in link.rates],
+        rows=acting.by_link(posture, C),
     )  # fmt: skip
-    return _solved(posture, OPEN, loads, [], []).rates
+    g: list[Any] = [0.0] * structure.rows
+    for row, x in zip(structure.order, missing[tree.freedoms :], strict=True):
+        g[row] = x
+    solution = _solved(posture, structure, loads, g, mask)
+    return [*solution.rates, *(solution.mu[row] for row in structure.order)]
 
 
 def position_correction(

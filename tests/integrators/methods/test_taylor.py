@@ -1,6 +1,7 @@
 """Series in time: their order, the steps they choose, branches, tables, samples, events, loops, both coordinates."""
 
 import copy
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -154,6 +155,18 @@ def test_laws_with_states_and_many_turns_in_a_step(coordinates: str) -> None:
         found.append(run(data))
     for name in ("position", "own.integral", "work"):
         assert np.abs(found[0][name].values - found[1][name].values).max() < 1e-8, name
+
+
+@pytest.mark.filterwarnings("ignore:model.bodies.slider.inertia")
+def test_multipliers_of_drivers_are_unknown_numbers_of_the_series() -> None:
+    """Those of the satellite, whose arm is driven; as by a pair."""
+    data = tomllib.loads((SCENARIOS / "satellite.toml").read_text(encoding="utf-8"))
+    ends = []
+    for method, tolerance in (("taylor", 1e-10), ("dop853", 1e-12)):
+        data["integrator"] = {"method": method, "tolerance": tolerance, "end_time": 1.0, "coordinates": "joint"}
+        ends.append(run(data | {"output": {"every": 0.25}}))
+    for name, close in (("position", 1e-13), ("velocity", 1e-12), ("joint_force", 1e-11), ("driver_effort", 1e-11)):
+        np.testing.assert_allclose(ends[0][name].values, ends[1][name].values, atol=close)
 
 
 def test_loops_and_events() -> None:
