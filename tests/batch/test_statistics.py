@@ -143,7 +143,7 @@ def test_names_that_collide() -> None:
 
 
 def test_courses_of_nothing(tmp_path: Path) -> None:
-    data = observed(mode="summary", full_runs="0:2", variables=["driver_effort"])
+    data = observed(mode="summary", full_runs="0:2", variables=["driver_effort"], also=[])
     with lienumba.run(data, output=tmp_path / "out.nc") as ds:
         assert "full_run" not in ds.dims
 

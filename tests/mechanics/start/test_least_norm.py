@@ -51,7 +51,7 @@ LOOP = scenario(
 def test_multipliers_have_the_least_norm(data: dict[str, Any], spare: int) -> None:
     nominal = check_initial(resolve(data))
     assert nominal.rank.rows - nominal.rank.rank == spare
-    dataset = lienumba.run(data).isel(run=0)
+    dataset = lienumba.run(data, overrides={"output.also": ["multiplier"]}).isel(run=0)
     assert dataset.multiplier.attrs["not_unique"] == ", ".join(nominal.rank.shared)
     for time in range(dataset.sizes["time"]):
         now = dataset.isel(time=time)
