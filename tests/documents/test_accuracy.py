@@ -2,19 +2,15 @@
 again, to two digits. Its times are not looked at."""
 
 import re
-import sys
 
 import pytest
 
 from lienumba.integrators.methods import METHODS
-from tests.rigs.places import ROOT
+from tests.rigs.places import scripts_on_path
 
-sys.path.insert(0, str(ROOT / "scripts"))
-try:
+with scripts_on_path():
     import document
     from precision import long_time, slopes, tables, tolerances, work
-finally:
-    sys.path.remove(str(ROOT / "scripts"))
 
 NUMBER = re.compile(r"-?\d[\d,]*\.?\d*(?:e-?\d+)?")
 PRECISE = 0.02  # two digits

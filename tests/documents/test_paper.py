@@ -1,21 +1,17 @@
 """The tables of docs/paper.md are true, and so are the sentences beside them; the figures are drawn."""
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.rigs.places import ROOT
+from tests.rigs.places import scripts_on_path
 
-sys.path.insert(0, str(ROOT / "scripts"))
-try:
+with scripts_on_path():
     import document
     from section7 import measures, numbers, runs, tables
-finally:
-    sys.path.remove(str(ROOT / "scripts"))
 
 SHOWN = ("03", "04", "05", "07", "08", "10", "15", "19", "22")  # of the figures, one of each kind
 
@@ -96,11 +92,8 @@ def test_numbers_as_words() -> None:
 def test_figures_are_drawn(tmp_path: Path) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    sys.path.insert(0, str(ROOT / "scripts"))
-    try:
+    with scripts_on_path():
         from section7 import figures
-    finally:
-        sys.path.remove(str(ROOT / "scripts"))
     assert sorted(map(int, figures.FIGURES)) == [*range(3, 16), *range(18, 26)]
     for number in SHOWN:
         picture = matplotlib.image.imread(figures.draw(tmp_path, number))

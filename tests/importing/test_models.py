@@ -4,7 +4,6 @@ Accelerations at random states; where loops close, the rigid limit of MuJoCo's o
 scripts/import_check, which knows bodies by where they are.
 """
 
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import pytest
 import lienumba
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
-from tests.rigs.places import ROOT
+from tests.rigs.places import scripts_on_path
 
 pytest.importorskip("mujoco")
 MODELS = sorted((Path(__file__).parent / "models").glob("*.xml"))
@@ -31,11 +30,8 @@ by_name = pytest.mark.parametrize("path", MODELS, ids=[path.stem for path in MOD
 @cache
 def bench() -> Any:
     """The modules of the script."""
-    sys.path.insert(0, str(ROOT / "scripts"))
-    try:
+    with scripts_on_path():
         from bench.importing import compare
-    finally:
-        sys.path.remove(str(ROOT / "scripts"))
     return compare
 
 

@@ -1,6 +1,5 @@
 """What heyoka gets are the equations of the same mechanisms, whether it is installed or not. Nothing is timed."""
 
-import sys
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.rigs.places import ROOT
+from tests.rigs.places import scripts_on_path
 
 RUNS, CLOSE = 8, 1e-10
 ENDS = {"top": 0.1, "chain": 0.2, "satellite": 2.0}  # s
@@ -18,11 +17,8 @@ FORMS = [("top", "rows"), ("top", "quaternion"), ("top", "maximal"), ("chain", "
 
 @cache
 def bench() -> Any:
-    sys.path.insert(0, str(ROOT / "scripts"))
-    try:
+    with scripts_on_path():
         from bench.reach import contestants, study, table
-    finally:
-        sys.path.remove(str(ROOT / "scripts"))
     return contestants, study, table
 
 

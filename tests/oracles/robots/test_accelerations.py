@@ -4,7 +4,6 @@ From the same numbers both make articulated bodies of them, in coordinates of jo
 stored is compared with what they say today.
 """
 
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, kkt
-from tests.rigs.places import ROOT
+from tests.rigs.places import scripts_on_path
 
 NAMES = ("ur5", "iiwa", "solo12", "talos")
 BODIES = {"ur5": 6, "iiwa": 7, "solo12": 13, "talos": 33}
@@ -31,11 +30,8 @@ MACHINE = [  # robots, and the coordinates in which their kernels integrate
 @cache
 def bench() -> Any:
     """The helper modules of the scripts."""
-    sys.path.insert(0, str(ROOT / "scripts"))
-    try:
+    with scripts_on_path():
         from bench import robot_cases, robot_rivals, robots
-    finally:
-        sys.path.remove(str(ROOT / "scripts"))
     return robots, robot_cases, robot_rivals
 
 

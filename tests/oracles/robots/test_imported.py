@@ -3,7 +3,6 @@
 Controllers, friction and contact are programmed anew; MuJoCo has the masses.
 """
 
-import sys
 from functools import cache
 from typing import Any
 
@@ -12,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lienumba
-from tests.rigs.places import ROOT, SCENARIOS
+from tests.rigs.places import SCENARIOS, scripts_on_path
 
 NAMES = ("leg_test", "gripper", "five_bar_leg")
 FEW = {"sweep.runs": 12}
@@ -25,11 +24,8 @@ def dataset(name: str, way: str = "joint") -> Any:
 
 def bench(module: str) -> Any:
     """A helper module of the scripts."""
-    sys.path.insert(0, str(ROOT / "scripts"))
-    try:
+    with scripts_on_path():
         return __import__(f"bench.{module}", fromlist=["*"])
-    finally:
-        sys.path.remove(str(ROOT / "scripts"))
 
 
 def keys_of(name: str) -> Any:
