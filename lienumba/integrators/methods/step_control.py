@@ -18,7 +18,8 @@ P, I = 0.4, 0.7  # noqa: E741  # gains, over the order of the error of one step
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Of the error of one step: relative, and absolute by kind (m, rad, m/s, rad/s, and that of states of laws)."""
+    """Of the error of one step: relative, and absolute by kind (m, rad, m/s, rad/s, and that of states of laws and of
+    the work, in J)."""
 
     relative: float
     position: float
@@ -61,6 +62,13 @@ def kind_error_square(estimates: Sequence[Vector], kind: int, sizes: Sequence[Ve
 def state_error_square(estimates: Vector, x: Number, y: Number, tolerance: Vector) -> Number:
     """The same of one state of a law: numbers instead of rows."""
     allowed = tolerance[-1] + tolerance[0] * maximum(absolute(x), absolute(y))
+    return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
+
+
+def work_error_square(estimates: Vector, x: Number, y: Number, kinetic: Number, tolerance: Vector) -> Number:
+    """The same of the work (J) before and after the step, with the kinetic energy (J) behind it: what the relative
+    tolerance allows of all velocities is twice as much of that."""
+    allowed = tolerance[-1] + tolerance[0] * (2.0 * kinetic + maximum(absolute(x), absolute(y)))
     return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
 
 

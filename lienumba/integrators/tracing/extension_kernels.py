@@ -11,7 +11,10 @@ from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
-from lienumba.integrators.tracing.tracer import Tracer, flat
+from lienumba.integrators.tracing.tracer import Tracer, flat, worst
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import dynamics
+from lienumba.numerics.number import Number
 
 
 def close(tracer: Tracer) -> Kernel:
@@ -25,8 +28,26 @@ def close(tracer: Tracer) -> Kernel:
             slopes.append(_end(tracer, chart, graph, i, behind))
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
+    if tracer.augmented.work:
+        square = worst([square, _work_error_square(tracer, graph, model, behind)])
     said = (square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tableau.order))
     return tracer.kernel("close", said)
+
+
+def _work_error_square(tracer: Tracer, graph: Graph, model: Model, behind: int) -> Number:
+    """Of the work in a step. What is prescribed moves as exactly where a force has a kink as elsewhere, so that nothing
+    but the power of its driver shows the kink."""
+    h, sizes, place = graph.input("clock", layout.LENGTH), tracer.sizes, len(tracer.augmented.angles)
+    stages = [*range(sizes.stages), sizes.slopes - 1]
+    power = [(graph.input("extra", behind + layout.report_row(sizes, s) + layout.POWER),) for s in stages]
+    estimates = tuple(munthe_kaas.weighted(munthe_kaas.scaled(h, row), power)[0] for row in tracer.tableau.errors)
+    work, after = (
+        graph.inputs(array, tracer.augmented.rows, layout.element_rows(sizes)) for array in ("state", "extra")
+    )
+    now = tracer.posture(model, tracer.state(graph, "extra"), after, graph.input("clock", layout.TIME)).now
+    kinetic = dynamics.energies(model, now)[0]
+    tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
+    return step_control.work_error_square(estimates, work[place], after[place], kinetic, tolerance)
 
 
 def end(tracer: Tracer) -> Kernel:

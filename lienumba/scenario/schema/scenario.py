@@ -193,7 +193,9 @@ class Absolute(Section):
     angular_velocity: Positive | None = Field(
         default=None, description="the error of an angular velocity in rad/s, above 0"
     )
-    state: Positive | None = Field(default=None, description="the error of a state of a law, above 0")
+    state: Positive | None = Field(
+        default=None, description="the error of a state of a law, and of the work in J, above 0"
+    )
 
 
 class Tolerance(Section):
