@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 GROUND = -1
+HELD = "held"  # the states that held numbers are
 
 Number = Any  # float | numpy.ndarray of shape (runs,) | Symbol | Jet: whatever the kernels compute with
 Timed = Any  # a Number or a function of time
@@ -104,6 +105,8 @@ class Joint:
     repetition. numbers: by name, those of its own; None as long as the start has not decided them. armature: of a rotor
     with the kinetic energy armature/2 rate^2 (kg m^2 or kg), the rate being that of the type's `rotor`. way: of the
     second axis along the first, 1 or -1, where the joint makes them parallel and who integrates it wants to know.
+    active: whether it holds from the start on; switched: whether a run may turn it on and off. One that is neither has
+    no equations.
     """
 
     name: str
@@ -116,6 +119,8 @@ class Joint:
     code: Code | None = None
     armature: Number = 0.0
     way: Number = 1.0
+    active: bool = True
+    switched: bool = False
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,8 @@ class Driver:
 class Force:
     """A force law on bodies; see `lienumba.mechanics.elements.forces` for the types and the numbers that each has.
 
-    rest: what the start decides where it is omitted (a free length; the relative rotation of a bushing, 9 numbers).
+    rest: what the start decides where it is omitted (a free length; the relative rotation of a bushing, 9 numbers);
+    contact: which it is, where it yields.
     """
 
     name: str
@@ -152,6 +158,7 @@ class Force:
     rest: tuple[Number, ...] | None = None
     code: Code | None = None
     initial: dict[str, Number] = field(default_factory=dict)  # of the states of a law of the user's own
+    contact: "Contact | None" = None
 
 
 @dataclass(frozen=True)
@@ -183,16 +190,71 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Lock:
+    """Of coordinates of a joint (index), by their names: while it is on, they stay as they were when it was locked."""
+
+    name: str
+    joint: int
+    coordinates: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A rigid stop on a coordinate: side * (coordinate - value) >= 0; side: 1 of a lower stop, -1 of an upper one.
+    restitution: 0 to 1; rest_speed: (m/s or rad/s) of an impact below which it has none."""
+
+    name: str
+    coordinate: Coordinate
+    side: float
+    value: Number
+    restitution: Number = 0.0
+    rest_speed: Number = 0.0
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Of two bodies (indices) that may touch; see `lienumba.mechanics.elements.contacts` for the types and the numbers
+    of each. points, in each body's own frame; normal: in the second body's, axis: in the first body's, where the type
+    has one; static, kinetic: coefficients of Coulomb friction."""
+
+    name: str
+    type: str
+    bodies: tuple[int, int]
+    points: tuple[Vec3, Vec3]
+    normal: Vec3 | None = None
+    axis: Vec3 | None = None
+    numbers: dict[str, Number] = field(default_factory=dict)
+    restitution: Number = 0.0
+    static: Number = 0.0
+    kinetic: Number = 0.0
+    rest_speed: Number = 0.0
+
+
+@dataclass(frozen=True)
 class Event:
-    """Something that happens when a condition becomes true; stop: whether the run ends there."""
+    """Something that happens when a condition becomes true; stop: whether the run ends there.
+
+    action: by its name; joint: which it releases or engages, lock: which it turns on or off (indices); values: what
+    held numbers (by their place in `Model.held`) become; once: whether it acts once in a run; closing: by how much (m
+    or rad) the rows that it turns on may be violated.
+    """
 
     name: str
     when: Timed
     stop: bool
+    action: str = "record"
+    joint: int = -1
+    lock: int = -1
+    values: tuple[tuple[int, Timed], ...] = ()
+    once: bool = False
+    closing: Number = 1e-6
 
 
 @dataclass(frozen=True)
 class Model:
+    """held: numbers that events may change, by their names, as they are at the start; laws read them as
+    "held.name"."""
+
     gravity: tuple[Timed, Timed, Timed]
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...] = ()
@@ -200,6 +262,10 @@ class Model:
     forces: tuple[Force, ...] = ()
     quantities: tuple[Quantity, ...] = ()
     events: tuple[Event, ...] = ()
+    locks: tuple[Lock, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    held: dict[str, Number] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from lienumba.mechanics.mechanism.model import Frame, Law, Model, Number
+from lienumba.mechanics.mechanism.model import Contact, Frame, Law, Model, Number
 from lienumba.mechanics.mechanism.tables import Table
 
 
@@ -42,6 +42,19 @@ def map_numbers(
     def of_joint(x: Any, built_in: bool) -> Any:
         return None if x is None else law(x) if built_in else number(x, False)
 
+    def touching(contact: Contact) -> Contact:
+        return replace(
+            contact,
+            points=(vector(contact.points[0]), vector(contact.points[1])),
+            normal=None if contact.normal is None else vector(contact.normal),
+            axis=None if contact.axis is None else vector(contact.axis),
+            numbers={key: number(x, False) for key, x in contact.numbers.items()},
+            restitution=law(contact.restitution),
+            static=law(contact.static),
+            kinetic=law(contact.kinetic),
+            rest_speed=number(contact.rest_speed, False),
+        )
+
     return Model(
         gravity=vector(model.gravity),
         bodies=tuple(
@@ -78,6 +91,7 @@ def map_numbers(
                 numbers={key: law(x) for key, x in force.numbers.items()},
                 rest=None if force.rest is None else law(force.rest),
                 initial={key: number(x, False) for key, x in force.initial.items()},
+                contact=None if force.contact is None else touching(force.contact),
             )
             for force in model.forces
         ),
@@ -92,5 +106,25 @@ def map_numbers(
             )
             for quantity in model.quantities
         ),
-        events=tuple(replace(event, when=law(event.when)) for event in model.events),
+        events=tuple(
+            replace(
+                event,
+                when=law(event.when),
+                values=tuple((place, law(x)) for place, x in event.values),
+                closing=number(event.closing, False),
+            )
+            for event in model.events
+        ),
+        locks=model.locks,
+        limits=tuple(
+            replace(
+                limit,
+                value=number(limit.value, False),
+                restitution=law(limit.restitution),
+                rest_speed=number(limit.rest_speed, False),
+            )
+            for limit in model.limits
+        ),
+        contacts=tuple(map(touching, model.contacts)),
+        held={name: number(x, False) for name, x in model.held.items()},
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements.drivers import POSITION, type_of
-from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.joints import JOINTS, named
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, Motion, still
@@ -212,4 +212,4 @@ def _with_numbers(model: Model, index: int, now: Instant) -> Joint:
 def _with_rest(force: Force, now: Instant) -> Force:
     if force.rest is not None or force.code is not None:
         return force
-    return replace(force, rest=FORCES[force.type].at_start(force, still(now, force.bodies)))
+    return replace(force, rest=law_of(force).at_start(force, still(now, force.bodies)))

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from lienumba.mechanics.elements import user_laws
-from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.forces.base import ForceLaw, Given
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.elements.quantities import bodies_of
@@ -52,7 +52,7 @@ def generalized(model: Model, now: Instant, forces: Iterable[Force] | None = Non
 
 def effort(model: Model, force: Force, now: Instant, rate: Number) -> Any:
     """Of a force along the coordinate of a joint (N or N m), where the coordinate's rate is known."""
-    kind, given = FORCES[force.type], _given(model, force, now)
+    kind, given = law_of(force), _given(model, force, now)
     (c,) = kind.coordinates(given, given.view)
     conservative, other = _efforts(kind, given, (c,), (rate,))
     return conservative[0] + other[0]
@@ -67,7 +67,7 @@ def potential(model: Model, now: Instant) -> Any:
             if force.code.returns == user_laws.POTENTIAL:
                 total = total + user_laws.energy(model, force, now, kinematics.still(now, ends))
             continue
-        kind, given = FORCES[force.type], _given(model, force, now)
+        kind, given = law_of(force), _given(model, force, now)
         if kind.has_potential():
             total = total + kind.potential(given, kind.coordinates(given, given.view))
     return total
@@ -83,7 +83,7 @@ def power(model: Model, now: Instant) -> Any:
         acting = _acting(model, force, now)
         for rate, effort in zip(acting.rates, acting.other, strict=True):
             total = total + rate * effort
-        kind, given = FORCES[force.type], _given(model, force, now)
+        kind, given = law_of(force), _given(model, force, now)
         if kind.has_potential():
             later = replace(given, view=kinematics.moving(given.view))
             total = total + lift(kind.potential(later, kind.coordinates(given, given.view))).b
@@ -95,7 +95,7 @@ def angle_joints(model: Model) -> set[int]:
     stiff = {
         force.coordinate.joint
         for force in model.forces
-        if force.coordinate is not None and force.coordinate.kind == "angle" and FORCES[force.type].reads_angle(force)
+        if force.coordinate is not None and force.coordinate.kind == "angle" and law_of(force).reads_angle(force)
     }
     seen = {j for force in model.forces if force.code is not None for j in force.code.joints}
     return stiff | {j for j in seen if "angle" in coordinate_kinds(model.joints[j].type)}
@@ -112,7 +112,7 @@ def _given(model: Model, force: Force, now: Instant) -> Given:
 
 
 def _acting(model: Model, force: Force, now: Instant) -> _Acting:
-    kind, given, ends = FORCES[force.type], _given(model, force, now), _ends(model, force)
+    kind, given, ends = law_of(force), _given(model, force, now), _ends(model, force)
     law = partial(kind.coordinates, given)
     c = law(given.view)
     J = {i: kinematics.columns(law, kinematics.still(now, ends), i, kind.velocity_level) for i in ends if i != GROUND}

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.mechanism.model import Body, Force
 from lienumba.mechanics.system import applied_forces, dynamics, kkt, rotors
 from lienumba.mechanics.tree.inertia import Rigid, Six
@@ -36,7 +36,7 @@ def rigid(tree: Tree, link: Link, bodies: Sequence[Body]) -> Rigid | None:
 def along(posture: Posture, force: Force) -> tuple[int, Any] | None:
     """The rate along which a force acts, and its effort; None if it acts on bodies."""
     which = force.coordinate
-    if which is None or force.code is not None or FORCES[force.type].velocity_level:
+    if which is None or force.code is not None or law_of(force).velocity_level:
         return None
     for tie in posture.tree.ties:
         if tie.joint == which.joint:

@@ -44,7 +44,7 @@ class Given:
     def __getitem__(self, name: str) -> Any:
         x = self.force.numbers.get(name)
         if x is None:
-            x = FORCES[self.force.type].default(name)
+            x = law_of(self.force).default(name)
         if isinstance(x, tuple):
             return tuple(evaluate(self.model, y, self.view) for y in x)
         return evaluate(self.model, x, self.view)
@@ -144,6 +144,12 @@ class ForceLaw(Section):
 
 
 FORCES: Registry[type[ForceLaw]] = Registry("force", literal("type"))
+BESIDE: dict[str, type[ForceLaw]] = {}  # of what is a force of the model, and none of the scenario
+
+
+def law_of(force: Force) -> type[ForceLaw]:
+    """The class of a force of the model."""
+    return BESIDE.get(force.type) or FORCES[force.type]
 
 
 # ---------------------------------------------------------------- where they act
