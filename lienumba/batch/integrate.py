@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
 from lienumba.integrators.layout import record_rows
 from lienumba.integrators.methods.step_control import Tolerance
-from lienumba.integrators.tracing.machine import Machine, aligned, place, prepare, read
+from lienumba.integrators.tracing.machine import Machine, aligned, observe, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
@@ -82,12 +83,16 @@ def _of(number: Any, runs: np.ndarray) -> Any:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; states (runs,
-    18 k and more): where each run ended; (runs,): codes, simulated time (s), steps, rejected steps; (runs, events):
-    the time of the first, NaN if there is none, and how many; seconds: how long a core was busy with them."""
+    """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; stopped
+    (blocks, 1, rows, W): records of where an event ended a run, at the times stopped_at (blocks, W), NaN of other runs,
+    None where there are only those; states (runs, 18 k and more): where each run ended; (runs,): codes, simulated time
+    (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how many; seconds: how
+    long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
+    stopped: np.ndarray | None
+    stopped_at: np.ndarray
     states: np.ndarray
     codes: np.ndarray
     ends: np.ndarray
@@ -116,11 +121,13 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     started = thread_time()
     counted = drive(batch, runs, states, parameters, jumps, records, codes, progress, stop)
     seconds = thread_time() - started
+    stopped_at = np.where(codes == STOPPED, counted[0], np.nan)
+    stopped = _stopped(batch, states, parameters, stopped_at)
     ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
-    return Chunk(runs, records, last, codes, ends, steps, rejected, times, counts, seconds)
+    return Chunk(runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, seconds)
 
 
 def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -157,6 +164,19 @@ def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray,
     )  # fmt: skip
     happened = (x.transpose(0, 2, 1) for x in (times, counts))
     return np.where(ends == pace[0], batch.end, ends), steps, rejected, *happened
+
+
+def _stopped(batch: Batch, states: np.ndarray, parameters: np.ndarray, times: np.ndarray) -> np.ndarray | None:
+    """See `Chunk`; times (blocks, W): of the states (blocks, rows, W), NaN where these are not wanted."""
+    wanted = ~np.isnan(times)[:, None]
+    if not wanted.any():
+        return None
+    found = np.full((len(states), 1, batch.record_rows, W), np.nan)
+    seen, behind = observe(batch.machine, states, parameters, times), states.shape[1]
+    for first, x in ((0, states), (behind, seen)):  # no iterations: these belong to intervals between outputs
+        known = wanted & ~np.isnan(x)  # a NaN that was computed has any sign
+        found[:, 0, first : first + x.shape[1]] = np.where(known, x, np.nan)
+    return found
 
 
 def _on_grid(times: Any, h: float | None) -> Any:

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from lienumba.batch.integrate import Chunk
+from lienumba.batch.statistics import Course
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
 from lienumba.integrators.tracing.program import Outline
@@ -69,10 +71,19 @@ class Layout:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
         return Record(self, records, program)[name]
 
-    def summary(self, name: str, records: np.ndarray, program: Outline, runs: int) -> np.ndarray:
-        """The largest absolute value over the stored times (runs,); NaN for a run without any."""
-        values = self.lanes(kept_largest()[name].name, records, program)
-        return per_run(np.fmax.reduce(np.abs(values), axis=1), runs)
+    def course(self, name: str, chunk: Chunk, program: Outline, times: np.ndarray) -> Course:
+        """A variable of a chunk at its last outputs, which are at these times (times,), and where an event ended a run
+        before the last of them."""
+        values = self.lanes(name, chunk.records, program)[:, -len(times) :]
+        if chunk.stopped is None:
+            return Course(values, times)
+        from_start = np.concatenate([chunk.records[:, :1], chunk.stopped], axis=1)  # from where energies count
+        ends = np.where(chunk.stopped_at < times[-1], chunk.stopped_at, np.nan)
+        return Course(values, times, self.lanes(name, from_start, program)[:, 1], ends)
+
+    def largest(self, name: str, chunk: Chunk, program: Outline, times: np.ndarray) -> np.ndarray:
+        """The largest absolute value of a course (runs,); NaN for a run without any."""
+        return per_run(self.course(kept_largest()[name].name, chunk, program, times).largest, len(chunk.codes))
 
     def last(self, name: str, states: np.ndarray) -> np.ndarray:
         """A variable of the states (runs, 18 k + ...) where runs ended (runs, bodies, ...)."""

@@ -141,7 +141,7 @@ class Results:
             name,
             VARIABLES[name],
             (),
-            lambda chunk, program: self.layout.summary(name, chunk.records, program, len(chunk.codes)),
+            lambda chunk, program: self.layout.largest(name, chunk, program, np.unique([0.0, *self.times])),
         )
 
     def _last(self, name: str) -> Field:
@@ -188,15 +188,15 @@ class Results:
             dims, shape = (), ()
 
         def value(chunk: Chunk, program: Outline) -> np.ndarray:
-            lanes = self._lanes(name, chunk, program)
-            lanes = lanes if part is None else lanes[:, :, part]
-            return per_run(STATISTICS[statistic](lanes, self.times), len(chunk.codes))
+            course = self.layout.course(name, chunk, program, self.times)
+            return per_run(STATISTICS[statistic](course if part is None else course.part(part)), len(chunk.codes))
 
         units, of = spec.units, "" if part is None else f", {shown.removeprefix(name)[1:]}"
         if part is not None and name in UNITS:
             units = UNITS[name][list(self.layout.coordinates.values())[part]]
         unit = "s" if statistic == "time_of_max" else units
-        text = f"{MEANINGS[statistic]}: {spec.long_name}{of}"
+        ends = statistic == "final" and any(event.stop for event in self.model.events)
+        text = f"{MEANINGS[statistic]}{', or where an event ended the run' if ends else ''}: {spec.long_name}{of}"
         return Field(f"{shown}_{statistic}", Variable((*RUN, *dims), unit, text, spec.frame), shape, value)
 
     def _spec(self, name: str) -> Variable:

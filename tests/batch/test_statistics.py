@@ -88,6 +88,64 @@ def test_of_a_run_that_fails_what_it_reached() -> None:
                 np.testing.assert_array_equal(found, of(course, statistic))
 
 
+FALL: dict[str, Any] = {
+    "model": {"gravity": [0, 0, -9.81], "bodies": [{"name": "ball", "mass": 1, "inertia": [1, 1, 1]}]},
+    "quantities": [
+        {"name": "at", "type": "point", "body": "ball", "point": [0, 0, 0]},
+        {"name": "push", "type": "momentum"},
+    ],
+    "events": [{"name": "impact", "when": "at.z < -depth", "action": "stop"}],
+    "parameters": {"depth": 10.0},
+    "integrator": {"step": 0.01, "end_time": 2, "method": "rk4"},
+    "output": {"every": 0.1, "summary": {"push.linear.z": ALL, "at.z": ALL}},
+    "sweep": {"runs": 11, "vary": {"parameters.depth": {"distribution": "uniform", "low": 0.01, "high": 40}}},
+}
+
+
+@pytest.fixture(scope="module")
+def fall() -> xr.Dataset:
+    return lienumba.run(FALL)
+
+
+def test_of_a_run_that_an_event_ends_its_end_counts(fall: xr.Dataset) -> None:
+    ended = fall.status.values == 9
+    assert ended.any()
+    assert not ended.all()
+    time = np.where(ended, np.sqrt(2 * fall["parameters.depth"].values / 9.81), 2.0)
+    push = {name: fall[f"push.linear.z_{name}"].values for name in ALL}
+    fallen = {"min": -9.81 * time, "final": -9.81 * time, "mean": -9.81 * time / 2, "max": 0 * time}
+    for name, value in fallen.items():
+        np.testing.assert_allclose(push[name], value, rtol=1e-11, atol=1e-12)
+    np.testing.assert_array_equal(push["time_of_max"], 0.0)
+    grid = [np.append(np.arange(0, end, 0.1), end) for end in time]  # the last interval is a shorter one
+    rms = [np.sqrt(np.trapezoid((9.81 * t) ** 2, t) / t[-1]) for t in grid]
+    np.testing.assert_allclose(push["rms"], rms, rtol=1e-11)
+    np.testing.assert_allclose(fall["at.z_final"], -4.905 * time**2, rtol=1e-11)
+    np.testing.assert_allclose(fall["at.z_min"], -4.905 * time**2, rtol=1e-11)
+    assert (fall["at.z_final"].attrs["long_name"]) == (
+        "at the last stored time, or where an event ended the run: position of a point, z"
+    )
+
+
+def test_no_summary_depends_on_neighbours(fall: xr.Dataset) -> None:
+    names = [str(name) for name in fall if "_time_of" in str(name) or "linear" in str(name) or "max" in str(name)]
+    for run in (0, 1, 2):
+        alone = lienumba.run(FALL, runs=[run])
+        for name in names:
+            assert bits(alone[name])[1] == bits(fall[name].sel(run=[run]))[1]
+
+
+def test_an_end_behind_the_stored_times_does_not_count() -> None:
+    window = {"times": [0.02, 0.04], "summary": {"at.z": ALL}}
+    ds = lienumba.run(FALL | {"output": window}, overrides={"sweep.runs": 3})
+    longer = lienumba.run(
+        FALL | {"output": window, "events": [FALL["events"][0] | {"action": "record"}]}, overrides={"sweep.runs": 3}
+    )
+    assert (ds.status == 9).any()
+    for name in ALL:
+        assert bits(ds[f"at.z_{name}"])[1] == bits(longer[f"at.z_{name}"])[1]
+
+
 @pytest.mark.parametrize("output", [None, "out.nc"], ids=["memory", "disk"])
 def test_a_sweep_of_summaries(full: xr.Dataset, output: str | None, tmp_path: Path) -> None:
     data = observed(mode="summary", full_runs="3:5,20", summary={"pointing.angle": ["max", "rms"]})

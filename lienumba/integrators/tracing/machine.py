@@ -13,7 +13,7 @@ from lienumba.compiler.flat import Flat, kept
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import CLOCK, COMBINE, ORDER, PLACE, READ, Sizes, workspace
+from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, READ, TIME, Sizes, workspace
 from lienumba.integrators.tracing.program import Outline, Program
 
 _DRIVERS: Memo[Flat] = Memo(2)
@@ -118,9 +118,21 @@ def read(machine: Machine, bodies: np.ndarray, parameters: np.ndarray, states: n
     _each(machine, READ, bodies, parameters, states)
 
 
-def _each(machine: Machine, kernel: int, given: np.ndarray, parameters: np.ndarray, found: np.ndarray) -> None:
-    """Call a kernel for each block."""
+def observe(machine: Machine, states: np.ndarray, parameters: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """What is observed (blocks, rows, W) of states (blocks, rows, W) at times (blocks, W)."""
+    found = aligned(len(states), machine.sizes.observed, W)
+    _each(machine, OBSERVE, states, parameters, found, times)
+    return found
+
+
+def _each(
+    machine: Machine, kernel: int, given: np.ndarray, parameters: np.ndarray, found: np.ndarray,
+    times: np.ndarray | None = None,
+) -> None:  # fmt: skip
+    """Call a kernel for each block, at times (blocks, W), or at 0."""
     work, clock = machine.buffer(), aligned(CLOCK, W)
     function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(int(machine.kernels[kernel]))
-    for x, p, out in zip(given, parameters, found, strict=True):
+    for n, (x, p, out) in enumerate(zip(given, parameters, found, strict=True)):
+        if times is not None:
+            clock[TIME] = times[n]
         function(x.ctypes.data, p.ctypes.data, clock.ctypes.data, 0, out.ctypes.data, work.ctypes.data)
