@@ -37,9 +37,8 @@ class Layout:
     def of(model: Model, coordinates: bool = False) -> "Layout":
         every = constraints_of(model)
         constraints = [f"{c.name}[{i}]" for c in every for i in range(c.rows)]
-        efforts = [
-            f"{c.name}.{axis}" if c.rows > 1 else c.name for c in every[len(model.joints) :] for axis in "xyz"[: c.rows]
-        ]
+        driven = every[len(model.joints) :][: len(model.drivers)]
+        efforts = [f"{c.name}.{axis}" if c.rows > 1 else c.name for c in driven for axis in "xyz"[: c.rows]]
         parts = {joined(q.name, part.name): part for q in model.quantities for part in quantities.parts(model, q)}
         for force in model.forces:
             for state in () if quantities.is_input(force.name) else force.initial:

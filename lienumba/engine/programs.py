@@ -96,7 +96,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
     if by_joints(resolved):
         states = [joint_states.start(prepared.model, program.law_states, len(prepared.states)), augmented]
     else:
-        laws = program.law_states.start(prepared.model.forces, len(prepared.states))
+        laws = program.law_states.start(prepared.model, len(prepared.states))
         states = [prepared.states, laws, augmented]
     return Batch(
         machine=machine,

@@ -13,11 +13,11 @@ from lienumba.numerics.operations import kernel
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
-    "close", "end", "dense", "events", "place", "read", "expand", "defect",
+    "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -42,6 +42,15 @@ TURNED, MOVED = range(2)  # rows behind one element at the end of a step by stag
 SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # rows behind the slopes of a stage: of its KKT, and the power (W)
 ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's error, and `step_control.factor`
 
+# What is said of each switched constraint (`lienumba.mechanics.system.switches`): what it is (below), its first row
+# among the switched ones, its rows, how many of them, the last ones, are tangents, its first number of memory, and how
+# many it has. on: as in `kinematics`.
+SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_NUMBERS = range(7)
+BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
+OFF, STICK, SLIDE = range(3)
+RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, CONTACT_NUMBERS = range(7)
+OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
+
 
 class Sizes(NamedTuple):
     """Of a program, all whole numbers.
@@ -53,6 +62,8 @@ class Sizes(NamedTuple):
     as the next step has it; events; correction: rows of an iterate of the position projection between its state and
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
     hoisted; series: rows of the coefficients of a step and what belongs to them.
+    first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
+    their memory, which are `switched`, `switches` and `memory` rows; values: numbers to which events set held ones.
     """
 
     elements: int
@@ -70,6 +81,11 @@ class Sizes(NamedTuple):
     observed: int = 0
     parameters: int = 1
     series: int = 0
+    first_mode: int = 0
+    switched: int = 0
+    switches: int = 0
+    memory: int = 0
+    values: int = 0
 
 
 @kernel
@@ -119,6 +135,103 @@ def acceleration_row(sizes: Sizes, stage: int) -> int:
 def series_row(sizes: Sizes) -> int:
     """The first row of the coefficients of a step, counted as that of a slope: behind all of these."""
     return acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
+
+
+# ---------------------------------------------------------------- switched constraints
+@kernel
+def mask_row(sizes: Sizes) -> int:
+    """The row of a state where the masks of the switched rows begin: 1 for a row in use."""
+    return element_rows(sizes) + sizes.first_mode
+
+
+@kernel
+def on_row(sizes: Sizes) -> int:
+    """Where it is said how each switch is on."""
+    return mask_row(sizes) + sizes.switched
+
+
+@kernel
+def memory_row(sizes: Sizes) -> int:
+    """Where their memory begins."""
+    return on_row(sizes) + sizes.switches
+
+
+@kernel
+def conditions(sizes: Sizes) -> int:
+    """How many conditions are looked at: of the events, and behind them `CONDITIONS` of each switch."""
+    return sizes.events + CONDITIONS * sizes.switches
+
+
+@kernel
+def event_rows(sizes: Sizes) -> int:
+    """What the kernel `events` writes: the conditions, and the values to which events set held numbers."""
+    return conditions(sizes) + sizes.values
+
+
+@kernel
+def border_place(i: int, j: int) -> int:
+    """Where S[i, j] is in its lower triangle, j <= i; S begins at row 0 of what `border` writes."""
+    return i * (i + 1) // 2 + j
+
+
+@kernel
+def border_rates(sizes: Sizes) -> int:
+    """Behind S: the rate w of every switched row."""
+    return sizes.switched * (sizes.switched + 1) // 2
+
+
+@kernel
+def border_accelerations(sizes: Sizes) -> int:
+    """b: how fast the rates would change if no switched row had a reaction."""
+    return border_rates(sizes) + sizes.switched
+
+
+@kernel
+def border_gaps(sizes: Sizes) -> int:
+    """The residual of every switched row (m, or 1); 0 of those below position level."""
+    return border_accelerations(sizes) + sizes.switched
+
+
+@kernel
+def border_numbers(sizes: Sizes) -> int:
+    """`CONTACT_NUMBERS` of each switch: its coefficients."""
+    return border_gaps(sizes) + sizes.switched
+
+
+@kernel
+def border_memory(sizes: Sizes) -> int:
+    """The memory of all switches as it would be if they were turned on now."""
+    return border_numbers(sizes) + CONTACT_NUMBERS * sizes.switches
+
+
+@kernel
+def border_sound(sizes: Sizes) -> int:
+    """1, or 0 where the permanent rows depend on each other."""
+    return border_memory(sizes) + sizes.memory
+
+
+@kernel
+def border_rows(sizes: Sizes) -> int:
+    """All that `border` writes."""
+    return border_sound(sizes) + 1
+
+
+@kernel
+def kick_energy(sizes: Sizes) -> int:
+    """What `kick` says of the change of energy (J), behind the whole state; behind it the new rates."""
+    return state_rows(sizes)
+
+
+@kernel
+def kick_rates(sizes: Sizes) -> int:
+    """The rate of every switched row after the impulses."""
+    return kick_energy(sizes) + 1
+
+
+@kernel
+def kick_rows(sizes: Sizes) -> int:
+    """All that `kick` writes."""
+    return kick_rates(sizes) + sizes.switched
 
 
 @kernel

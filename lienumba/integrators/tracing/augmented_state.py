@@ -2,7 +2,8 @@
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
 accelerations: of the last stage, 6 per body, and their rates, in closed loops; masks: which of the rows of C
-that may be exchanged are in use, and behind them the largest margin that this selection has had.
+that may be exchanged are in use, and behind them the largest margin that this selection has had; of switched
+constraints the masks of their rows, how each is on, and what they keep.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,26 +15,44 @@ from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.mechanics.elements import joints, quantities
 from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.kinematics import Instant, Modes
 from lienumba.mechanics.mechanism.model import Counted, Model, coordinate_of
 from lienumba.mechanics.system import applied_forces
+from lienumba.mechanics.system.switches import Switch, modes_of
 from lienumba.numerics.number import Number, Vector
 
 
 @dataclass(frozen=True)
 class AugmentedState:
     """angles: those that are counted; work: whether there is any; accelerations: their number; masks: rows of C; fixed:
-    the masks of rows of C that are compiled in, whatever a run has."""
+    the masks of rows of C that are compiled in, whatever a run has; switches: see `switches_of`; permanent: how many
+    rows of C are none of these."""
 
     angles: tuple[Counted, ...]
     work: bool
     accelerations: int
     masks: tuple[int, ...]
     fixed: Mapping[int, float]
+    switches: tuple[Switch, ...] = ()
+    permanent: int = 0
 
     @property
     def rows(self) -> int:
+        return self.first_mode + self.switched + len(self.switches) + self.memory
+
+    @property
+    def first_mode(self) -> int:
         return self.first_mask + (len(self.masks) + 1 if self.masks else 0)
+
+    @property
+    def switched(self) -> int:
+        """Rows of C that are switched on and off."""
+        return sum(switch.rows for switch in self.switches)
+
+    @property
+    def memory(self) -> int:
+        """Numbers that switches keep."""
+        return sum(switch.memories for switch in self.switches)
 
     @property
     def first_mask(self) -> int:
@@ -53,8 +72,12 @@ class AugmentedState:
         for place, a in enumerate(accelerations[: self.accelerations]):
             rows[:, len(self.angles) + self.work + place] = a
         if self.masks:
-            rows[:, self.first_mask : -1] = selection.masks
-            rows[:, -1] = selection.margin
+            rows[:, self.first_mask : self.first_mode - 1] = selection.masks
+            rows[:, self.first_mode - 1] = selection.margin
+        for n, switch in enumerate(self.switches):
+            first = self.first_mode + switch.first
+            rows[:, first : first + switch.rows] = float(switch.on != 0)
+            rows[:, self.first_mode + self.switched + n] = switch.on
         return rows
 
     def mask(self, augmented: Vector, rows: int) -> list[Number]:
@@ -64,7 +87,13 @@ class AugmentedState:
             mask[row] = x
         for row, used in self.fixed.items():
             mask[row] = used
+        mask[self.permanent : self.permanent + self.switched] = augmented[self.first_mode :][: self.switched]
         return mask
+
+    def modes(self, model: Model, augmented: Vector) -> Modes:
+        """How each switch is on, and what it keeps."""
+        on, memory = self.first_mode + self.switched, self.rows - self.memory
+        return modes_of(model, augmented[on:memory], augmented[memory:]) if self.switches else {}
 
     def expected(self, augmented: Vector, later: Number = 0.0) -> list[Number] | None:
         """The accelerations so much later (s), if they change as they did; None if they are not carried on."""

@@ -18,7 +18,7 @@ from lienumba.numerics.number import Number
 def start(model: Model, law_states: LawStates, runs: int) -> np.ndarray:
     """(runs, rows) of the element at the start, nothing of the moves yet."""
     moves = [0.0] * tree_of(model).state
-    return _rows([*moves, *law_states.together(law_states.initial(model.forces))], runs)
+    return _rows([*moves, *law_states.together(law_states.initial(model))], runs)
 
 
 def rate_changes(model: Model, now: Instant, accelerations: Sequence[Number]) -> list[Any]:

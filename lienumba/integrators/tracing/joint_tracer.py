@@ -64,7 +64,8 @@ class JointTracer(Tracer):
         tree, element = self.tree(model), state[0]
         angles = dict(zip(self.augmented.angles, augmented, strict=False))
         laws = self.law_states.apart(element[tree.state :])
-        return Posture(model, tree, element[: tree.state], t, angles, within, laws, self.waiting)
+        modes = self.augmented.modes(model, augmented)
+        return Posture(model, tree, element[: tree.state], t, angles, within, laws, self.waiting, modes)
 
     def _waiting(self, tree: Tree) -> int:
         """How many rates may wait in the elimination: where there are few, what takes the fewest operations. Behind a
@@ -117,6 +118,10 @@ class JointTracer(Tracer):
         for row, multiplier in zip(used, multipliers, strict=True):
             mu[row] = multiplier
         return [(*rates, *laws)], Dynamics([*rates], mu, 1.0, 1.0), Linear(unknown, rest, solve)
+
+    def held(self) -> tuple[int, ...]:
+        first = self.tree(self.graph()[1]).state
+        return tuple(first + n for n in self.law_states.held())
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         tree, found = self.tree(model), list[Number]()

@@ -14,7 +14,7 @@ from lienumba.groups import state
 from lienumba.groups.state import ALGEBRA, ELEMENT, Algebra, State
 from lienumba.mechanics.elements import quantities, user_laws
 from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Force, Model
+from lienumba.mechanics.mechanism.model import HELD, Model
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import where
 
@@ -41,7 +41,11 @@ class LawStates:
                         len(user_laws.numbers_of(load)) for load in user_laws.outcome(model, force, now)[0]
                     )
                 sizes[force.name] = len(force.code.states) + sampled
-        return LawStates(sizes)
+        return LawStates(sizes | ({HELD: len(model.held)} if model.held else {}))
+
+    def held(self) -> range:
+        """Which of the numbers of all laws are held ones."""
+        return range(sum(self.sizes.values()) - self.sizes.get(HELD, 0), sum(self.sizes.values()))
 
     @property
     def elements(self) -> int:
@@ -86,14 +90,15 @@ class LawStates:
             first += size
         return [tuple(element) for element in found]
 
-    def initial(self, forces: Sequence[Force]) -> dict[str, tuple[Number, ...]]:
+    def initial(self, model: Model) -> dict[str, tuple[Number, ...]]:
         """The states of the laws at the start."""
-        return {force.name: tuple(force.initial.values()) for force in forces if force.name in self.sizes}
+        every = {force.name: tuple(force.initial.values()) for force in model.forces} | {HELD: (*model.held.values(),)}
+        return {name: every[name] for name in self.sizes}
 
-    def start(self, forces: Sequence[Force], runs: int) -> np.ndarray:
+    def start(self, model: Model, runs: int) -> np.ndarray:
         """(runs, rows) at the start: the laws' initial states; nothing is sampled yet."""
         rows = np.zeros((runs, ELEMENT * self.elements))
-        for i, element in enumerate(self.placed(self.initial(forces))):
+        for i, element in enumerate(self.placed(self.initial(model))):
             for n, x in enumerate(element):
                 rows[:, ELEMENT * i + n] = x
         return rows

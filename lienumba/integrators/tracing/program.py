@@ -43,6 +43,7 @@ from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system.switches import Switch
 
 __all__ = ["Method", "Outline", "Program", "build"]
 
@@ -50,7 +51,8 @@ __all__ = ["Method", "Outline", "Program", "build"]
 @dataclass(frozen=True)
 class Outline:
     """What is known of a program beside its kernels, all of it plain data, which is kept on disk. `nodes`: c of all
-    stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times."""
+    stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times; `switches`: see
+    `switches_of`; `held`: the rows of a state in which held numbers are."""
 
     sizes: Sizes
     augmented: AugmentedState
@@ -58,6 +60,8 @@ class Outline:
     nodes: tuple[float, ...]
     observed: dict[str, tuple[int, int]]
     queued: bool
+    switches: tuple[Switch, ...]
+    held: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -112,5 +116,5 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     return Program(
         tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1), series=series), tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
-        method.queued, kernels,
+        method.queued, tracer.augmented.switches, tracer.held(), kernels,
     )  # fmt: skip

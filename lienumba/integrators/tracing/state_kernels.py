@@ -68,7 +68,7 @@ def _observed(
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
         mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
     force, torque = constraints.loads(model, now, mu)
-    efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
+    efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :][: len(model.drivers)]]
     return quantities.Observed(accelerations, force, torque, efforts), mu
 
 

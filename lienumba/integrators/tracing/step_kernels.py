@@ -203,6 +203,7 @@ def _augmented_after(
         rows.append(work)
     if tracer.augmented.accelerations:
         rows += tracer.augmented.after(augmented, reports.accelerations, h)
+    mode = tracer.augmented.first_mode
     if tracer.augmented.masks:
-        rows += [*augmented[tracer.augmented.first_mask : -1], maximum(reports.margin[0], augmented[-1])]
-    return rows
+        rows += [*augmented[tracer.augmented.first_mask : mode - 1], maximum(reports.margin[0], augmented[mode - 1])]
+    return [*rows, *augmented[mode:]]

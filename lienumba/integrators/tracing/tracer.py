@@ -24,6 +24,7 @@ from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
+from lienumba.mechanics.system.switches import modes_of, switches_of
 from lienumba.numerics.number import Condition, Number, Vector
 from lienumba.numerics.operations import is_zero, maximum, where
 
@@ -165,6 +166,8 @@ class Tracer:
             accelerations=2 * self.velocities if looped else 0,
             masks=selection.rows if looped else (),
             fixed=dict(zip(selection.rows, selection.masks, strict=True)) if fixed else {},
+            switches=switches_of(model),
+            permanent=constraints.permanent_rows(model),
         )
         self.chart = self.chart_of(model)
         self.sizes = layout.Sizes(
@@ -173,6 +176,9 @@ class Tracer:
             fixed=int(bool(self.augmented.fixed)), coordinates=self.chart.size, stages=stages,
             slopes=slopes, events=len(model.events),
             correction=sum(self.correction_rows),
+            first_mode=self.augmented.first_mode, switched=self.augmented.switched,
+            switches=len(self.augmented.switches), memory=self.augmented.memory,
+            values=sum(len(event.values) for event in model.events),
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
@@ -219,12 +225,16 @@ class Tracer:
         """Whether anything ever works on the system: else the power is zero by its structure."""
         graph, model = self.graph()
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
-        others = iter(graph.inputs("extra", self.whole.rows + len(angles) + sum(self.law_states.sizes.values())))
+        switches = switches_of(model)
+        memory = sum(switch.memories for switch in switches)
+        more = len(angles) + sum(self.law_states.sizes.values()) + len(switches) + memory
+        others = iter(graph.inputs("extra", self.whole.rows + more))
         mu = [next(others) for _ in range(self.whole.rows)]
         near = {joint: next(others) for joint in angles}
         states = {name: tuple(next(others) for _ in range(size)) for name, size in self.law_states.sizes.items()}
-        now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states)
-        return not is_zero(dynamics.power(model, now, mu))
+        modes = modes_of(model, [next(others) for _ in switches], [next(others) for _ in range(memory)])
+        now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states, modes)
+        return bool(switches) or not is_zero(dynamics.power(model, now, mu))
 
     def graph(self, graph: Graph | None = None) -> tuple[Graph, Model]:
         return symbolic(self.template, graph)
@@ -243,7 +253,8 @@ class Tracer:
     ) -> Posture:
         """The mechanism at a state."""
         angles = dict(zip(self.augmented.angles, augmented, strict=False))
-        return Still(Instant(tuple(state[: self.k]), t, angles, within, self.law_states.read(state[self.k :])))
+        states, modes = self.law_states.read(state[self.k :]), self.augmented.modes(model, augmented)
+        return Still(Instant(tuple(state[: self.k]), t, angles, within, states, modes))
 
     def now(self, graph: Graph, model: Model) -> tuple[Posture, list[Number]]:
         """The mechanism at the clock's time, and the mask of its rows."""
@@ -268,6 +279,11 @@ class Tracer:
         moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
         found = Dynamics(a, solution.mu, solution.sound, solution.margin)
         return [*moving, *self.law_states.slopes(law_states.rates(model, now))], found
+
+    def held(self) -> tuple[int, ...]:
+        """The rows of a state in which held numbers are."""
+        first = ELEMENT * self.k
+        return tuple(first + ELEMENT * (n // len(NUMBERS)) + NUMBERS[n % len(NUMBERS)] for n in self.law_states.held())
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         """How every row of the elements changes, where F is of them."""

@@ -43,16 +43,29 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 
 
 @dataclass(frozen=True)
+class Mode:
+    """Of a switched constraint. on: OFF, STICK or SLIDE; memory: numbers that it keeps while it is on."""
+
+    on: Any = 0.0
+    memory: tuple[Any, ...] = ()
+
+
+OFF, STICK, SLIDE = 0.0, 1.0, 2.0  # not there; closed, or stuck; closed and sliding
+Modes = dict[tuple[str, str], Mode]  # by what it is ("joint", "lock", "limit", "contact", "friction") and its name
+
+
+@dataclass(frozen=True)
 class Instant:
     """A state at a time. angles: by joint (`model.Counted`), the angle (rad, over all turns) near which its angle is to
     be counted; within: the time that tells on which side of a jump t lies, where that is not t itself; states: of the
-    laws of the user's own, by name."""
+    laws of the user's own, by name; modes: of switched constraints."""
 
     bodies: tuple[Body, ...]
     t: Any = 0.0
     angles: dict[Any, Any] = field(default_factory=dict)
     within: Any = None
     states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    modes: Modes = field(default_factory=dict)
 
     def motion(self, i: int) -> Motion:
         body = self.bodies[i]
@@ -68,6 +81,7 @@ class View:
     angles: dict[Any, Any]
     within: Any = None
     states: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    modes: Modes = field(default_factory=dict)
 
     def __getitem__(self, i: int) -> Motion:
         return self.motions.get(i, FIXED)
@@ -78,7 +92,7 @@ Law = Callable[[View], Any]  # a sequence of rows
 
 def still(now: Instant, ends: tuple[int, ...]) -> View:
     """The state as it is: numbers."""
-    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within, now.states)
+    return View({i: now.motion(i) for i in ends if i != GROUND}, now.t, now.angles, now.within, now.states, now.modes)
 
 
 def moving(now: View, accelerations: Sequence[Number] | None = None) -> View:

@@ -1,12 +1,13 @@
 """The flat system's constraints: Phi and psi, their rates, the Jacobian C and the bias, all derived from the laws.
 
-Rows come joint by joint, then driver by driver. A constraint holds on one of three levels: "position" (Phi = 0),
+Rows come joint by joint, then driver by driver, and behind these permanent ones switch by switch
+(`lienumba.mechanics.system.switches`). A constraint holds on one of three levels: "position" (Phi = 0),
 "rate" (Phi exists only up to a constant: its rate is prescribed) or "velocity" (psi(q, v, t) = 0, affine in v).
 C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import Any
 
@@ -15,13 +16,16 @@ from lienumba.mechanics.elements import drivers, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, Law, View
+from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
-from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Model
+from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
+from lienumba.mechanics.system import switch_laws
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
+from lienumba.mechanics.system.border import Leaning
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Matrix, Number, Vector
-from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt
+from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt, where
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,8 @@ class Constraint:
     """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
     whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies;
     indifferent: whether its law knows only how its bodies lie to each other; vector: how many of its first rows are
-    components of a vector, those behind depend on no axes."""
+    components of a vector, those behind depend on no axes; switch: that turns it on and off; tangents: whether it holds
+    only where nothing slides."""
 
     name: str
     bodies: tuple[int, ...]
@@ -40,6 +45,8 @@ class Constraint:
     ties: bool = True
     indifferent: bool = False
     vector: int = 0
+    switch: Switch | None = None
+    tangents: bool = False
 
     @property
     def rows(self) -> int:
@@ -48,25 +55,37 @@ class Constraint:
 
 def constraints_of(model: Model) -> list[Constraint]:
     """All constraints in the order of their rows."""
-    found = []
-    for index, joint in enumerate(model.joints):
-        if joint.code is not None:
-            ends = tuple(
-                dict.fromkeys((*user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers), *joint.bodies))
-            )
-            law = partial(user_laws.residual, model, index)
-            found.append(Constraint(joint.name, ends, joint.code.returns, joint.code.level, law, own=True))
-            continue
-        kind = JOINTS[joint.type]
-        law = partial(kind.equations, model, index)
+    found = [_joint(model, n) if j.active and not j.switched else _open(j) for n, j in enumerate(model.joints)]
+    found += [_driver(model, driver) for driver in model.drivers]
+    for switch in switches_of(model):
+        if switch.what == JOINT:
+            found.append(replace(_joint(model, switch.index), vector=0, switch=switch))
+    for x in switch_laws.laws(model):
+        same = x.switch.what != CONTACT or len(set(x.bodies)) == 2
         found.append(
             Constraint(
-                joint.name, joint.bodies, kind.kinds(joint), "position", law, indifferent=True, vector=kind.vector
+                x.switch.name, x.bodies, x.kinds, x.level, x.law, indifferent=same, switch=x.switch, tangents=x.tangents
             )
         )
-    for driver in model.drivers:
-        found.append(_driver(model, driver))
     return found
+
+
+def _joint(model: Model, index: int) -> Constraint:
+    joint = model.joints[index]
+    if joint.code is not None:
+        ends = tuple(dict.fromkeys((*user_laws.ends_of(model, joint.code, joint.bodies, joint.numbers), *joint.bodies)))
+        law = partial(user_laws.residual, model, index)
+        return Constraint(joint.name, ends, joint.code.returns, joint.code.level, law, own=True)
+    kind = JOINTS[joint.type]
+    return Constraint(
+        joint.name, joint.bodies, kind.kinds(joint), "position", partial(kind.equations, model, index),
+        indifferent=True, vector=kind.vector,
+    )  # fmt: skip
+
+
+def _open(joint: Joint) -> Constraint:
+    """Of a joint that holds nothing, or whose rows are those of a switch."""
+    return Constraint(joint.name, joint.bodies, "", "position", lambda view: ())
 
 
 def _driver(model: Model, driver: Driver) -> Constraint:
@@ -78,6 +97,11 @@ def _driver(model: Model, driver: Driver) -> Constraint:
         return kind.residual(model, driver, tuple(evaluate(model, x, view) for x in driver.value), view)
 
     return Constraint(driver.name, ends, kind.kinds(driver), kind.level(driver), law, ties=kind.ties)
+
+
+def permanent_rows(model: Model) -> int:
+    """How many rows are always there; those of switched constraints stand behind them."""
+    return sum(c.rows for c in constraints_of(model)) - sum(switch.rows for switch in switches_of(model))
 
 
 def rows_of(model: Model) -> list[slice]:
@@ -176,19 +200,63 @@ def blocks(c: Constraint, number: int, now: Instant, axes: Axes = GLOBAL) -> Ite
             yield i, kinematics.columns(c.law, view, i, c.level == "velocity", along)
 
 
+def in_use(model: Model, now: Instant) -> list[Any]:
+    """1 for every row that holds now, or 0: those of switched constraints that are off, and what slides."""
+    found: list[Any] = []
+    for c in constraints_of(model):
+        if c.switch is None:
+            found += [1.0] * c.rows
+            continue
+        on = now.modes.get(c.switch.key, Mode()).on
+        slides = where(on == SLIDE, 0.0, 1.0) if c.tangents else 1.0
+        found += [where(on == OFF, 0.0, slides)] * c.rows
+    return found
+
+
+def leaning(model: Model, now: Instant) -> Leaning:
+    """Of contacts that slide, how the forces along their tangents follow from those along their normals."""
+    found: dict[tuple[int, int], Any] = {}
+    for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
+        if c.tangents and c.switch is not None and c.switch.what == CONTACT:
+            mode = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0)))
+            kinetic = where(mode.on == SLIDE, model.contacts[c.switch.index].kinetic, 0.0)
+            moving = tuple(lift(x).a for x in c.law(kinematics.still(now, c.bodies)))
+            for row, d in zip(range(rows.start, rows.stop), switch_laws.sliding(moving, mode.memory), strict=True):
+                found[row, rows.start - 1] = -(kinetic * d)
+    return found
+
+
+def sliding_power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:
+    """What contacts that slide do (W)."""
+    total: Any = 0.0
+    for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
+        if c.tangents and c.switch is not None and c.switch.what == CONTACT:
+            moving = (lift(x).a for x in c.law(kinematics.still(now, c.bodies)))
+            for mu, rate in zip(multipliers[rows], moving, strict=True):
+                total = total - mu * rate
+    return total
+
+
 def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[list[Any], list[Any]]:
-    """Force (N) and torque (N m) of every joint on its last body at its point there, global frame, 3 each.
+    """Force (N) and torque (N m) of every joint, with its locks and stops, on its last body at its point there, global
+    frame, 3 each.
 
     A joint without points acts at the mass centre.
     """
     forces: list[Any] = []
     torques: list[Any] = []
-    for joint, c, rows in zip(model.joints, constraints_of(model), rows_of(model), strict=False):
-        body, view = (joint.bodies or c.bodies)[-1], kinematics.still(now, c.bodies)
+    every, rows = constraints_of(model), rows_of(model)
+    for n, joint in enumerate(model.joints):
+        parts = [m for m, c in enumerate(every) if c.switch is not None and _joint_of(model, c.switch) == n]
+        own = [n, *(m for m in parts if every[m].level == "position")]
+        body = (joint.bodies or every[n].bodies)[-1]
         load: list[Any] = [0.0] * 6
-        columns = kinematics.columns(c.law, view, body, c.level == "velocity")
-        for row, mu in zip(columns, multipliers[rows], strict=True):
-            load = [total - x * mu for total, x in zip(load, row, strict=True)]
+        view = kinematics.still(now, every[n].bodies)
+        for m in own:
+            c = every[m]
+            columns = kinematics.columns(c.law, kinematics.still(now, c.bodies), body, c.level == "velocity")
+            for row, mu in zip(columns, multipliers[rows[m]], strict=True):
+                load = [total - x * mu for total, x in zip(load, row, strict=True)]
         place = view[body]
         force = (load[0], load[1], load[2])
         torque = so3.rotate(place.R, (load[3], load[4], load[5]))
@@ -197,6 +265,17 @@ def loads(model: Model, now: Instant, multipliers: Sequence[Number]) -> tuple[li
         forces += force
         torques += torque
     return forces, torques
+
+
+def _joint_of(model: Model, switch: Switch) -> int | None:
+    """The joint (index) that a switched constraint is, or on whose coordinate it acts; of a contact None."""
+    if switch.what == JOINT:
+        return switch.index
+    if switch.what == LOCK:
+        return model.locks[switch.index].joint
+    which = model.limits[switch.index].coordinate if switch.what == LIMIT else None
+    which = model.forces[switch.index].coordinate if switch.what == FRICTION else which
+    return None if which is None else which.joint
 
 
 def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
@@ -208,6 +287,8 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
     lent = with_lent_masses(model)
     own: list[Any] = [(j.points or (), JOINTS[j.type].reach(j)) for j in model.joints]
     own += [((d.point,), []) for d in model.drivers]
+    switched = [c for c in constraints_of(model) if c.switch is not None]
+    own += [_arms(model, c.switch) for c in switched if c.switch is not None]
     for c, (arms, lengths) in zip(constraints_of(model), own, strict=True):
         arm = largest([x for p in arms if p is not None for x in p])
         if c.own:  # nobody says what it reaches
@@ -222,6 +303,16 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
             far.append(0.0 if angular else position)
             speed.append(turning if angular else maximum(moving, arm * turning))
     return reach, far, speed
+
+
+def _arms(model: Model, switch: Switch) -> tuple[Sequence[Any], list[Any]]:
+    """The points of a switched constraint, and its lengths."""
+    index = _joint_of(model, switch)
+    if index is None:
+        contact = model.contacts[switch.index]
+        return contact.points, [*contact.numbers.values()]
+    joint = model.joints[index]
+    return joint.points or (), JOINTS[joint.type].reach(joint)
 
 
 def _size(body: Body) -> Any:

@@ -92,7 +92,8 @@ def accelerations(
     xi = constraints.required(model, now, baumgarte, axes)
     Q = axes.into(now, loads(model, now))
     near = None if expected is None else axes.into(now, expected)
-    solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near)
+    leaning = constraints.leaning(model, now)
+    solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, leaning)
     return replace(solution, x=axes.out_of(now, solution.x))
 
 
@@ -113,6 +114,7 @@ def power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:
     for rate, mu in zip(constraints.time_rate(model, now), multipliers, strict=True):
         if not is_zero(rate):
             total = total + mu * rate
+    total = total + constraints.sliding_power(model, now, multipliers)
     growth = tuple(lift(g).b for g in gravity(model, Jet(now.t, 1.0)))
     for body, x in zip(model.bodies, now.bodies, strict=True):
         if not all(is_zero(g) for g in growth):

@@ -16,9 +16,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.system.constraints import constraints_of, rows_of
+from lienumba.mechanics.system.border import Border, Leaning
+from lienumba.mechanics.system.constraints import constraints_of, permanent_rows, rows_of
 from lienumba.mechanics.system.elimination_order import Couplings, elimination_order
 from lienumba.mechanics.system.rotors import rotors_of
+from lienumba.mechanics.system.switches import CONTACT
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
 
@@ -41,6 +43,8 @@ class Structure:
     looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
     rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
     vanishes like there, the solution is the expected one, since C does not say where the lost constraint acts.
+    leaning: the rows of contacts with friction, the last of the order, which are solved together (see `Leaning`);
+    switched: where the rows begin that a run turns on and off.
     """
 
     bodies: int
@@ -51,12 +55,15 @@ class Structure:
     from_singular: bool = False
     alike: tuple[tuple[int, ...], ...] = ()  # for each row those of its constraint and kind, which share one scale
     coupled: tuple[int, ...] = ()
+    leaning: tuple[int, ...] = ()
+    switched: int = 0
 
     @staticmethod
     def of(
         model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = (), from_singular: bool = False
     ) -> "Structure":
-        k, blocks = len(model.bodies), _blocks(model, set(dropped))
+        leaning = _leaning(model)
+        k, blocks = len(model.bodies), _blocks(model, {*dropped, *leaning})
         couplings = [(*rotor.bodies, rotor.constant) for rotor in rotors_of(model) if len(rotor.bodies) == 2]
 
         def order(couplings: Couplings) -> tuple[int, ...]:
@@ -66,17 +73,24 @@ class Structure:
                     found += range(6 * block, 6 * block + 6)
                 else:
                     found += [6 * k + row for row in blocks[block - k].rows]
-            return (*found, *(6 * k + row for row in dropped))
+            return (*found, *(6 * k + row for row in (*dropped, *leaning)))
 
         plain = order(())
         return Structure(
-            k, len(plain) - 6 * k, plain, bool(masked) or _has_loop(blocks), masked, from_singular, _alike(model),
-            order(couplings) if couplings else plain,
+            k, len(plain) - 6 * k, plain, bool(masked) or _has_loop(_permanent(blocks)), masked, from_singular,
+            _alike(model), order(couplings) if couplings else plain, leaning, permanent_rows(model),
         )  # fmt: skip
 
     def order_for(self, A: Entries) -> tuple[int, ...]:
         """The order in which [A C^T; C 0] is eliminated."""
         return self.coupled if any(i // 6 != j // 6 for i, j in A) else self.order
+
+    def weights(self, mask: Sequence[Number], leaning: Leaning | None) -> list[Any]:
+        """By what rows count before the elimination: by the mask, but those that lean on each other."""
+        weights = list(mask)
+        for row in self.leaning if leaning else ():
+            weights[row] = 1.0
+        return weights
 
     @staticmethod
     def closing(
@@ -87,13 +101,16 @@ class Structure:
         from_singular: bool = False,
     ) -> "Structure":
         """Of the rows alone that do without the joints `tied` (indices), once all velocities are eliminated."""
-        every = rows_of(model)
+        every, permanent, leaning = rows_of(model), permanent_rows(model), _leaning(model)
         left = [rows for n, rows in enumerate(every) if n not in tied]
-        order = [row for rows in left for row in range(rows.start, rows.stop) if row not in dropped]
+        order = [row for rows in left for row in range(rows.start, rows.stop) if row not in (*dropped, *leaning)]
         order = [row for row in order if row not in masked] + [row for row in order if row in masked]
         rows = every[-1].stop if every else 0
-        looped = bool(masked) or (bool(order) and _has_loop(_blocks(model, set(dropped))))
-        return Structure(0, rows, tuple(order), looped, masked, from_singular, _alike(model))
+        closes = any(row < permanent for row in order)
+        looped = bool(masked) or (closes and _has_loop(_permanent(_blocks(model, set(dropped)))))
+        return Structure(
+            0, rows, (*order, *leaning), looped, masked, from_singular, _alike(model), (), leaning, permanent
+        )
 
 
 def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
@@ -107,11 +124,13 @@ def _alike(model: Model) -> tuple[tuple[int, ...], ...]:
 @dataclass
 class _Block:
     """The rows that tie the same bodies together, eliminated together; `ties`: how many constraints could do without
-    the others, which a driver of a joint's own coordinate or of a body's orientation could not."""
+    the others, which a driver of a joint's own coordinate or of a body's orientation could not; switched: whether all
+    are."""
 
     bodies: tuple[int, ...]
     rows: list[int] = field(default_factory=list)
     ties: int = 0
+    switched: bool = False
 
 
 def _blocks(model: Model, dropped: set[int]) -> list[_Block]:
@@ -120,10 +139,23 @@ def _blocks(model: Model, dropped: set[int]) -> list[_Block]:
         rows = [row for row in range(every.start, every.stop) if row not in dropped]
         if not rows:
             continue
-        block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies))
+        switched = constraint.switch is not None
+        block = blocks.setdefault(frozenset(constraint.bodies), _Block(constraint.bodies, switched=switched))
         block.rows += rows
-        block.ties += constraint.ties
+        block.ties += constraint.ties and not switched
+        block.switched &= switched
     return list(blocks.values())
+
+
+def _permanent(blocks: list[_Block]) -> list[_Block]:
+    return [block for block in blocks if not block.switched]
+
+
+def _leaning(model: Model) -> tuple[int, ...]:
+    """The rows of contacts with friction."""
+    every = zip(constraints_of(model), rows_of(model), strict=True)
+    contacts = {c.switch for c in constraints_of(model) if c.tangents and c.switch and c.switch.what == CONTACT}
+    return tuple(row for c, rows in every if c.switch in contacts for row in range(rows.start, rows.stop))
 
 
 def _has_loop(blocks: list[_Block]) -> bool:
@@ -240,17 +272,33 @@ class _Factors:
             least = minimum(part, least)
         return least
 
+    def left(self, first: int) -> list[list[Any]]:
+        """C K^-1 C^T of the constraints from a position on, once all before it is eliminated."""
+        last = range(first, len(self.order))
+        S: list[list[Any]] = [[0.0 for _ in last] for _ in last]
+        for i in last:
+            S[i - first][i - first] = -(self.by_bodies[i] + self.by_joints[i])
+            for j in range(first, i):
+                S[i - first][j - first] = S[j - first][i - first] = -self.column[j].get(i, 0.0)
+        return S
+
     def forward(self, f: Sequence[Number], g: Sequence[Number], firm: Sequence[Number]) -> list[Any]:
         y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
         for j, variable in enumerate(self.order):
+            if self.inverse[j] is None:
+                break
             if variable >= self.n:
                 y[j] = firm[variable - self.n] * y[j]
             for i, factor in self.column[j].items():
                 y[i] = y[i] - factor * y[j]
         return y
 
-    def backward(self, y: list[Number]) -> Vectors:
-        for j in reversed(range(len(y))):
+    def backward(self, y: list[Number], border: "Border | None" = None) -> Vectors:
+        last = len(y)
+        if border is not None:
+            last -= len(border.mask)
+            y[last:] = border.solve(y[last:])
+        for j in reversed(range(last)):
             y[j] = y[j] * self.inverse[j]
             for i, factor in self.column[j].items():
                 y[j] = y[j] - factor * y[i]
@@ -269,13 +317,18 @@ class Eliminated:
     sound: Any
     firm: list[Any]
     margin: Any
+    border: Border | None = None
 
     @staticmethod
-    def of(structure: Structure, A: Entries, C: Entries, mask: Sequence[Number]) -> "Eliminated":
-        """C: its masked rows are 0. Without bodies, A is the matrix of the constraints after all else is eliminated."""
+    def of(
+        structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None = None
+    ) -> "Eliminated":
+        """C: its masked rows are 0, but for those that lean. Without bodies, A is the matrix of the constraints after
+        all else is eliminated."""
         n = 6 * structure.bodies
         order = structure.order_for(A) if n else structure.order
-        used = set(order)
+        together = structure.leaning if leaning else ()
+        used = set(order[: len(order) - len(together)])
         diagonal = {
             row: m - 1.0 for row, m in enumerate(mask) if n + row in used and not (isinstance(m, float) and m == 1.0)
         }
@@ -284,10 +337,10 @@ class Eliminated:
         firm: list[Any] = [1.0] * structure.rows
         sound: Any = 1.0
         margin: Any = 1.0
-        for j, variable in enumerate(order):
+        for j, variable in enumerate(order[: len(order) - len(together)]):
             scale = factors.by_bodies[j]
             pivot = scale + factors.by_joints[j]
-            if variable >= n and structure.looped:
+            if variable >= n and structure.looped and variable - n < structure.switched:
                 if n:
                     alike = [place[n + row] for row in structure.alike[variable - n]]
                     scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
@@ -298,18 +351,23 @@ class Eliminated:
             elif variable >= n:
                 sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
             factors.eliminate(j, pivot)
-        return Eliminated(structure, factors, sound, firm, margin)
+        if not together or leaning is None:
+            return Eliminated(structure, factors, sound, firm, margin)
+        S = factors.left(len(order) - len(together))
+        border = Border.of(S, together, [mask[row] for row in together], leaning)
+        return Eliminated(structure, factors, minimum(border.sound, sound), firm, margin, border)
 
     def solve(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> Solution:
         """g: of a masked row 0; pulled: what forces have added to it already, where velocities have been eliminated."""
         factors, every = self.factors, [1.0] * self.structure.rows
         pulled = [0.0] * len(g) if pulled is None else pulled
         if not self.structure.looped:
-            x, mu = factors.backward(factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every))
+            y = factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every)
+            x, mu = factors.backward(y, self.border)
             return Solution(x, mu, self)
         by_forces = factors.forward(f, pulled, every)
         by_constraints = factors.forward([0.0] * len(f), g, self.firm)
-        x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)])
+        x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)], self.border)
         if self.structure.from_singular:
             x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
         return Solution(x, mu, self)
@@ -337,16 +395,19 @@ def solve(
     g: Sequence[Number],
     mask: Sequence[Number] | None = None,
     expected: Sequence[Number] | None = None,
+    leaning: Leaning | None = None,
 ) -> Solution:
     """`A`: symmetric and positive definite, entries (i, j) with i >= j, block diagonal but for what rotors of the
     structure's mechanism couple; `C`: entries (row, column).
 
-    mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops.
+    mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops;
+    leaning: if contacts slide.
     """
     mask = mask or [1.0] * structure.rows
-    C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
-    g = [m * x for m, x in zip(mask, g, strict=True)]
-    eliminated = Eliminated.of(structure, A, C, mask)
+    weights = structure.weights(mask, leaning)
+    C = {key: weights[key[0]] * x for key, x in C.items() if not is_zero(weights[key[0]])}
+    g = [m * x for m, x in zip(weights, g, strict=True)]
+    eliminated = Eliminated.of(structure, A, C, mask, leaning)
     if not structure.looped or expected is None:
         return eliminated.solve(f, g)
     solution = eliminated.solve(*_rest(A, C, f, g, expected, [0.0] * structure.rows))
@@ -397,9 +458,6 @@ def schur_complement(structure: Structure, A: Entries, C: Entries) -> tuple[list
     factors = _Factors.of(order, n, A, C, {})
     for j in range(n + len(needed)):
         factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j])
-    last = range(n + len(needed), len(order))
-    triangle = []
-    for i in last:
-        triangle += [-factors.column[j].get(i, 0.0) for j in last if j < i]
-        triangle.append(-(factors.by_bodies[i] + factors.by_joints[i]))
-    return triangle, [-factors.by_bodies[i] for i in last]
+    S = factors.left(n + len(needed))
+    triangle = [S[i][j] for i in range(len(S)) for j in range(i + 1)]
+    return triangle, [-factors.by_bodies[i] for i in range(n + len(needed), len(order))]

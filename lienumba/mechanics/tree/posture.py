@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.kinematics import Instant, Modes
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.links import Tree
 from lienumba.mechanics.tree.motion import Moving, bodies_at, moving_links
@@ -25,6 +25,7 @@ class Posture:
     within: Any = None
     states: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     waiting: int = 0
+    modes: Modes = field(default_factory=dict)
 
     @cached_property
     def links(self) -> list[Moving]:
@@ -34,4 +35,4 @@ class Posture:
     def now(self) -> Instant:
         """The bodies as the links carry them."""
         bodies = bodies_at(self.tree, self.links)
-        return Instant(bodies, self.t, dict(self.angles), self.within, dict(self.states))
+        return Instant(bodies, self.t, dict(self.angles), self.within, dict(self.states), self.modes)

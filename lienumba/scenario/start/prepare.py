@@ -148,7 +148,7 @@ def _check_drivers(model: Model, now: Instant) -> None:
         return
     C = constraints.jacobian(model, now)
     moved = {row for (row, _), x in C.items() if abs(x) > CLOSE}
-    for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=True):
+    for driver, rows in zip(model.drivers, constraints.rows_of(model)[len(model.joints) :], strict=False):
         if any(map(reads_state, driver.value)) and not moved.issuperset(range(rows.start, rows.stop)):
             raise ScenarioError.at(
                 f"model.drivers.{driver.name}",

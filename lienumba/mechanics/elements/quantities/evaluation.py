@@ -7,7 +7,7 @@ from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.quantities.base import VELOCITY, Observed, Part, joined, kind_of, owner
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Counted, Law, Model, Quantity, Timed
+from lienumba.mechanics.mechanism.model import GROUND, HELD, Coordinate, Counted, Law, Model, Quantity, Timed
 from lienumba.numerics.expressions import WITHIN, Formula
 from lienumba.numerics.number import Number, Vector
 
@@ -27,6 +27,8 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
 def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
     """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
     first, rest = owner(name)
+    if first == HELD:
+        return view.states.get(HELD, tuple(model.held.values()))[list(model.held).index(rest)]
     quantity = _named(model, first)
     if quantity is None:
         force = next(f for f in model.forces if f.name == first)

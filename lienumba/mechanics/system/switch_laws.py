@@ -1,0 +1,133 @@
+"""What switched constraints demand, as plain functions of a view: each as rows of one level.
+
+A lock compares coordinates of a joint with those that it keeps (a ball joint: the sines of the rotation from the one it
+keeps). A rigid stop and a contact have a gap, which closes. What sticks, a contact or the friction of a joint, has no
+rate along the sliding.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from lienumba.groups import so3
+from lienumba.mechanics.elements import joints
+from lienumba.mechanics.elements.contacts import CONTACTS
+from lienumba.mechanics.elements.joints import parts
+from lienumba.mechanics.mechanism.kinematics import Law, View
+from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, LIMIT, LOCK, Switch, is_ball, switches_of
+from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Vector
+from lienumba.numerics.operations import sqrt, where
+
+POSITION, RATE, VELOCITY = "position", "rate", "velocity"
+SQUARE_FLOOR = 1e-300  # (m/s)^2: what does not slide has no direction
+
+
+@dataclass(frozen=True)
+class Switched:
+    """Rows of a switch on one level; see `constraints.Constraint`. tangents: whether they are those of sliding."""
+
+    switch: Switch
+    bodies: tuple[int, ...]
+    kinds: str
+    level: str
+    law: Law
+    tangents: bool = False
+
+
+def laws(model: Model) -> Iterator[Switched]:
+    """Of all switches but joints, in the order of their rows."""
+    for switch in switches_of(model):
+        if switch.what == LOCK:
+            lock = model.locks[switch.index]
+            joint = model.joints[lock.joint]
+            kinds = "".join(joints.freedom(model, Coordinate(lock.joint, x)).letter for x in lock.coordinates)
+            yield Switched(switch, joint.bodies, kinds, POSITION, partial(_locked, model, lock, switch))
+        elif switch.what == LIMIT:
+            limit = model.limits[switch.index]
+            yield Switched(switch, *_along(model, limit.coordinate), POSITION, partial(_room, model, limit))
+        elif switch.what == CONTACT:
+            contact = model.contacts[switch.index]
+            yield Switched(switch, contact.bodies, "m", POSITION, partial(_gap, contact))
+            if switch.tangents:
+                yield Switched(switch, contact.bodies, "mm", VELOCITY, partial(_slip, contact), tangents=True)
+        elif switch.what == FRICTION:
+            which = model.forces[switch.index].coordinate
+            assert which is not None
+            law = partial(_rests, model, which)
+            yield Switched(switch, *_along(model, which), RATE, law, tangents=True)
+
+
+def _along(model: Model, which: Coordinate) -> tuple[tuple[int, ...], str]:
+    """The bodies of a coordinate, and the letter of its row."""
+    return model.joints[which.joint].bodies, joints.freedom(model, which).letter
+
+
+def _locked(model: Model, lock: Lock, switch: Switch, view: View) -> Vector:
+    now = measured(model, lock, view)
+    mode = view.modes.get(switch.key)
+    kept = mode.memory if mode is not None else (so3.IDENTITY if is_ball(lock) else (0.0,) * len(now))
+    if is_ball(lock):
+        sines: Vector = so3.vee(so3.multiply(so3.transpose(kept), now))
+        return sines
+    rows = []
+    for name, x, was in zip(lock.coordinates, now, kept, strict=True):
+        counts = joints.freedom(model, Coordinate(lock.joint, name)).counts
+        rows.append((parts.counted(x, was) if counts else x) - was)
+    return tuple(rows)
+
+
+def measured(model: Model, lock: Lock, view: View) -> Vector:
+    """What a lock keeps, as it is now: its coordinates, angles up to whole turns; of a ball joint the rotation matrix
+    of the second body against the first."""
+    joint = model.joints[lock.joint]
+    a, b = (view[i] for i in joint.bodies)
+    if is_ball(lock):
+        return so3.multiply(so3.transpose(a.R), b.R)
+    return tuple(joints.freedom(model, Coordinate(lock.joint, x)).value(joint, a, b) for x in lock.coordinates)
+
+
+def _room(model: Model, limit: Limit, view: View) -> Vector:
+    return (limit.side * (joints.coordinate(model, limit.coordinate, view) - limit.value),)
+
+
+def _gap(contact: Contact, view: View) -> Vector:
+    return (CONTACTS[contact.type].gap(contact, *(view[i] for i in contact.bodies)),)
+
+
+def _slip(contact: Contact, view: View) -> Vector:
+    rates: Vector = CONTACTS[contact.type].rates(contact, *(view[i] for i in contact.bodies))
+    return rates
+
+
+def _rests(model: Model, which: Coordinate, view: View) -> Vector:
+    return (joints.in_motion(model, which, view),)
+
+
+def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
+    """The memory of a switch if it were turned on now. rates: of its rows."""
+    if switch.what == LOCK:
+        return tuple(lift(x).a for x in measured(model, model.locks[switch.index], view))
+    return direction(rates[switch.rows - switch.tangents :], (0.0,) * switch.tangents) if switch.tangents else ()
+
+
+def direction(rates: Vector, otherwise: Vector) -> Vector:
+    """The unit vector along these; another one where they vanish."""
+    square: Any = 0.0
+    for x in rates:
+        square = square + x * x
+    moves = square > SQUARE_FLOOR
+    inverse = 1.0 / sqrt(where(moves, square, 1.0))
+    return tuple(where(moves, inverse * x, d) for x, d in zip(rates, otherwise, strict=True))
+
+
+def sliding(rates: Vector, kept: Vector) -> Vector:
+    """The direction of sliding, that goes on as it is where the rates turn round: w/|w|, times the sign of w . d with
+    the direction d that was kept."""
+    along: Any = 0.0
+    for x, d in zip(rates, kept, strict=True):
+        along = along + x * d
+    sign = where(along < 0.0, -1.0, 1.0)
+    return tuple(sign * x for x in direction(tuple(rates), tuple(sign * d for d in kept)))

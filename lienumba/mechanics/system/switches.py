@@ -1,0 +1,107 @@
+"""Switched constraints: rows of C that a run may turn on and off.
+
+They stand behind the permanent rows, switch by switch: joints that events release or engage, locks of coordinates,
+rigid stops, contacts, and joint friction that sticks. What is on is a number in the state of a run.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.mechanism.kinematics import Mode, Modes
+from lienumba.mechanics.mechanism.model import Force, Lock, Model
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import is_zero
+
+JOINT, LOCK, LIMIT, CONTACT, FRICTION = "joint", "lock", "limit", "contact", "friction"  # what a switch is
+KINDS = {JOINT: 0, LOCK: 0, LIMIT: 1, CONTACT: 1, FRICTION: 2}  # BILATERAL, UNILATERAL, FRICTION of `layout`
+BALL = ("rx", "ry", "rz")  # coordinates that are locked together
+MATRIX = 9
+
+
+@dataclass(frozen=True)
+class Switch:
+    """what: one of the above; index: of the joint, lock, limit, contact or force; first: of its rows among all switched
+    ones; tangents: how many of them, the last ones, are along the sliding; memory: its first number of those of all,
+    and how many; on: as it starts, before anything touches or sticks."""
+
+    what: str
+    name: str
+    index: int
+    first: int
+    rows: int
+    tangents: int
+    memory: int
+    memories: int
+    on: int
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """By which modes know it."""
+        return self.what, self.name
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """As drivers know it: see `lienumba.integrators.layout`."""
+        return KINDS[self.what], self.first, self.rows, self.tangents, self.memory, self.memories
+
+
+def switches_of(model: Model) -> tuple[Switch, ...]:
+    """All switches in the order of their rows: joints, locks, limits, contacts, friction."""
+    found: list[Switch] = []
+    row, memory = 0, 0
+    for switch in _described(model):
+        found.append(replace(switch, first=row, memory=memory))
+        row, memory = row + switch.rows, memory + switch.memories
+    return tuple(found)
+
+
+def _described(model: Model) -> Iterator[Switch]:
+    def of(what: str, name: str, index: int, rows: int, tangents: int = 0, memories: int = 0, on: int = 0) -> Switch:
+        return Switch(what, name, index, 0, rows, tangents, 0, memories, on)
+
+    for n, joint in enumerate(model.joints):
+        if joint.switched:
+            kinds = JOINTS[joint.type].kinds(joint) if joint.code is None else joint.code.returns
+            yield of(JOINT, joint.name, n, len(kinds), on=int(joint.active))
+    for n, lock in enumerate(model.locks):
+        rows = len(lock.coordinates)
+        yield of(LOCK, lock.name, n, rows, memories=MATRIX if is_ball(lock) else rows)
+    for n, limit in enumerate(model.limits):
+        yield of(LIMIT, limit.name, n, 1)
+    for n, contact in enumerate(model.contacts):
+        tangents = 0 if is_zero(contact.static) and is_zero(contact.kinetic) else 2
+        yield of(CONTACT, contact.name, n, 1 + tangents, tangents, tangents)
+    for n, force in enumerate(model.forces):
+        if sticks(force):
+            yield of(FRICTION, force.name, n, 1, 1, 1)
+
+
+def is_ball(lock: Lock) -> bool:
+    """Whether it holds a relative rotation as a whole."""
+    return lock.coordinates == BALL
+
+
+def sticks(force: Force) -> bool:
+    """Whether it is friction of a joint that sticks."""
+    return force.type == "friction" and "static" in force.numbers
+
+
+def modes_of(model: Model, on: Sequence[Number], memory: Sequence[Number]) -> Modes:
+    """The modes of all switches, from how each is on, and all their memory."""
+    return {
+        switch.key: Mode(x, tuple(memory[switch.memory : switch.memory + switch.memories]))
+        for switch, x in zip(switches_of(model), on, strict=True)
+    }
+
+
+def permanent(model: Model) -> Model:
+    """The same without its switched constraints; joints keep their numbers."""
+    joints = tuple(replace(j, active=j.active and not j.switched, switched=False) for j in model.joints)
+    return replace(model, joints=joints, locks=(), limits=(), contacts=())
+
+
+def at_start(model: Model) -> Model:
+    """The same with the joints that hold at the start as permanent ones, and no other switched constraint."""
+    joints = tuple(replace(joint, switched=False) for joint in model.joints)
+    return replace(model, joints=joints, locks=(), limits=(), contacts=())
