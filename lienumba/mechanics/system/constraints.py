@@ -19,9 +19,9 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
-from lienumba.mechanics.system import switch_laws
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
-from lienumba.mechanics.system.border import Leaning
+from lienumba.mechanics.system.switched import laws
+from lienumba.mechanics.system.switched.border import Leaning
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Matrix, Number, Vector
@@ -60,7 +60,7 @@ def constraints_of(model: Model) -> list[Constraint]:
     for switch in switches_of(model):
         if switch.what == JOINT:
             found.append(replace(_joint(model, switch.index), vector=0, switch=switch))
-    for x in switch_laws.laws(model):
+    for x in laws.laws(model):
         same = x.switch.what != CONTACT or len(set(x.bodies)) == 2
         found.append(
             Constraint(
@@ -221,7 +221,7 @@ def leaning(model: Model, now: Instant) -> Leaning:
             mode = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0)))
             kinetic = where(mode.on == SLIDE, model.contacts[c.switch.index].kinetic, 0.0)
             moving = tuple(lift(x).a for x in c.law(kinematics.still(now, c.bodies)))
-            for row, d in zip(range(rows.start, rows.stop), switch_laws.sliding(moving, mode.memory), strict=True):
+            for row, d in zip(range(rows.start, rows.stop), laws.sliding(moving, mode.memory), strict=True):
                 found[row, rows.start - 1] = -(kinetic * d)
     return found
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.system.border import Border, Leaning
 from lienumba.mechanics.system.constraints import constraints_of, permanent_rows, rows_of
 from lienumba.mechanics.system.elimination_order import Couplings, elimination_order
 from lienumba.mechanics.system.rotors import rotors_of
+from lienumba.mechanics.system.switched.border import Border, Leaning
 from lienumba.mechanics.system.switches import CONTACT
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
