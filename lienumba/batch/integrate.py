@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass, replace
 from time import thread_time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
-from lienumba.integrators.layout import record_rows
+from lienumba.integrators.layout import record_rows, state_rows
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, observe, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
@@ -35,7 +36,8 @@ class Batch:
     parameters: floats, arrays (runs,), or a table's Numbers; states (runs, 18 k + augmented) at the start; codes
     (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
-    stops: of each event, whether it ends a run; bodies: how many; placed: their states at the start (runs, 18 k), where
+    stops: of each event, whether it ends a run; changes: how many of a run are told; at_events: whether states at
+    events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
     those of the moves are read from them.
     """
 
@@ -51,6 +53,8 @@ class Batch:
     discontinuities: tuple[Discontinuity, ...] = ()
     pace: Pace | None = None
     stops: tuple[bool, ...] = ()
+    changes: int = 0
+    at_events: bool = False
     bodies: int = 0
     placed: np.ndarray | None = None
 
@@ -86,8 +90,10 @@ class Chunk:
     """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; stopped
     (blocks, 1, rows, W): records of where an event ended a run, at the times stopped_at (blocks, W), NaN of other runs,
     None where there are only those; states (runs, 18 k and more): where each run ended; (runs,): codes, simulated time
-    (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how many; seconds: how
-    long a core was busy with them."""
+    (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how many; event_states
+    (blocks, events or 0, rows, W): at the first, yet to be projected; changes (runs, n, 5): time, kind
+    (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
+    changes, and the energy lost in them (J); seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -100,6 +106,10 @@ class Chunk:
     rejected: np.ndarray
     event_times: np.ndarray
     event_counts: np.ndarray
+    event_states: np.ndarray
+    changes: np.ndarray
+    change_counts: np.ndarray
+    energy_lost: np.ndarray
     seconds: float
 
 
@@ -119,20 +129,47 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     drive = _queued if machine.queued else _together
     started = thread_time()
-    counted = drive(batch, runs, states, parameters, jumps, records, codes, progress, stop)
+    told = Told.of(batch, blocks)
+    counted = drive(batch, runs, states, parameters, jumps, records, codes, told, progress, stop)
     seconds = thread_time() - started
     stopped_at = np.where(codes == STOPPED, counted[0], np.nan)
     stopped = _stopped(batch, states, parameters, stopped_at)
-    ends, steps, rejected, times, counts = (x.reshape(blocks * W, *x.shape[2:])[:count] for x in counted)
+    ends, steps, rejected = (x.reshape(blocks * W)[:count] for x in counted)
+    times, counts, changes, changed, lost = (
+        per_run(x, count)
+        for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
+    )
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
-    return Chunk(runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, seconds)
+    return Chunk(
+        runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, told.event_states,
+        changes, changed, lost, seconds,
+    )  # fmt: skip
 
 
-def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """By the driver of steps of one length. Returns (blocks, W) and (blocks, W, 0), as `Chunk` has them."""
-    machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
+class Told(NamedTuple):
+    """What happened: the last fields of a `lane_queue.ChunkRuns`."""
+
+    event_times: np.ndarray
+    event_counts: np.ndarray
+    event_states: np.ndarray
+    changes: np.ndarray
+    change_counts: np.ndarray
+    energy_lost: np.ndarray
+
+    @staticmethod
+    def of(batch: Batch, blocks: int) -> "Told":
+        """Nothing yet."""
+        events = len(batch.stops)
+        times, changes = np.full((blocks, events, W), np.nan), np.full((blocks, batch.changes, 5, W), np.nan)
+        states = np.zeros((blocks, events * batch.at_events, state_rows(batch.machine.sizes), W))
+        return Told(times, np.zeros_like(times), states, changes, *np.zeros((2, blocks, W)))
+
+
+def _together(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
+    """By the driver of steps of one length. Returns (blocks, W), as `Chunk` has them."""
+    machine, (states, parameters, jumps, records, codes, _, progress, stop) = batch.machine, arrays
     assert batch.h is not None
     number, outputs = round(batch.end / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
     steps, ends = np.zeros((2, *codes.shape))
@@ -141,29 +178,26 @@ def _together(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarra
         states, parameters, jumps, records, codes, steps, ends, machine.buffer(),
         np.zeros(W, np.int64), progress, stop,
     )  # fmt: skip
-    none = np.zeros((*codes.shape, 0))
-    return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes), none, none
+    return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes)
 
 
-def _queued(batch: Batch, runs: slice, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """By the driver of a queue. Returns (blocks, W) and (blocks, W, events), as `Chunk` has them."""
-    machine, (states, parameters, jumps, records, codes, progress, stop) = batch.machine, arrays
+def _queued(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
+    """By the driver of a queue. Returns (blocks, W), as `Chunk` has them, and says in `told` what happened."""
+    machine, (states, parameters, jumps, records, codes, told, progress, stop) = batch.machine, arrays
     codes.reshape(-1)[runs.stop - runs.start :] = SKIPPED
     first = 0.0 if batch.pace is None else batch.pace.first
     firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
     ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
-    times = np.full((len(codes), len(batch.stops), W), np.nan)
-    counts, stops = np.zeros_like(times), np.array(batch.stops, np.int64)
+    stops = np.array(batch.stops, np.int64)
     every = (  # a `lane_queue.ChunkRuns`
-        states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, times, counts
+        states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, *told
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, stops, batch.iterations, batch.tolerance,
         machine.buffer(), np.zeros((5, W), np.int64), progress, stop,
     )  # fmt: skip
-    happened = (x.transpose(0, 2, 1) for x in (times, counts))
-    return np.where(ends == pace[0], batch.end, ends), steps, rejected, *happened
+    return np.where(ends == pace[0], batch.end, ends), steps, rejected
 
 
 def _stopped(batch: Batch, states: np.ndarray, parameters: np.ndarray, times: np.ndarray) -> np.ndarray | None:

@@ -12,6 +12,13 @@ ROTATION = 4.0
 RESELECT = 7.0  # no failure: the run needs other rows of C, which this program does not have
 TOO_SHORT = 8.0  # said by a driver: the tolerance asks for a step below the shortest
 STOPPED = 9.0  # no failure: an event
+NOT_CLOSED = 10.0  # said by a driver: joints that were to close are apart
+CHATTERING = 11.0  # changes without end
+PARADOX = 12.0  # friction leaves no acceleration that fits
+UNSOLVED = 13.0  # impulses of contacts were not found
+
+# What a change is; those up to SET are told of the event that made them, the others of the switch.
+LOCKED, RELEASED, ENGAGED, SET, IMPACT, CLOSED, OPENED, STUCK, SLID, KINDS = range(10)
 
 HUGE = 1e300  # a sum of squares below this is finite
 LARGEST_STAGE = LARGEST_STEP  # |u|^2 (rad^2) of a stage's rotation

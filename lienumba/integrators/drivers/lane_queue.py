@@ -42,8 +42,10 @@ class ChunkRuns(NamedTuple):
     """All runs of a chunk. states (blocks, state rows, W): initial, left at the last good state; parameters
     (blocks, P, W), discontinuities (blocks, L, W), first steps (blocks, W); records (blocks, outputs, record rows, W);
     (blocks, W): statuses, simulated time, steps, rejected steps, how many outputs are stored, and whether the run ended
-    within a step, where its state is yet to be projected; and (blocks, events, W): the time of the first, and how
-    many."""
+    within a step, where its state is yet to be projected; (blocks, events, W): the time of the first, and how many;
+    (blocks, events or 0, state rows, W): states at the first; changes (blocks, n, 5, W): time, what it is
+    (`codes.KINDS`), of which event or switch, impulse and lost energy (J) of the first; and (blocks, W): how many
+    changes, and the energy lost in all of them."""
 
     states: Floats3
     parameters: Floats3
@@ -58,6 +60,10 @@ class ChunkRuns(NamedTuple):
     within: Floats2
     event_times: Floats3
     event_counts: Floats3
+    event_states: Floats4
+    changes: Floats4
+    change_counts: Floats2
+    energy_lost: Floats2
 
 
 class Queue(NamedTuple):
