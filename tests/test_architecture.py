@@ -42,8 +42,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
     "store": [
-        {"deflate", "files", "layout", "provenance"}, {"columns", "finished", "study_layout", "targets", "windows"},
-        {"stream"}, {"shards"},
+        {"deflate", "layout", "provenance"}, {"study_layout", "windows"}, {"form"}, {"files"}, {"outputs"},
+        {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},

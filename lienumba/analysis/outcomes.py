@@ -13,6 +13,7 @@ from lienumba.store.layout import RUN
 from lienumba.sweep.design import NOMINAL_RUN
 
 BY_NAME = {status.name: status for status in STATUSES}
+BY_CODE = {status.code: status.name for status in STATUSES}
 LABELS_SHOWN = 5
 
 
@@ -95,14 +96,13 @@ def counts(ds: xr.Dataset) -> Counts:
 def outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
     """One entry for each status that occurs, success first, then the most frequent failures."""
     status = ds["status"]
-    names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
     found = []
     for code in {int(code) for code in status.values}:
         runs = (status.values == code).nonzero()[0]
         shown = runs[:LABELS_SHOWN]
         labels = tuple(int(label) for label in ds["run"].values[shown])
         end_times = tuple(float(time) for time in ds["end_time"].values[shown]) if "end_time" in ds else ()
-        found.append((code != SUCCESS, -len(runs), code, Outcome(names[code], len(runs), labels, end_times)))
+        found.append((code != SUCCESS, -len(runs), code, Outcome(BY_CODE[code], len(runs), labels, end_times)))
     return tuple(outcome for *_, outcome in sorted(found, key=lambda entry: entry[:3]))
 
 

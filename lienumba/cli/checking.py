@@ -35,14 +35,14 @@ def sample(
     with console.exit_codes():
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels
         from lienumba.scenario.resolve import resolve
-        from lienumba.scenario.start.samples_file import check_samples_target, sample
+        from lienumba.scenario.start.samples_file import claimed_samples, sample
 
         target = output if output is not None else Path(scenario.stem + ".samples.csv")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
-        check_samples_target(target, overwrite)
-        console.print_warnings(resolved.warnings)
-        statistics = sample(resolved, labels, target)
+        with claimed_samples(target, overwrite) as own:
+            console.print_warnings(resolved.warnings)
+            statistics = sample(resolved, labels, own)
 
         from lienumba.present.terminal.samples import print_samples
 

@@ -1,5 +1,6 @@
 """The command that makes a scenario of a robot in another format."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -35,17 +36,18 @@ def import_(
     with console.exit_codes():
         from lienumba.importing import from_file
         from lienumba.scenario.base.arguments import parse_numbers
-        from lienumba.store.targets import CHOOSE, check_target
+        from lienumba.store.targets import CHOOSE, claimed
 
-        if output is not None:
-            remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-            check_target(output, "scenario", (".toml",), remedy)
-        system = from_file(
-            file, base=base, qpos=None if qpos is None else parse_numbers(qpos, "--qpos "), keyframe=keyframe,
-            keep_limits=keep_limits, strict=strict,
-        )  # fmt: skip
-        if output is not None:
-            system.write(output)
+        with ExitStack() as stack:
+            if output is not None:
+                remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
+                own = stack.enter_context(claimed(output, "scenario", (".toml",), remedy))
+            system = from_file(
+                file, base=base, qpos=None if qpos is None else parse_numbers(qpos, "--qpos "), keyframe=keyframe,
+                keep_limits=keep_limits, strict=strict,
+            )  # fmt: skip
+            if output is not None:
+                system.write(own)
         with console.unheard():
             typer.echo(system.summary(), err=output is None)
             typer.echo(system.to_toml() if output is None else f"wrote {output}; try: lienumba validate {output}")

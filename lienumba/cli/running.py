@@ -65,14 +65,12 @@ def run(
         from lienumba.engine.part import SweepPart
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
-        from lienumba.store.targets import check_dataset_target
 
         suffix = "" if part is None else SweepPart.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
-        check_dataset_target(target, overwrite, resume)
         if not quiet:
             console.print_warnings(resolved.warnings)
 
@@ -147,18 +145,19 @@ def replay(
     with console.exit_codes():
         from lienumba.engine.replay import again, warnings_of
         from lienumba.engine.select_run import select_run
-        from lienumba.store.files import read, write
-        from lienumba.store.targets import check_dataset_target
+        from lienumba.store.files import reading
+        from lienumba.store.outputs import write
+        from lienumba.store.targets import claimed_dataset
 
-        with read(file) as dataset:
-            choice = select_run(dataset, str(file), run, worst)
+        with reading(file) as (dataset, where):
+            choice = select_run(dataset, where, run, worst)
             target = output if output is not None else Path(f"{file.stem}.run{choice.run}.nc")
-            check_dataset_target(target, overwrite, resumable=False)
-            if not quiet:
-                console.print_warnings(warnings_of(dataset, str(file)))
-            with console.progress(quiet) as report:
-                done = again(dataset, str(file), choice.run, every, allow_code, report)
-        write(done.dataset, target)
+            with claimed_dataset(target, overwrite, resumable=False) as own:
+                if not quiet:
+                    console.print_warnings(warnings_of(dataset, where))
+                with console.progress(quiet) as report:
+                    done = again(dataset, where, choice.run, every, allow_code, report)
+                write(done.dataset, own)
         if not done.same:
             console.print_warnings([done.sentence])
         if not quiet:

@@ -1,5 +1,6 @@
 """Commands that show a dataset: plot, animate, report, analyse."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -33,10 +34,10 @@ def plot(
     """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
     with console.exit_codes():
         from lienumba.figures.plots import save
-        from lienumba.store.files import read
+        from lienumba.store.files import reading
 
         target = output if output is not None else Path(file.stem + ".png")
-        with read(file) as dataset:
+        with reading(file) as (dataset, _):
             save(dataset, target, variables or ())
         typer.echo(f"written to {target}")
 
@@ -70,29 +71,29 @@ def animate(
 ) -> None:
     """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres."""
     with console.exit_codes():
-        from lienumba.figures.animate import animate, check_film, runs_of
+        from lienumba.figures.animate import claimed_film, draw, runs_of
         from lienumba.scene import scene
-        from lienumba.store.files import read
+        from lienumba.store.files import reading
 
         target = output if output is not None else Path(file.stem + ".gif")
-        check_film(target)
-        with read(file) as dataset:
-            labels = runs_of(runs, worst)
-            with console.progress(quiet) as report:
-                seen = scene(
-                    dataset,
-                    str(file),
-                    count=1 if worst is None else 2,
-                    runs=labels,
-                    worst=worst,
-                    allow_code=allow_code,
-                    tell=report,
-                )
-            title = str(dataset.attrs.get("title", ""))
-        if not quiet:
-            console.print_warnings(list(seen.remarks))
-        with console.drawing(quiet) as frame:
-            animate(seen, target, title=title, fps=fps, duration=duration, progress=frame)
+        with claimed_film(target) as own:
+            with reading(file) as (dataset, where):
+                labels = runs_of(runs, worst)
+                with console.progress(quiet) as report:
+                    seen = scene(
+                        dataset,
+                        where,
+                        count=1 if worst is None else 2,
+                        runs=labels,
+                        worst=worst,
+                        allow_code=allow_code,
+                        tell=report,
+                    )
+                title = str(dataset.attrs.get("title", ""))
+            if not quiet:
+                console.print_warnings(list(seen.remarks))
+            with console.drawing(quiet) as frame:
+                draw(seen, own, title, fps, duration, frame)
         if not quiet:
             typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
 
@@ -145,15 +146,17 @@ def analyse(
         from lienumba.analysis.sensitivities import sensitivity_file
         from lienumba.analysis.sensitivities.sensitivity import sensitivity
         from lienumba.present.terminal.sensitivity import print_sensitivity
-        from lienumba.store.files import read
-        from lienumba.store.targets import CHOOSE, check_target
+        from lienumba.store.files import reading
+        from lienumba.store.targets import CHOOSE, claimed
 
-        if output is not None:
-            check_target(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
-        with read(file) as dataset:
-            found = sensitivity(dataset, outputs or (), time)
-        if output is not None:
-            sensitivity_file.save(found, output)
+        with ExitStack() as stack:
+            if output is not None:
+                claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
+                own = stack.enter_context(claim)
+            with reading(file) as (dataset, _):
+                found = sensitivity(dataset, outputs or (), time)
+            if output is not None:
+                sensitivity_file.save(found, own)
         with console.unheard():
             print_sensitivity(found)
             if output is not None:

@@ -5,12 +5,11 @@ at, not believed. More stored times move no step.
 """
 
 import os
-import tomllib
 import warnings
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from lienumba.scenario.base import timegrid
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.store.form import scenario_tables
 from lienumba.words import listed
 
 if TYPE_CHECKING:
@@ -86,25 +86,20 @@ def replay(
     ScenarioError
         Where the dataset has no such run, or brings code that may not run.
     """
-    from lienumba.store.files import read, write
-    from lienumba.store.targets import check_dataset_target
+    from lienumba.store.files import reading
+    from lienumba.store.outputs import write
+    from lienumba.store.targets import claimed_dataset
 
-    path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
-    if output is not None:
-        check_dataset_target(output, overwrite, resumable=False)
-    ds: Any = dataset if path is None else read(path)
-    where = "the dataset" if path is None else str(path)
-    try:
+    with ExitStack() as stack:
+        own = None if output is None else stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
+        ds, where = stack.enter_context(reading(dataset))
         with shown(progress) as tell:
             done = again(ds, where, run, every, allow_code, tell)
-    finally:
-        if path is not None:
-            ds.close()
-    for sentence in [*warnings_of(ds, where), *([] if done.same else [done.sentence])]:
-        warnings.warn(sentence, stacklevel=2)
-    if output is not None:
-        write(done.dataset, output)
-    return done.dataset
+        for sentence in [*warnings_of(ds, where), *([] if done.same else [done.sentence])]:
+            warnings.warn(sentence, stacklevel=2)
+        if own is not None:
+            write(done.dataset, own)
+        return done.dataset
 
 
 def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_code: bool, tell: "Tell") -> Replay:
@@ -114,8 +109,8 @@ def again(ds: "xr.Dataset", where: str, run: int, every: float | None, allow_cod
 
     check_run(ds, where, run)
     there = of_run(ds, run)
-    check_allowed(tomllib.loads(ds.attrs["scenario"]), where, "a replay", allow_code)
-    original = scenario_of(ds)
+    check_allowed(scenario_tables(ds, where), where, "a replay", allow_code)
+    original = scenario_of(ds, where)
     dense = _dense(original, every)
     dataset, kept = _simulated(dense, original, there, run, tell)
     one, other = common(there, of_run(kept, run))
@@ -134,9 +129,9 @@ def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:
     return [f"{where}: was written by lienumba {version}, and this is {__version__}, whose results may differ"]
 
 
-def scenario_of(ds: "xr.Dataset") -> Scenario:
+def scenario_of(ds: "xr.Dataset", where: str) -> Scenario:
     """The scenario of a dataset; code that comes with it has not run yet."""
-    return resolve(tomllib.loads(ds.attrs["scenario"]))
+    return resolve(scenario_tables(ds, where))
 
 
 def _dense(original: Scenario, every: float | None) -> Scenario:

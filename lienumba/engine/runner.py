@@ -1,11 +1,9 @@
 """From a scenario to its dataset: prepare, compile, run, label, write."""
 
 import os
-import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +15,8 @@ from lienumba.engine.progress import shown
 from lienumba.errors import ClusterError, ScenarioError
 from lienumba.scenario.base.arguments import check_labels
 from lienumba.scenario.resolve import Scenario, resolve
-from lienumba.scenario.start.prepare import check_initial, design, prepare
-from lienumba.store.files import WriteError
+from lienumba.scenario.start.prepare import Nominal, check_initial, design, prepare
+from lienumba.store.outputs import TakenError, WriteError
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -26,6 +24,7 @@ if TYPE_CHECKING:
 
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Compute, Progress, Runs, Tell
+    from lienumba.store.outputs import Output
     from lienumba.store.shards import Shards
 
 NOT_KEPT = "interrupted: no run is kept; name an output, so that an interrupted sweep can go on with resume=True"
@@ -94,8 +93,10 @@ def run(
         For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
-    from lienumba.store.files import folder_of, read, write
-    from lienumba.store.targets import check_dataset_target
+    from lienumba.store.files import read
+    from lienumba.store.outputs import write
+    from lienumba.store.shards import Shards
+    from lienumba.store.targets import claimed_dataset
 
     resolved = resolve(scenario, overrides=overrides, seed=seed)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
@@ -112,25 +113,25 @@ def run(
         _check_study(resume, dask)
     if dask is not None:
         connection.check_dask(dask, workers)
-    if output is not None:
-        check_dataset_target(output, overwrite, resume)
-    elif resume:
+    if output is None and resume:
         raise ScenarioError("resume = True: there is nothing to go on with; name the output of the interrupted sweep")
     workers = workers or usable_cores()
-    with shown(progress) as tell:
+    with ExitStack() as stack:
+        own = None if output is None else stack.enter_context(claimed_dataset(output, overwrite, resume))
+        tell = stack.enter_context(shown(progress))
         if resolved.plan is not None:
             dataset = study.run(resolved, labels, workers, tell)
             for sentence in study.doubts(dataset) if told else ():
                 warnings.warn(sentence, stacklevel=2)
-            if output is not None:
-                write(dataset, output)
-                shutil.rmtree(folder_of(Path(output)), ignore_errors=True)
+            if own is not None:
+                write(dataset, own)
+                Shards(own).remove()
             return dataset
-        with _computing(resolved, workers, dask) as compute:
-            if output is None:
-                return in_memory(resolved, runs_of(resolved, labels), compute, tell)
-            on_disk(resolved, labels, compute, tell, Path(output), resume, overwrite, workers)
-    return read(Path(output))
+        compute = stack.enter_context(_computing(resolved, workers, dask))
+        if own is None:
+            return in_memory(resolved, runs_of(resolved, labels), compute, tell)
+        on_disk(resolved, labels, compute, tell, own, resume, overwrite, workers)
+        return read(own.target)
 
 
 def check_workers(workers: int | None) -> None:
@@ -186,7 +187,7 @@ def on_disk(
     labels: Sequence[int],
     compute: "Compute",
     tell: "Tell",
-    target: Path,
+    output: "Output",
     resume: bool,
     overwrite: bool,
     threads: int,
@@ -201,13 +202,14 @@ def on_disk(
     from lienumba.store.shards import LABEL
     from lienumba.store.stream import Stream
 
-    with sweep_files(target, resolved, resume) as there:
+    results = Results(resolved, check_initial(resolved))
+    with sweep_files(output, results, resume) as there:
         shards, finished = there.shards, there.labels
         if shards.damaged:
             files = plural(len(shards.damaged), "file was", "files were")
-            warnings.warn(f"{shards.folder}: {files} damaged; their runs are simulated again", stacklevel=3)
-        runs = there.samples(runs_of(resolved, np.union1d(finished, labels).astype(np.int64).tolist()))
-        results = Results(resolved, runs.nominal)
+            warnings.warn(f"{shards.named}: {files} damaged; their runs are simulated again", stacklevel=3)
+        every = np.union1d(finished, labels).astype(np.int64).tolist()
+        runs = there.samples(runs_of(resolved, every, results.nominal))
         enough = stopping_of(resolved, results.numbers)
         enough.know(finished, there.column)
         missing = runs.part(~np.isin(runs.labels, finished) & enough.kept(runs.labels))
@@ -215,7 +217,7 @@ def on_disk(
         inputs, asked = list(runs.samples), len(runs.labels)
 
         def begin() -> Stream:  # not before the first steps, since it takes as long as thousands of them
-            return Stream(results.frame(inputs, asked), target, threads)
+            return Stream(results.frame(inputs, asked), output, threads)
 
         with background_writer(begin, results.labels(runs.labels)) as dataset, _kept(shards, asked):
             if len(missing.labels):
@@ -255,23 +257,25 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
             raise Interrupted("interrupted: no dataset was written") from None
         if not kept:
             raise
-        there = f"{kept} of {total} runs are kept in {shards.folder}; go on with --resume (in Python: resume=True)"
+        there = f"{kept} of {total} runs are kept in {shards.named}; go on with --resume (in Python: resume=True)"
         if isinstance(error, KeyboardInterrupt):
             raise Interrupted(f"interrupted: {there}") from None
         kind = ClusterError if isinstance(error, ClusterError) else MemoryError
         raise kind(f"{error}; {there}") from None
+    except TakenError:  # the dataset is whole
+        shards.remove()
+        raise
     except BaseException:
         with suppress(WriteError):
             shards.flush()
         raise
 
 
-def runs_of(resolved: Scenario, labels: Sequence[int]) -> "Runs":
-    """These runs, with their samples, where the scenario starts."""
+def runs_of(resolved: Scenario, labels: Sequence[int], nominal: Nominal | None = None) -> "Runs":
+    """These runs, with their samples, where the scenario starts, which may be known."""
     from lienumba.engine.simulate import Runs
 
-    nominal = check_initial(resolved)
-    return Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
+    return Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal or check_initial(resolved))
 
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:

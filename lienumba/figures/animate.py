@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +15,8 @@ from lienumba.figures.movies import GIF, MP4, ffmpeg, write_gif, write_mp4
 from lienumba.figures.picture import Picture
 from lienumba.figures.playing import FPS, film
 from lienumba.scenario.base.arguments import parse_ranges
-from lienumba.store.files import whole
-from lienumba.store.targets import check_target
+from lienumba.store.outputs import Output, whole
+from lienumba.store.targets import claimed
 
 if TYPE_CHECKING:
     from lienumba.scene import Scene
@@ -39,11 +39,13 @@ def runs_of(text: str | None, worst: str | None) -> list[int]:
     return list(dict.fromkeys(label for part in ranges for label in part))
 
 
-def check_film(target: Path) -> None:
-    """Refuse, before anything is drawn, a file that cannot be written."""
-    check_target(target, "animation or picture", FORMATS)
-    if target.suffix.lower() == MP4:
-        ffmpeg()
+@contextmanager
+def claimed_film(target: str | os.PathLike[str]) -> Iterator[Output]:
+    """Own a film, from before anything is drawn."""
+    with claimed(target, "animation or picture", FORMATS) as output:
+        if output.path.suffix.lower() == MP4:
+            ffmpeg()
+        yield output
 
 
 def animate(
@@ -72,15 +74,26 @@ def animate(
     progress : callable
         Told how many frames of how many are drawn.
     """
-    path = Path(target)
-    check_film(path)
+    with claimed_film(target) as output:
+        draw(scene, output, title, fps, duration, progress)
+
+
+def draw(
+    scene: Scene,
+    output: Output,
+    title: str,
+    fps: int,
+    duration: float | None,
+    progress: Callable[[int, int], None],
+) -> None:
+    """As `animate`, into a file that is owned already."""
     times = film(scene.runs, fps, duration)
-    kind = path.suffix.lower()
+    kind = output.path.suffix.lower()
     picture = Picture(scene, times, title, DPI.get(kind, canvas.DPI))
     if kind not in MOVIES:
-        canvas.save(picture.figure, path)
+        canvas.save(picture.figure, output)
         return
-    with whole(path) as partial:
+    with whole(output) as partial:
         MOVIES[kind](_frames(picture, progress), fps, partial)
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
 from lienumba.errors import ScenarioError
-from lienumba.store.files import whole
+from lienumba.store.outputs import Output, whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,10 +54,10 @@ def lines(text: str, width: float) -> str:
     return "\n".join(wrap(text, int(width / LETTER))).replace("$", r"\$")
 
 
-def save(drawn: Figure, target: Path) -> None:
+def save(drawn: Figure, output: Output) -> None:
     """Write a figure as PNG, SVG or PDF."""
     from matplotlib import rc_context
 
-    ending = target.suffix.lower()
-    with whole(target) as partial, rc_context({"svg.hashsalt": "lienumba"}):
+    ending = output.path.suffix.lower()
+    with whole(output) as partial, rc_context({"svg.hashsalt": "lienumba"}):
         drawn.savefig(partial, format=ending[1:], metadata=NAMELESS[ending])

@@ -24,9 +24,9 @@ from lienumba.analysis.panels.select_panels import (
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
-from lienumba.store.files import read
+from lienumba.store.files import reading
 from lienumba.store.study_layout import is_study
-from lienumba.store.targets import check_target
+from lienumba.store.targets import claimed
 from lienumba.words import plural, show, suggestion
 
 if TYPE_CHECKING:
@@ -49,16 +49,14 @@ def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[s
         One panel for each name.
     """
     wanted = [names] if isinstance(names, str) else names
-    if not isinstance(dataset, str | os.PathLike):
-        return _figure(dataset, wanted)
-    with read(Path(dataset)) as ds:
+    with reading(dataset) as (ds, _):
         return _figure(ds, wanted)
 
 
 def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
-    check_target(target, "figure", canvas.STILLS)
-    canvas.save(_figure(ds, names), target)
+    with claimed(target, "figure", canvas.STILLS) as output:
+        canvas.save(_figure(ds, names), output)
 
 
 def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:

@@ -12,6 +12,7 @@ from lienumba.scenario.base.toml import pairs
 from lienumba.scenario.meshes.files import write_stl
 from lienumba.scenario.meshes.packing import unpacked
 from lienumba.scenario.system import System
+from lienumba.store.outputs import Output, whole
 from lienumba.words import plural
 
 WIDTH = 110
@@ -51,22 +52,23 @@ class Imported(System):
         super().__init__()
         self._data, self.notes, self.origin, self.licence = data, tuple(notes), origin, licence
 
-    def write(self, path: str | Path) -> None:
+    def write(self, path: str | Path | Output) -> None:
         """Write the scenario, and its meshes into a folder beside it.
 
         Parameters
         ----------
         path : path
-            The TOML file; meshes go to a folder of its name with "_meshes".
+            The TOML file, replaced if it exists; meshes go to a folder of its name with "_meshes".
         """
-        target = Path(path)
+        target = path.path if isinstance(path, Output) else Path(path)
         data = self.to_dict()
         for shape in _shapes(data["model"]):
             if "data" in shape:
                 name = f"{target.stem}_meshes/{shape['file']}"
                 write_stl(target.parent / name, *unpacked(shape.pop("data")))
                 shape["file"] = name
-        target.write_text(self._text(data), encoding="utf-8")
+        with whole(path) as partial:
+            partial.write_text(self._text(data), encoding="utf-8")
 
     def to_toml(self) -> str:
         """The scenario as the text of a TOML file, with its meshes in it.

@@ -32,9 +32,9 @@ def _either(file: Path, of_dataset: Callable[["xr.Dataset"], str], of_scenario: 
     if file.is_file():
         with file.open("rb") as stream:
             if stream.read(8).startswith(NETCDF_STARTS):
-                from lienumba.store.files import read
+                from lienumba.store.files import reading
 
-                with read(file) as dataset:
+                with reading(file) as (dataset, _):
                     return of_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -34,9 +34,13 @@ from lienumba.scenario.reading.start_file import read_in
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.study_points import Plan, plan_of
+from lienumba.store.form import damaged, scenario_tables
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import plural
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FIRST = ("name", "type")  # keys that head a table
 
@@ -205,6 +209,24 @@ def resolve(
     added = {problem: point.place for point in plan.points for problem in point.scenario.warnings}
     told = [problem.inside(place) for problem, place in added.items() if problem not in scenario.warnings]
     return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
+
+
+def written_tables(ds: "xr.Dataset", where: str) -> Keys:
+    """The scenario that a dataset brings, as tables of the shape that one has; none if it brings none, and no code of
+    it runs. where: what the dataset is called."""
+    found = scenario_tables(ds, where)
+    if found:
+        try:
+            raw = load({key: x for key, x in found.items() if key != "study"})  # whose reference may be gone
+            _, wrong = take(raw)
+            ScenarioData.model_validate(raw)
+        except ValidationError as error:
+            wrong = messages.problems(error, raw)
+        except ScenarioError as error:
+            wrong = list(error.problems)
+        if wrong:
+            raise damaged(where, f"its attribute scenario is none: {wrong[0]}")
+    return copy.deepcopy(found)
 
 
 def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()) -> Scenario:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from lienumba.batch.statuses import GOOD
+from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
 from lienumba.engine.select_run import check_run, worst
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import Body
@@ -19,6 +19,7 @@ from lienumba.sweep.design import NOMINAL_RUN
 POSE = ("position", "rotation")
 LAST = ("last_position", "last_rotation")
 NOMINAL = "nominal"
+NAMES = {status.code: status.name for status in STATUSES}
 
 
 @dataclass(frozen=True)
@@ -76,10 +77,8 @@ def _status(ds: "xr.Dataset", run: int) -> str:
     """How a run ended, if that is worth a word."""
     if run == NOMINAL_RUN:
         return NOMINAL
-    status = ds["status"]
-    names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
-    code = int(status.sel(run=run))
-    return "" if code == 0 else f"{names[code]} at {float(ds['end_time'].sel(run=run)):.4g} s".replace("_", " ")
+    code = int(ds["status"].sel(run=run))
+    return "" if code == SUCCESS else f"{NAMES[code]} at {float(ds['end_time'].sel(run=run)):.4g} s".replace("_", " ")
 
 
 def _usual(ds: "xr.Dataset", which: np.ndarray) -> ShownRun | None:

@@ -17,7 +17,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, ShownRun, has_bodies, shown_runs
 from lienumba.scene.solids import SHAPES
-from lienumba.store.files import check_whole
+from lienumba.store.form import check_form
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -150,13 +150,13 @@ def scene(
     ScenarioError
         Where the dataset has no such runs, or nothing that could be drawn.
     """
-    check_whole(ds, where, ("status", "end_time"))
+    check_form(ds, where, ("status", "end_time"))
     if is_study(ds):
         raise ScenarioError(
             f"{where}: is of a study, which has many settings for each run; run the scenario with those of the point "
             "(--set) and without [study], and look at that"
         )
-    scenario = scenario_of(ds)
+    scenario = scenario_of(ds, where)
     found = shown_runs(ds, scenario, where, count, runs=runs, name=worst)
     if not found:
         raise ScenarioError(f"{where}: no run has moved, so there is nothing to see; lienumba info says why")

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
-import shutil
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.store.deflate import checksum
-from lienumba.store.files import WriteError, folder_of, settle, to_disk
+from lienumba.store.outputs import LostError, Output, WriteError, folder_of, room, stamp_of, to_disk
+from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
     from lienumba.store.stream import Source
@@ -38,15 +40,31 @@ class Shard:
 
     def __init__(self, path: Path, labels: np.ndarray, dtype: np.dtype[np.void], offset: int) -> None:
         self.path, self.labels, self.dtype, self.offset = path, labels, dtype, offset
+        self.stamp = stamp_of(path)
 
     def read(self, part: slice) -> Any:
         first = self.offset + part.start * self.dtype.itemsize
-        return np.fromfile(self.path, self.dtype, part.stop - part.start, offset=first)
+        with self._as_it_was():
+            return np.fromfile(self.path, self.dtype, part.stop - part.start, offset=first)
 
     def column(self, name: str) -> np.ndarray:
         """One field of all records, and no more of the file than that."""
-        records = np.memmap(self.path, self.dtype, "r", self.offset, len(self.labels))
-        return np.array(records[name])
+        with self._as_it_was():
+            records = np.memmap(self.path, self.dtype, "r", self.offset, len(self.labels))
+            return np.array(records[name])
+
+    @contextmanager
+    def _as_it_was(self) -> Iterator[None]:
+        """While it is read, a file that nobody has touched since it was written or checked."""
+        try:
+            if stamp_of(self.path) != self.stamp:
+                raise OSError
+            yield
+        except (OSError, ValueError):
+            raise LostError(
+                f"{self.path}: has been removed or changed while the sweep was running; its runs are lost, others are "
+                "not: go on with --resume, which simulates them again"
+            ) from None
 
 
 class InMemory:
@@ -63,48 +81,53 @@ class InMemory:
 
 
 class Shards:
-    """The folder of a sweep; `damaged`: names of shards that were not what they should be, and have been removed."""
+    """The folder of a sweep whose dataset this process owns; `damaged`: names of shards that were not what they should
+    be, and have been removed."""
 
-    def __init__(self, target: Path) -> None:
-        self.folder = folder_of(target)
+    def __init__(self, output: Output) -> None:
+        self.folder, self.named = output.folder, folder_of(output.path)
         self.tables: dict[str, list[Shard | InMemory]] = {}
         self.pending: dict[str, list[np.ndarray]] = {}
         self.bytes, self.since = 0, time.monotonic()
         self.damaged: list[str] = []
         self.manifest: Json = {}
-        self._lock: TextIO | None = None
+        self._begun = False  # whether all that is in the folder is of this sweep
 
     @property
     def exists(self) -> bool:
         return (self.folder / MANIFEST).is_file()
 
     def load(self) -> Json:
-        """The manifest of a folder that exists; its shards are taken over, those that are damaged are removed."""
-        self._acquire()
+        """The manifest of a folder that exists."""
+        path = self.folder / MANIFEST
         try:
-            manifest: Json = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
+            manifest = json.loads(path.read_text(encoding="utf-8"))
+            if not isinstance(manifest, dict) or not isinstance(manifest.get("scenario"), str):
+                raise ValueError("it does not say of which sweep it is")
+        except (OSError, ValueError, RecursionError) as error:
             raise ScenarioError(
-                f"{self.folder / MANIFEST} cannot be read ({error}); remove the folder, or start again with --overwrite"
+                f"{self.named / MANIFEST} cannot be read ({error}); remove the folder, or start again with --overwrite"
             ) from None
+        self.manifest, self._begun = manifest, True
+        return manifest
+
+    def take_over(self, dtypes: Mapping[str, np.dtype[Any]]) -> None:
+        """Go on with the shards that are there; those that are not sound tables of these types are removed."""
         for path in sorted(self.folder.iterdir()):
             match = NAME.fullmatch(path.name)
-            if path.suffix == ".partial":
-                path.unlink()
-            elif match is not None:
-                shard = _sound(path, match["sum"])
-                if shard is None:
-                    self.damaged.append(path.name)
-                    path.unlink()
-                else:
-                    self.tables.setdefault(match["table"], []).append(shard)
-        return manifest
+            if match is None:
+                if path.suffix == ".partial":
+                    _remove(path)
+            elif (shard := _sound(path, match["sum"], dtypes.get(match["table"]))) is None:
+                self.damaged.append(path.name)
+                _remove(path)
+            else:
+                self.tables.setdefault(match["table"], []).append(shard)
 
     def begin(self, manifest: Json, fresh: bool) -> None:
         """What the sweep is, which is written with the first shard; fresh: nothing of what is there is kept."""
         self.manifest = manifest
-        if fresh and self.folder.exists():
-            self._acquire()
+        if fresh:
             self._clear()
 
     def labels(self) -> np.ndarray:
@@ -129,20 +152,21 @@ class Shards:
     def flush(self) -> None:
         """Write what is not yet on the disk."""
         try:
-            if self.pending and not self.exists:
+            if self.pending and not (self._begun and self.exists):
+                if not self._begun:
+                    self._clear()
                 self.folder.mkdir(exist_ok=True)
                 to_disk(self.folder.parent)
-                self._acquire()
-                self._clear()
                 self._write(self.folder / MANIFEST, [json.dumps(self.manifest, indent=1).encode()])
+                self._begun = True
             for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
                 parts = sorted(self.pending[table], key=lambda part: int(part[LABEL][0]))
                 self.tables.setdefault(table, []).append(self._save(table, parts))
         except OSError as error:
-            free = shutil.disk_usage(self.folder.parent).free
+            parent = self.folder.parent
             raise WriteError(
-                f"{self.folder}: could not be written ({error.strerror}): {self.folder.parent} has {free / 1e6:.1f} MB "
-                "free; make room there and go on with --resume, which needs what is in this folder"
+                f"{self.named}: could not be written ({error.strerror}): {parent} has {room(parent)} free; make room "
+                "there and go on with --resume, which needs what is in this folder"
             ) from error
         self.pending, self.bytes, self.since = {}, 0, time.monotonic()
 
@@ -152,21 +176,18 @@ class Shards:
 
     def remove(self) -> None:
         """The dataset is safe: the folder has done its work."""
-        if self.folder.is_dir():
-            self._clear()
-            shutil.rmtree(self.folder)
-        self.close()
+        self.pending, self.bytes = {}, 0
+        self._clear()
 
     def _clear(self) -> None:
-        """Remove all shards, and then what says of which sweep they are: none may be taken for those of another."""
-        for path in self.folder.glob("*.npy"):
-            path.unlink()
-        (self.folder / MANIFEST).unlink(missing_ok=True)
-
-    def close(self) -> None:
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
+        """Remove what sweeps leave here, and nothing else: no link is followed, and no file of somebody else goes."""
+        if self.folder.is_symlink() or not self.folder.is_dir():
+            return
+        own = [path for path in self.folder.iterdir() if NAME.fullmatch(path.name) or path.suffix == ".partial"]
+        for path in [*own, self.folder / MANIFEST]:  # that last: it says of which sweep the others are
+            _remove(path)
+        with suppress(OSError):
+            self.folder.rmdir()
 
     def _save(self, table: str, parts: Sequence[np.ndarray]) -> Shard:
         labels, dtype = np.concatenate([part[LABEL] for part in parts]), parts[0].dtype
@@ -189,28 +210,12 @@ class Shards:
             with partial.open("wb", buffering=0) as file:
                 for piece in content:
                     _write_all(file, piece)
-            settle(partial, path)
+            to_disk(partial)
+            os.replace(partial, path)
+            to_disk(path.parent)
         except OSError:
             partial.unlink(missing_ok=True)
             raise
-
-    def _acquire(self) -> None:
-        """Nobody else may write here; the system lets go of the lock when this process ends, however it ends."""
-        try:
-            import fcntl
-        except ImportError:  # not on Windows
-            return
-        if self._lock is not None:
-            return
-        lock = (self.folder / "lock").open("w")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            lock.close()
-            raise ScenarioError(
-                f"{self.folder}: another process is writing this sweep; wait until it is done, or choose another output"
-            ) from None
-        self._lock = lock
 
 
 def labels_of(sources: Sequence[Source]) -> np.ndarray:
@@ -234,13 +239,24 @@ def _write_all(file: io.FileIO, content: bytes | memoryview) -> None:
         rest = rest[file.write(rest) :]
 
 
-def _sound(path: Path, expected: str) -> Shard | None:
-    """A shard; None if it is damaged."""
+def _sound(path: Path, expected: str, dtype: np.dtype[Any] | None) -> Shard | None:
+    """A shard of records of this type; None if it is damaged, or something else."""
     try:
         content = np.fromfile(path, np.uint8)
         if f"{checksum(content.data):08x}" != expected:
             return None
         records = np.load(path, mmap_mode="r", allow_pickle=False)
-        return Shard(path, records[LABEL].copy(), records.dtype, records.offset)
-    except (OSError, ValueError, KeyError, IndexError):
+        if records.dtype != dtype or records.ndim != 1:
+            return None
+        labels = records[LABEL].copy()
+        if not len(labels) or labels.min() < NOMINAL_RUN or len(np.unique(labels)) != len(labels):
+            return None
+        return Shard(path, labels, records.dtype, records.offset)
+    except (OSError, ValueError, KeyError, IndexError, SyntaxError):
         return None
+
+
+def _remove(path: Path) -> None:
+    """A file, or a link, not what this leads to."""
+    with suppress(FileNotFoundError, IsADirectoryError, PermissionError):
+        path.unlink()

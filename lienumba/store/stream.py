@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from lienumba.store.columns import Column, Columns
-from lienumba.store.files import NETCDF, WriteError, discard, partial_of, settle
+from lienumba.store.files import NETCDF
 from lienumba.store.layout import FULL, RUN
+from lienumba.store.outputs import Output, discard
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,14 +62,13 @@ def slices(labels: np.ndarray, sources: Sequence[Source]) -> list[SourceSlice]:
 
 
 class Stream:
-    """A dataset on its way to the disk, which bears its name only when all of it is there, as with `files.write`.
+    """A dataset on its way to the disk, which bears its name only when all of it is there, as with `outputs.write`.
 
     frame: the dataset without any run; threads: that compress.
     """
 
-    def __init__(self, frame: xr.Dataset, path: str | os.PathLike[str], threads: int) -> None:
-        self.path, self.target = path, Path(path).resolve()
-        self.partial = partial_of(self.target)
+    def __init__(self, frame: xr.Dataset, output: Output, threads: int) -> None:
+        self.output, self.partial = output, output.partial()
         self.file: Any = None
         self.columns: Columns | None = None
         with self._whole_or_nothing(), self._safely():
@@ -106,7 +103,7 @@ class Stream:
             self.columns.end()
             self.columns.close()
             self.file.close()
-            settle(self.partial, self.target)
+            self.output.settle(self.partial)
 
     def discard(self) -> None:
         """Leave nothing of a dataset that is not whole."""
@@ -132,12 +129,7 @@ class Stream:
                 yield
         except (OSError, RuntimeError) as error:  # some of HDF5's errors are RuntimeErrors
             self.discard()
-            folder = self.target.parent
-            free = shutil.disk_usage(folder).free if folder.is_dir() else 0
-            raise WriteError(
-                f"output = {self.path}: could not be written ({error}): {folder} has {free / 1e6:.1f} MB free; make "
-                "room there, choose another folder, or store fewer times or variables"
-            ) from error
+            raise self.output.failed(error) from error
 
 
 def _names(records: Records) -> Iterable[str]:

@@ -3,33 +3,38 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from lienumba.errors import ScenarioError
-from lienumba.store.files import folder_of, partial_of
-from lienumba.words import listed
+from lienumba.store.outputs import AnyPath, Output, folder_of, owned
+from lienumba.words import listed, printable
 
 CHOOSE = "choose another name"
 DATASET_STARTS = (b"\x89HDF", b"CDF")
 
 
 def check_target(
-    path: str | os.PathLike[str],
+    path: AnyPath,
     what: str,
     endings: Sequence[str] = (),
     existing: str = "",
     replaceable: Sequence[bytes] = (),
 ) -> None:
-    """Refuse a file that is to be `what` and could not be written, or must not be replaced.
+    """Refuse a file that is to be `what` and has no place, or must not be replaced.
 
     endings: of which its name must have one, if it matters; existing: the remedy where the file exists and must not be
     replaced; replaceable: with which of these a file begins that may be, if not any.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise ScenarioError(f"output = {path!r}: is no path; give the name of a file")
     target = Path(path)
     folder = target.parent
     try:
         target.stat()
+    except ValueError:  # of Python: no file can have such a name
+        raise ScenarioError(f"output = {printable(str(target))}: cannot be; {CHOOSE}") from None
     except (FileNotFoundError, NotADirectoryError):  # which is told below
         pass
     except OSError as error:
@@ -49,31 +54,57 @@ def check_target(
         raise ScenarioError(f"output = {target}: exists already; {existing}")
     if target.exists() and replaceable and not _begins(target, replaceable):
         raise ScenarioError(f"output = {target}: is a file of another kind, no {what} to be replaced; {CHOOSE}")
-    probe = partial_of(target.resolve())
-    try:
-        probe.open("xb").close()  # asking for permissions is not enough: root has them all, on a read-only disk too
-        probe.unlink()
-    except OSError as error:
-        raise ScenarioError(
-            f"output = {target}: cannot be written to {folder} ({error.strerror});"
-            " change its permissions or choose another folder"
-        ) from error
 
 
-def check_dataset_target(
-    path: str | os.PathLike[str], overwrite: bool, resume: bool = False, resumable: bool = True
-) -> None:
-    """Refuse what could not be written or must not be replaced as a dataset; resumable: whether runs can be added."""
+@contextmanager
+def claimed(
+    path: AnyPath,
+    what: str,
+    endings: Sequence[str] = (),
+    existing: str = "",
+    replaceable: Sequence[bytes] = (),
+) -> Iterator[Output]:
+    """Own a file that is to be `what`, from now on; a ScenarioError as `check_target`, and where another owns it."""
+    check_target(path, what, endings, existing, replaceable)
+    with ExitStack() as stack:
+        try:  # asking for permissions is not enough: root has them all, on a read-only disk too
+            output = stack.enter_context(owned(path))
+        except OSError as error:
+            raise ScenarioError(
+                f"output = {path}: cannot be written to {Path(path).parent} ({error.strerror});"
+                " change its permissions or choose another folder"
+            ) from error
+        check_target(path, what, endings, existing, replaceable)  # whoever had it may just have written it
+        yield output
+
+
+@contextmanager
+def claimed_dataset(path: AnyPath, overwrite: bool, resume: bool = False, resumable: bool = True) -> Iterator[Output]:
+    """Own a dataset that is to be written, from now on; resumable: whether runs can be added."""
     if overwrite and resume:
         raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
     others = ", replace it with --overwrite, or add runs to it with --resume"
     remedy = CHOOSE + (others if resumable else ", or replace it with --overwrite")
-    check_target(path, "dataset", (), "" if overwrite or resume else remedy, DATASET_STARTS)
-    shards = folder_of(Path(path))
-    if shards.exists() and not (overwrite or resume):
+    with claimed(path, "dataset", (), "" if overwrite or resume else remedy, DATASET_STARTS) as output:
+        _check_folder(output, overwrite or resume)
+        yield output
+
+
+def _check_folder(output: Output, replaceable: bool) -> None:
+    """Of runs that an interrupted sweep has left."""
+    named = folder_of(output.path)
+    if output.folder.is_symlink() or (output.folder.exists() and not output.folder.is_dir()):
+        raise ScenarioError(f"output = {output.path}: {named} is no folder; remove it, or choose another name")
+    try:
+        left = not replaceable and output.folder.is_dir() and any(output.folder.iterdir())
+    except OSError as error:
         raise ScenarioError(
-            f"output = {path}: an interrupted sweep has left its runs in {shards}; go on with --resume, or start again "
-            "with --overwrite"
+            f"output = {output.path}: {named} cannot be read ({error.strerror}); remove it, or choose another name"
+        ) from None
+    if left:
+        raise ScenarioError(
+            f"output = {output.path}: an interrupted sweep has left its runs in {named}; go on with --resume, or start "
+            "again with --overwrite"
         )
 
 

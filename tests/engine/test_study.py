@@ -7,7 +7,7 @@ import xarray as xr
 import lienumba
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_errors import distance
-from lienumba.store.files import write
+from lienumba.store.outputs import write
 from tests.rigs.studies import BALL, EXACT, SAMPLED, VARIED, ball, top
 
 STEPS = {"integrator.step": [0.02, 0.01]}

@@ -16,7 +16,7 @@ from lienumba.cli import app
 from lienumba.groups import so3
 from lienumba.scene import scene
 from lienumba.scene.solids import equivalent
-from lienumba.store.files import write
+from lienumba.store.outputs import write
 from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba.cli import app
 from lienumba.figures import figure
-from lienumba.store.files import write
+from lienumba.store.outputs import write
 from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
@@ -154,7 +154,7 @@ def test_anything_by_its_name(runs):
             lienumba.ScenarioError, match=r'^no run of the dataset succeeded; draw how they .* "status", or an'
         ):
             figure(failed, ["energy"])
-        with pytest.raises(lienumba.ScenarioError, match=r"^the dataset has no run; select at least one$"):
+        with pytest.raises(lienumba.ScenarioError, match=r"^the dataset: has no run; select at least one$"):
             figure(ds.isel(run=[]))
         drawn = figure(failed)
         assert [title for title, *_ in shown(drawn)] == ["status", "sampled bodies.top.mass"]

@@ -11,7 +11,7 @@ import pytest
 
 import lienumba
 from lienumba.store import shards
-from lienumba.store.files import WriteError
+from lienumba.store.outputs import WriteError
 from tests.rigs.disturbed import assert_same_data, sweep
 from tests.rigs.places import ROOT
 
@@ -84,7 +84,7 @@ shards.PAUSE = 0.0
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
 try:
     lienumba.run(data(), workers=2, output={str(tmp_path / "out.nc")!r})
-except lienumba.store.files.WriteError as error:
+except lienumba.store.outputs.WriteError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from lienumba.batch.statuses import STATUSES
-from lienumba.store.files import write
 from lienumba.store.layout import VARIABLES
+from lienumba.store.outputs import write
 from tests.store.store_example import INPUTS, TIMES, example
 
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import lienumba
-from lienumba.store.files import write
+from lienumba.store.outputs import write
 from lienumba.store.provenance import attributes
 from tests.store.store_example import example
 

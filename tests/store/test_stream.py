@@ -13,8 +13,8 @@ import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.store import deflate
-from lienumba.store.files import write
 from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.outputs import Output, write
 from lienumba.store.stream import SourceSlice, Stream
 from tests.store.store_example import INPUTS, example
 
@@ -45,7 +45,7 @@ class Columns:
 
 
 def streamed(ds: Any, path: Path, bounds: list[int]) -> Path:
-    stream = Stream(example(runs=0, total=ds.sizes["run"], **SHAPE), path, 2)
+    stream = Stream(example(runs=0, total=ds.sizes["run"], **SHAPE), Output(path), 2)
     told: list[int] = []
     for first, last in pairwise(bounds):
         stream.put("run", [SourceSlice(Columns(ds), slice(first, last))], told.append, first)
@@ -124,7 +124,7 @@ def test_what_fails_on_the_way_leaves_nothing(tmp_path: Path, monkeypatch: pytes
         raise MemoryError
 
     monkeypatch.setattr("lienumba.store.columns.deflated", no_memory)
-    stream = Stream(example(runs=0, total=25, **SHAPE), tmp_path / "out.nc", 2)
+    stream = Stream(example(runs=0, total=25, **SHAPE), Output(tmp_path / "out.nc"), 2)
 
     def written() -> None:
         stream.put("run", [SourceSlice(Columns(example(runs=25, **SHAPE)), slice(0, 25))], lambda runs: None)

@@ -7,16 +7,23 @@ from pathlib import Path
 import pytest
 
 from lienumba.errors import ScenarioError
-from lienumba.store.targets import check_dataset_target, check_target
+from lienumba.store.targets import check_target, claimed_dataset
+
+
+def claim(path: object, overwrite: bool) -> None:
+    """Own a dataset for a moment."""
+    with claimed_dataset(path, overwrite):  # type: ignore[arg-type]
+        pass
+
 
 IS_ROOT = os.geteuid() == 0
 NOBODY = 65534
 
 
 def test_a_good_target_passes_and_leaves_nothing(tmp_path, monkeypatch):
-    check_dataset_target(tmp_path / "out.nc", overwrite=False)
+    claim(tmp_path / "out.nc", overwrite=False)
     monkeypatch.chdir(tmp_path)
-    check_dataset_target("out.nc", overwrite=False)
+    claim("out.nc", overwrite=False)
     assert not list(tmp_path.iterdir())
 
 
@@ -24,8 +31,8 @@ def test_an_existing_file_needs_overwrite(tmp_path):
     path = tmp_path / "out.nc"
     path.write_bytes(b"\x89HDF old")
     with pytest.raises(ScenarioError, match=r"out\.nc: exists already; .*--overwrite"):
-        check_dataset_target(path, overwrite=False)
-    check_dataset_target(path, overwrite=True)
+        claim(path, overwrite=False)
+    claim(path, overwrite=True)
     assert path.read_bytes() == b"\x89HDF old"
 
 
@@ -33,9 +40,9 @@ def test_only_datasets_are_overwritten(tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text("title = 'dear to me'")
     with pytest.raises(ScenarioError, match=r"scenario\.toml: is a file of another kind, .*; choose another name"):
-        check_dataset_target(path, overwrite=True)
+        claim(path, overwrite=True)
     path.write_text("")
-    check_dataset_target(path, overwrite=True)
+    claim(path, overwrite=True)
 
 
 def test_missing_folders_and_wrong_kinds_are_named(tmp_path):
@@ -50,14 +57,14 @@ def test_missing_folders_and_wrong_kinds_are_named(tmp_path):
     }
     for path, message in cases.items():
         with pytest.raises(ScenarioError, match=message) as caught:
-            check_dataset_target(path, overwrite=True)
+            claim(path, overwrite=True)
         assert f"output = {path}: " in str(caught.value)
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder that not even root can write to")
 def test_a_folder_that_not_even_root_can_write_to():
     with pytest.raises(ScenarioError, match=r"cannot be written to /proc \(.*\); .*another folder"):
-        check_dataset_target("/proc/out.nc", overwrite=False)
+        claim("/proc/out.nc", overwrite=False)
 
 
 def test_a_folder_without_write_permission(tmp_path):
@@ -69,7 +76,7 @@ def test_a_folder_without_write_permission(tmp_path):
 
     def check():
         try:
-            check_dataset_target(folder / "out.nc", overwrite=False)
+            claim(folder / "out.nc", overwrite=False)
         except ScenarioError as error:
             problems.append(str(error))
 
@@ -95,7 +102,7 @@ def test_a_folder_without_write_permission(tmp_path):
 def test_a_read_only_disk(tmp_path, small_disk):
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
     with pytest.raises(ScenarioError, match="Read-only file system"):
-        check_dataset_target(small_disk / "out.nc", overwrite=False)
+        claim(small_disk / "out.nc", overwrite=False)
 
 
 def test_names_say_what_a_file_is(tmp_path):

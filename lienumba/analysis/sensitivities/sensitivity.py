@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -16,6 +15,7 @@ from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks,
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
+from lienumba.store.form import scenario_tables
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
@@ -87,7 +87,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
         indices as a whole. The attribute `notes` says what has been left out.
     """
     samples = _samples(ds)
-    sweep = tomllib.loads(str(ds.attrs.get("scenario", ""))).get("sweep", {})
+    sweep = scenario_tables(ds, "the dataset").get("sweep", {})
     sampled = ds["run"].values >= 0
     inputs, notes = _varying(samples, sampled)
     runs, rows, of_plan = _plan(ds["run"].values, sweep, samples)

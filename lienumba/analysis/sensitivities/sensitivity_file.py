@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import xarray as xr
 
-from lienumba.store import files
+from lienumba.store.outputs import Output, whole, write
 
 ENDINGS = (".csv", ".nc")
 
 
-def save(found: xr.Dataset, target: Path) -> None:
+def save(found: xr.Dataset, output: Output) -> None:
     """Write what `sensitivity` found."""
-    if target.suffix.lower() == ".nc":
-        files.write(found, target)
+    if output.path.suffix.lower() == ".nc":
+        write(found, output)
         return
-    with files.whole(target) as partial:
+    with whole(output) as partial:
         found.drop_vars("output_long_name").to_dataframe().reset_index().to_csv(partial, index=False)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from lienumba.store.files import WriteError
+from lienumba.store.outputs import LostError, TakenError, WriteError
 from lienumba.store.stream import Source, Stream, slices
 
 Sources = dict[str, list[Source]]  # of each table
@@ -41,6 +41,8 @@ class BackgroundWriter:
             self._write(len(labels["run"]), sources, tell)
             assert self.stream is not None
             self.stream.finish({**labels, **columns}, attributes)
+        except (LostError, TakenError):
+            raise
         except WriteError as error:
             raise WriteError(f"{error}; no run is lost, go on with --resume") from None
 

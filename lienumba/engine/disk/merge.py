@@ -2,8 +2,6 @@
 
 import glob
 import os
-import shutil
-import tomllib
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,14 +20,16 @@ from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Tell
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed
-from lienumba.scenario.base.toml import Tables
-from lienumba.scenario.resolve import resolve
+from lienumba.scenario.base.toml import Keys, table_in
+from lienumba.scenario.resolve import resolve, written_tables
 from lienumba.scenario.start.prepare import check_initial
-from lienumba.store.files import folder_of, read
+from lienumba.store.files import read
 from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.outputs import Output
+from lienumba.store.shards import Shards
 from lienumba.store.stream import Stream, slices
 from lienumba.store.study_layout import is_study
-from lienumba.store.targets import check_dataset_target
+from lienumba.store.targets import claimed_dataset
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -88,19 +88,18 @@ def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: 
     paths = _paths(files)
     if any(path.resolve() == target.resolve() for path in paths):
         raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
-    check_dataset_target(target, overwrite)
-    parts = [PartialDataset.of(path) for path in paths]
-    _check(parts)
-    check_allowed(tomllib.loads(parts[0].attributes["scenario"]), str(parts[0].path), "merging", allow_code)
-    if folder_of(target).exists():
-        shutil.rmtree(folder_of(target))
-    _write(parts, target, tell)
-    return read(target)
+    with claimed_dataset(target, overwrite) as output:
+        parts = [PartialDataset.of(path) for path in paths]
+        _check(parts)
+        check_allowed(parts[0].scenario, str(parts[0].path), "merging", allow_code)
+        _write(parts, output, tell)
+        Shards(output).remove()
+        return read(output.target)
 
 
 def gaps(dataset: "xr.Dataset") -> list[str]:
     """A sentence about runs of the sweep that a dataset does not have."""
-    sweep = _sweep(dataset.attrs)
+    sweep = _sweep(written_tables(dataset, "the dataset"))
     total = sweep["runs"]
     missing = np.setdiff1d(np.arange(-1 if sweep["nominal"] else 0, total), dataset["run"].values)
     if not len(missing):
@@ -117,17 +116,24 @@ class PartialDataset:
 
     path: Path
     attributes: dict[str, Any]
+    scenario: Keys
     labels: dict[str, np.ndarray]
     inputs: dict[str, np.ndarray]
+
+    @property
+    def sweep(self) -> dict[str, Any]:
+        """The section of the sweep that it is of."""
+        return _sweep(self.scenario)
 
     @classmethod
     def of(cls, path: Path) -> "PartialDataset":
         with read(path) as dataset:  # which refuses what is none
             if is_study(dataset):
                 raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
+            scenario = written_tables(dataset, str(path))
         file = Finished(path)
         try:
-            return cls(path, file.attributes, {dim: x.labels for dim, x in file.tables.items()}, file.inputs)
+            return cls(path, file.attributes, scenario, {dim: x.labels for dim, x in file.tables.items()}, file.inputs)
         finally:
             file.close()
 
@@ -189,7 +195,7 @@ def _check(parts: Sequence[PartialDataset]) -> None:
             f"{first.path}: was made by lienumba {first.attributes['lienumba_version']}, but this is {__version__}; "
             "merge with that version"
         )
-    if "stop" in _sweep(first.attributes):
+    if "stop" in first.sweep:
         raise ScenarioError(
             f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
             "lienumba run --resume"
@@ -207,15 +213,15 @@ def _check(parts: Sequence[PartialDataset]) -> None:
         raise ScenarioError(f"{parts[a].path} and {parts[b].path} both have {_named(both)}; leave one of them out")
 
 
-def _write(parts: Sequence[PartialDataset], target: Path, tell: Tell) -> None:
+def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
     """Write the dataset of all their runs."""
-    whole = max(parts, key=lambda part: int(_sweep(part.attributes)["runs"]))
-    resolved = resolve(tomllib.loads(whole.attributes["scenario"]))
+    whole = max(parts, key=lambda part: int(part.sweep["runs"]))
+    resolved = resolve(whole.scenario)
     labels = np.concatenate([part.labels["run"] for part in parts])
     order = np.argsort(labels)
     samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
     results = Results(resolved, check_initial(resolved))
-    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), target, usable_cores())
+    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), output, usable_cores())
     try:
         columns = results.labels(labels[order])
         for dim, own in columns.items():
@@ -232,10 +238,8 @@ def _tell(tell: Tell, total: int, done: int) -> None:
     tell(Progress("write", done, total, 0))
 
 
-def _sweep(attributes: Tables) -> dict[str, Any]:
-    """The section of the sweep that a dataset is of."""
-    sweep: dict[str, Any] = tomllib.loads(attributes["scenario"])["sweep"]
-    return sweep
+def _sweep(scenario: Keys) -> dict[str, Any]:
+    return {"runs": 1, "nominal": False, **table_in(scenario, "sweep")}
 
 
 def _named(labels: np.ndarray) -> str:

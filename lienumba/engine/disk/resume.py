@@ -1,6 +1,5 @@
 """Whether what is there already belongs to the sweep that is asked for: a sentence names the first difference."""
 
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,6 +7,7 @@ from lienumba import __version__
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario
+from lienumba.store.form import scenario_tables
 from lienumba.sweep.samplers import GROWING, SAMPLERS
 from lienumba.words import show
 
@@ -29,7 +29,7 @@ def check_same(there: Tables, resolved: Scenario, where: str) -> None:
             f"{where}: was begun by lienumba {there.get('lienumba_version')}, but this is {__version__}, whose results "
             f"may differ; go on with that version, or start again with --overwrite"
         )
-    old, new = values(there), values(manifest(resolved))
+    old, new = values(there, where), values(manifest(resolved), where)
     key = first_difference(old, new)
     if key is not None:
         raise ScenarioError(
@@ -46,7 +46,7 @@ def check_parts(there: Tables, here: Tables, where: str, first: str) -> None:
             f"{where}: was made by lienumba {there['lienumba_version']}, but {first} by {here['lienumba_version']}, "
             "and their results may differ; merge datasets of one version"
         )
-    own, others = values(there), values(here)
+    own, others = values(there, where), values(here, first)
     key = first_difference(own, others)
     if key is not None:
         raise ScenarioError(
@@ -56,9 +56,9 @@ def check_parts(there: Tables, here: Tables, where: str, first: str) -> None:
     check_samplers(own, others, where, f"{first} cannot be merged with it")
 
 
-def values(there: Tables) -> dict[str, Any]:
+def values(there: Tables, where: str) -> dict[str, Any]:
     """Every value of the scenario of a manifest, or of the attributes of a dataset, by its path."""
-    return _flat(tomllib.loads(str(there["scenario"])))
+    return _flat(scenario_tables(there, where))
 
 
 def first_difference(old: Tables, new: Tables) -> str | None:

@@ -3,30 +3,30 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.disk.background_writer import Sources
 from lienumba.engine.disk.resume import check_same
-from lienumba.engine.results import in_full
+from lienumba.engine.results import Results, in_full
 from lienumba.engine.simulate import Runs
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.files import read
 from lienumba.store.finished import Finished
 from lienumba.store.layout import FULL
+from lienumba.store.outputs import Output
 from lienumba.store.shards import Shards, labels_of
 from lienumba.store.stream import Source
 
 
 @dataclass(frozen=True)
 class SweepFiles:
-    """What there is of a sweep whose dataset will be `target`."""
+    """What there is of a sweep that becomes `output`."""
 
     resolved: Scenario
-    target: Path
+    output: Output
     shards: Shards
     finished: Finished | None
 
@@ -91,23 +91,23 @@ class Arrived:
 
 
 @contextmanager
-def sweep_files(target: Path, resolved: Scenario, resume: bool) -> Iterator[SweepFiles]:
+def sweep_files(output: Output, results: Results, resume: bool) -> Iterator[SweepFiles]:
     """What there is already, if it is to go on; a ScenarioError if that is of another sweep."""
-    shards, finished, replaced = Shards(target), None, False
+    shards, finished, replaced, resolved = Shards(output), None, False, results.resolved
     try:
         if resume and shards.exists:
             manifest = shards.load()
-            check_same(manifest, resolved, str(shards.folder))
+            check_same(manifest, resolved, str(shards.named))
+            shards.take_over({table: results.dtype(table) for table in results.tables})
             replaced = bool(manifest.get("overwrites"))
-        if resume and target.exists() and not replaced:
-            read(target).close()  # which refuses what is none
-            finished = Finished(target)
-            check_same(finished.attributes, resolved, str(target))
-        there = SweepFiles(resolved, target, shards, finished)
+        if resume and output.target.exists() and not replaced:
+            read(output.path).close()  # which refuses what is none
+            finished = Finished(output.path)
+            check_same(finished.attributes, resolved, str(output.path))
+        there = SweepFiles(resolved, output, shards, finished)
         _check_room(there, resolved)
         yield there
     finally:
-        shards.close()
         if finished is not None:
             finished.close()
 
@@ -118,6 +118,6 @@ def _check_room(there: SweepFiles, resolved: Scenario) -> None:
     labels = there.labels
     if len(labels) and labels[-1] >= data.sweep.runs:
         raise ScenarioError(
-            f"{there.target}: has runs up to {labels[-1]} already, but sweep.runs = {data.sweep.runs}; give at least "
-            f"{labels[-1] + 1}, or start again with --overwrite"
+            f"{there.output.path}: has runs up to {labels[-1]} already, but sweep.runs = {data.sweep.runs}; give at "
+            f"least {labels[-1] + 1}, or start again with --overwrite"
         )

@@ -9,7 +9,8 @@ from lienumba.errors import ScenarioError
 from lienumba.present.citation import references
 from lienumba.present.citation.paragraph import paragraph
 from lienumba.present.citation.source import CitedScenario
-from lienumba.scenario.base.toml import Tables
+from lienumba.scenario.base.toml import Tables, table_in
+from lienumba.scenario.resolve import written_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,16 +22,14 @@ OWN = "lienumba"
 
 def cite_dataset(dataset: "xr.Dataset") -> str:
     """Of a dataset: what its runs were computed with, and how they ended. No code that it brings is run."""
-    import tomllib
-
     attributes = dataset.attrs
-    content = tomllib.loads(attributes["scenario"])
+    content = written_tables(dataset, "the dataset")
     inputs = {str(name): x for name, x in dataset.coords.items() if x.attrs.get("role") == "input"}
-    units = {path: _unit(path, inputs) for path in content["sweep"]["vary"]}
+    units = {path: _unit(path, inputs) for path in table_in(table_in(content, "sweep"), "vary")}
     ending = "_version"
     versions = {key.removesuffix(ending): str(x) for key, x in attributes.items() if key.endswith(ending)}
-    year = int(str(attributes["history"])[:4])
-    return _text(_source(content, units, versions, dataset), year)
+    year = re.match(r"\d{4}", str(attributes.get("history", "")))
+    return _text(_source(content, units, versions, dataset), int(year[0]) if year else datetime.now(UTC).year)
 
 
 def cite_scenario(scenario: "Scenario") -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 
 import xarray as xr
@@ -13,6 +12,7 @@ from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
 from lienumba.present.html.markup import Markup, element, join, number
 from lienumba.scenario.base.toml import Tables
+from lienumba.scenario.resolve import written_tables
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
 
@@ -30,7 +30,7 @@ def header(ds: xr.Dataset) -> Markup:
 
 def scenario_of(ds: xr.Dataset) -> Tables:
     """The scenario that a dataset brings, as tables; none of its code runs."""
-    return tomllib.loads(str(ds.attrs.get("scenario", "")))
+    return written_tables(ds, "the dataset")
 
 
 def _verdict(found: Summary, ran: Counts) -> Markup:

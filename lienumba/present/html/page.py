@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from importlib.resources import files as resources
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -55,20 +55,16 @@ def report(
     ScenarioError
         Where the dataset is none of lienumba, or plotly is not installed.
     """
-    from lienumba.store.files import read, whole
-    from lienumba.store.targets import check_target
+    from lienumba.store.files import reading
+    from lienumba.store.outputs import whole
+    from lienumba.store.targets import claimed
 
-    target = Path(output)
-    check_target(target, "page", ENDINGS)
-    path = Path(dataset) if isinstance(dataset, str | os.PathLike) else None
-    ds: Any = dataset if path is None else read(path)
-    try:
-        text = page(ds, "dataset.nc" if path is None else path.name, allow_code, progress or (lambda event: None))
-    finally:
-        if path is not None:
-            ds.close()
-    with whole(target) as partial:
-        partial.write_text(text, encoding="utf-8")
+    with claimed(output, "page", ENDINGS) as own:
+        with reading(dataset) as (ds, where):
+            name = Path(where).name if isinstance(dataset, str | os.PathLike) else "dataset.nc"
+            text = page(ds, name, allow_code, progress or (lambda event: None))
+        with whole(own) as partial:
+            partial.write_text(text, encoding="utf-8")
 
 
 def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:

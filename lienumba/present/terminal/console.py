@@ -39,7 +39,7 @@ def exit_codes() -> Iterator[None]:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(SOME_FAILED) from None
     except OSError as error:
-        from lienumba.store.files import WriteError
+        from lienumba.store.outputs import WriteError
 
         if not isinstance(error, WriteError):
             raise

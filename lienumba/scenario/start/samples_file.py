@@ -1,6 +1,7 @@
 """The design table alone, as a CSV or netCDF file that may serve as the table of a sweep."""
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,8 +13,8 @@ from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.sample_table import RUN
 from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw
-from lienumba.store import files
-from lienumba.store.targets import CHOOSE, DATASET_STARTS, check_target
+from lienumba.store.outputs import Output, whole, write
+from lienumba.store.targets import CHOOSE, DATASET_STARTS, claimed
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
@@ -34,23 +35,23 @@ class InputStatistics:
     high: float
 
 
-def check_samples_target(target: Path, overwrite: bool) -> None:
-    """Refuse, before anything is drawn, a file that could not be written or must not be replaced."""
+def claimed_samples(target: Path, overwrite: bool) -> AbstractContextManager[Output]:
+    """Own the table, from before anything is drawn; refuse one that could not be written or must not be replaced."""
     remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-    check_target(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
+    return claimed(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
 
 
-def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[InputStatistics]:
+def sample(scenario: "Scenario", labels: Sequence[int], output: Output) -> list[InputStatistics]:
     """Draw the samples of these runs into a file; how each input statistics."""
     samples = draw(scenario, labels)
     if not samples:
         raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
     model = dict(scenario.data.model)
     of = {path: units(path, model) for path in samples}
-    if target.suffix.lower() == CSV:
-        _write_csv(labels, samples, target)
+    if output.path.suffix.lower() == CSV:
+        _write_csv(labels, samples, output)
     else:
-        _write_netcdf(scenario, labels, samples, of, target)
+        _write_netcdf(scenario, labels, samples, of, output)
     drawn = [label != NOMINAL_RUN for label in labels]
     spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
     return [
@@ -59,17 +60,17 @@ def sample(scenario: "Scenario", labels: Sequence[int], target: Path) -> list[In
     ]
 
 
-def _write_csv(labels: Sequence[int], samples: dict[str, np.ndarray], target: Path) -> None:
+def _write_csv(labels: Sequence[int], samples: dict[str, np.ndarray], output: Output) -> None:
     """Every number with all its digits."""
     lines = [",".join([RUN, *samples])]
     columns = [map(repr, column.tolist()) for column in samples.values()]
     lines += [",".join(row) for row in zip(map(str, labels), *columns, strict=True)]
-    with files.whole(target) as partial:
+    with whole(output) as partial:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _write_netcdf(
-    scenario: "Scenario", labels: Sequence[int], samples: dict[str, np.ndarray], of: dict[str, str], target: Path
+    scenario: "Scenario", labels: Sequence[int], samples: dict[str, np.ndarray], of: dict[str, str], output: Output
 ) -> None:
     import xarray as xr
 
@@ -80,6 +81,4 @@ def _write_netcdf(
         "title": scenario.data.title, "scenario": scenario.to_toml(), "scenario_sha256": scenario.sha256(),
         "seed": scenario.data.sweep.seed,
     }  # fmt: skip
-    files.write(
-        xr.Dataset(coords={RUN: run} | layout.input_coordinates(samples, of, len(labels)), attrs=attributes), target
-    )
+    write(xr.Dataset(coords={RUN: run} | layout.input_coordinates(samples, of, len(labels)), attrs=attributes), output)

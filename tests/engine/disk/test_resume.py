@@ -184,10 +184,10 @@ def test_a_damaged_manifest_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_two_processes_do_not_write_the_same_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fcntl = pytest.importorskip("fcntl")
     data, target = sweep(), tmp_path / "out.nc"
-    folder = begin(data, target, monkeypatch)
-    with (folder / "lock").open("w") as lock:
+    begin(data, target, monkeypatch)
+    with (tmp_path / "out.nc.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(ScenarioError, match="another process is writing this sweep; wait until it is done"):
+        with pytest.raises(ScenarioError, match="another process is writing it; wait until it is done"):
             lienumba.run(data, output=target, resume=True)
     lienumba.run(data, workers=1, output=target, resume=True).close()
 

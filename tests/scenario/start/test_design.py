@@ -21,7 +21,7 @@ from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.system import System
-from lienumba.store.files import write
+from lienumba.store.outputs import write
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenario_example import example
 

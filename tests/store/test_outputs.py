@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from lienumba.store import files
-from lienumba.store.files import WriteError, write
-from lienumba.store.targets import check_dataset_target
+from lienumba.store import outputs
+from lienumba.store.outputs import WriteError, write
+from lienumba.store.targets import claimed_dataset
 from tests.rigs.places import ROOT
 from tests.store.store_example import example
 
@@ -36,7 +36,7 @@ def python(code: str, *arguments: object) -> subprocess.Popen[str]:
 
 FULL_DISK = """
     import os, resource, sys
-    from lienumba.store.files import WriteError, write
+    from lienumba.store.outputs import WriteError, write
     from tests.store.store_example import example
 
     folder, limit = sys.argv[1], int(sys.argv[2])
@@ -78,7 +78,7 @@ def test_a_full_disk_leaves_the_old_file(small_disk):
 
 WRITE_FOR_EVER = """
     import sys
-    from lienumba.store.files import write
+    from lienumba.store.outputs import write
     from tests.store.store_example import example
 
     big = example(runs=600)
@@ -110,10 +110,11 @@ def test_a_killed_process_leaves_the_old_file_whole(tmp_path, wait):
     finally:
         os.kill(process.pid, signal.SIGKILL)
         process.communicate()
-    assert all(entry.name == "out.nc" or entry.suffix == ".partial" for entry in tmp_path.iterdir())
+    assert all(entry.name == "out.nc" or entry.suffix in (".partial", ".lock") for entry in tmp_path.iterdir())
     xr.testing.assert_identical(xr.load_dataset(path), old)
-    check_dataset_target(path, overwrite=True)
-    write(old, path)
+    with claimed_dataset(path, overwrite=True) as output:
+        write(old, output)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.nc"]
 
 
 def test_a_killed_process_leaves_no_file_where_there_was_none(tmp_path):
@@ -134,7 +135,7 @@ def test_a_failing_system_call_leaves_the_old_file(tmp_path, monkeypatch, call):
     def fail(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(files.os, call, fail)
+    monkeypatch.setattr(outputs.os, call, fail)
     with pytest.raises(WriteError, match=r"No space left on device.*make room"):
         write(example(seed=2), path)
     monkeypatch.undo()
@@ -144,9 +145,13 @@ def test_a_failing_system_call_leaves_the_old_file(tmp_path, monkeypatch, call):
 
 def test_data_reach_the_disk_before_the_name(tmp_path, monkeypatch):
     order = []
-    fsync, replace = os.fsync, os.replace
-    monkeypatch.setattr(files.os, "fsync", lambda handle: (order.append("fsync"), fsync(handle)))
-    monkeypatch.setattr(files.os, "replace", lambda *names: (order.append("replace"), replace(*names)))
+    fsync, replace, link = os.fsync, os.replace, os.link
+    monkeypatch.setattr(outputs.os, "fsync", lambda handle: (order.append("fsync"), fsync(handle)))
+    monkeypatch.setattr(outputs.os, "replace", lambda *names: (order.append("replace"), replace(*names)))
+    monkeypatch.setattr(outputs.os, "link", lambda *names: (order.append("link"), link(*names)))
+    write(example(), tmp_path / "out.nc")
+    assert order == ["fsync", "link", "fsync"]
+    order.clear()
     write(example(), tmp_path / "out.nc")
     assert order == ["fsync", "replace", "fsync"]
 
@@ -170,7 +175,7 @@ def test_a_vanished_folder_is_named(tmp_path):
 def test_only_one_thread_at_a_time_touches_netcdf(tmp_path):
     code = """
         import sys, threading
-        from lienumba.store.files import write
+        from lienumba.store.outputs import write
         from tests.store.store_example import example
 
         data = example(runs=20)
@@ -193,8 +198,8 @@ def test_a_link_is_followed(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     link = tmp_path / "out.nc"
     link.symlink_to(tmp_path / "elsewhere" / "real.nc")
-    check_dataset_target(link, overwrite=False)
-    write(example(), link)
+    with claimed_dataset(link, overwrite=False) as output:
+        write(example(), output)
     assert link.is_symlink()
     assert (tmp_path / "elsewhere" / "real.nc").is_file()
 

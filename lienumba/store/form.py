@@ -1,0 +1,155 @@
+"""Whether a dataset has the form of one that lienumba wrote: asked before anything looks at what it says."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.statuses import STATUSES
+from lienumba.errors import ScenarioError
+from lienumba.store import study_layout
+from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
+NUMBERED = (RUN[0], FULL)  # dimensions whose labels are whole numbers
+TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique")  # attributes of variables
+PACKED = ("scale_factor", "add_offset")  # of variables of other programs
+SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
+KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep
+NUMERIC, TEXT = "biuf", "US"  # kinds of arrays
+
+Tables = dict[str, Any]
+
+
+def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",)) -> None:
+    """Refuse what lienumba has not written, or a selection that has lost too much.
+
+    It may lack variables and runs, and have variables of the user's own; whatever is there by a name of lienumba has
+    the dimensions, the type and the labels that it is written with. where: what the dataset is called; needed:
+    variables of each run that must be there.
+    """
+    _check_selection(ds, where, needed)
+    _check_attributes(ds, where)
+    for name, x in ds.variables.items():
+        _check_variable(ds, str(name), x, where)
+    _check_statuses(ds["status"], where)
+
+
+def scenario_tables(ds: xr.Dataset | Mapping[str, Any], where: str) -> Tables:
+    """The scenario of a dataset, or of its attributes, as tables; none if it does not have one."""
+    text = (ds.attrs if hasattr(ds, "attrs") else ds).get("scenario", "")
+    try:
+        if not isinstance(text, str):
+            raise ValueError("it is no text")
+        return _tables(text)
+    except (ValueError, RecursionError) as error:
+        raise damaged(where, f"its attribute scenario cannot be read ({error})") from None
+
+
+def damaged(where: str, what: str) -> ScenarioError:
+    """The error of a dataset that somebody or something has changed."""
+    return ScenarioError(f"{where}: is not as lienumba wrote it, {what}; make it again, or give the file as it was")
+
+
+@lru_cache(maxsize=4)
+def _tables(text: str) -> Tables:
+    tables = tomllib.loads(text)
+    for name in (name for name in SECTIONS if name in tables):
+        if not isinstance(tables[name], dict):
+            raise ValueError(f"{name} is no table")
+    sweep = tables.get("sweep", {})
+    for key, kind in KINDS.items():
+        if not isinstance(sweep.get(key, kind()), kind):
+            raise ValueError(f"sweep.{key} is of another kind")
+    for key in ("vary", "stop"):
+        if not isinstance(sweep.get(key, {}), dict):
+            raise ValueError(f"sweep.{key} is no table")
+    return tables
+
+
+def _check_selection(ds: xr.Dataset, where: str, needed: Sequence[str]) -> None:
+    for dim in DIMENSIONS:
+        if dim in ds.variables and dim not in ds.dims:
+            label = ds[dim].values.tolist()
+            raise ScenarioError(
+                f"{where}: has only one {dim}, without its dimension; select with a list, such as "
+                f"ds.sel({dim}=[{label!r}])"
+            )
+    for name in needed:
+        if name not in ds or "run" not in ds[name].dims:
+            raise ScenarioError(
+                f"{where}: does not say {name} of each run; select runs and variables of what lienumba run wrote, and "
+                f"keep {' and '.join(needed)}"
+            )
+    if not ds.sizes["run"]:
+        raise ScenarioError(f"{where}: has no run; select at least one")
+
+
+def _check_attributes(ds: xr.Dataset, where: str) -> None:
+    for name, value in ds.attrs.items():
+        if name.endswith(("_version", "_sha256")) and not isinstance(value, str):
+            raise damaged(where, f"its attribute {name} is no text")
+    scenario_tables(ds, where)
+
+
+def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, where: str) -> None:
+    for key in TEXTS:
+        if not isinstance(x.attrs.get(key, ""), str):
+            raise damaged(where, f"the attribute {key} of {name} is no text")
+    if any(key in x.encoding and not np.isscalar(x.encoding[key]) for key in PACKED):
+        raise damaged(where, f"{name} is packed by something that is no number")
+    role = x.attrs.get("role")
+    if name in COORDINATES:
+        _check_labels(name, x, where)
+    elif role == "grid":
+        if "path" not in x.attrs or len(x.dims) != 1 or x.dtype.kind not in NUMERIC + TEXT + "O":
+            raise damaged(where, f"{name} is no coordinate of a grid")
+    elif role == "input":
+        if x.dims != RUN or x.dtype.kind != "f":
+            raise damaged(where, f"the input {name} is not one number for each run")
+    elif (spec := VARIABLES.get(name) or study_layout.VARIABLES.get(name)) is not None:
+        grid = {str(dim) for y in ds.coords.values() if y.attrs.get("role") == "grid" for dim in y.dims}
+        own = [FULL if dim == RUN[0] and FULL in x.dims else dim for dim in spec.dims]
+        kept = [dim for dim in own if dim in x.dims or dim in DIMENSIONS]
+        if [dim for dim in x.dims if dim not in grid] != kept or x.dtype.kind not in NUMERIC:
+            raise damaged(where, f"{name} is not {' by '.join(spec.dims) or 'one number'}")
+    for dim in (str(dim) for dim in x.dims if dim in COORDINATES and dim not in ds.coords):
+        raise damaged(where, f"{dim} has no labels")
+
+
+def _check_labels(name: str, x: xr.Variable, where: str) -> None:
+    """Those of a dimension, each of which names one place."""
+    if x.dims != (SAID_OF.get(name, name),):
+        raise damaged(where, f"{name} does not label the dimension of its name")
+    values = x.values
+    if name in NUMBERED and values.dtype.kind not in "iu":
+        raise damaged(where, f"{name} has labels that are no whole numbers")
+    if name == "time" and (values.dtype.kind != "f" or not np.isfinite(values).all() or (np.diff(values) <= 0).any()):
+        raise damaged(where, "its times do not ascend")
+    if name not in (*NUMBERED, "time") and not all(isinstance(label, str) for label in values.tolist()):
+        raise damaged(where, f"{name} has labels that are no names")
+    if name not in SAID_OF and len(np.unique(values)) != len(values):
+        raise damaged(where, f"{name} has a label twice")
+
+
+def _check_statuses(status: xr.DataArray, where: str) -> None:
+    """They must be those that this version knows, and mean the same."""
+    known = {code.code: code.name for code in STATUSES}
+    if status.dtype.kind not in "iu":
+        raise damaged(where, "status is no code")
+    flags, names = status.attrs.get("flag_values"), status.attrs.get("flag_meanings")
+    if flags is not None or names is not None:
+        codes = np.atleast_1d(np.asarray(flags)).tolist()
+        meant = names.split() if isinstance(names, str) else []
+        if len(codes) != len(meant) or any(known.get(code) != word for code, word in zip(codes, meant, strict=True)):
+            raise damaged(where, "what its statuses mean (flag_values, flag_meanings) is not known")
+    for code in np.unique(status.values).tolist():
+        if code not in known:
+            raise damaged(where, f"status has a value {code}, which means nothing")
