@@ -30,6 +30,7 @@ ALIASES = {
     "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
 }  # fmt: skip
 SIMILAR, VERY_SIMILAR = 0.5, 0.8  # of two words, as difflib measures
+LINE = 80  # characters of a value in a message
 
 
 def alias(word: str, known: Iterable[str]) -> str | None:
@@ -73,19 +74,40 @@ class Written(str):
 
 def show(value: Any) -> str:
     """A value as TOML writes it, cut to one line of reading."""
+    text = _written(value, 0)
+    return text if len(text) <= LINE else text[: LINE - 4] + " ..."
+
+
+def _written(value: Any, depth: int) -> str:
+    """Of what would not be read, no more than tells that there is more."""
     if isinstance(value, Written):
         return str(value)
     if isinstance(value, bool):
-        text = "true" if value else "false"
-    elif isinstance(value, str):
-        text = f'"{printable(value)}"'
-    elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in value.items()) + "}"
-    elif isinstance(value, list | tuple):
-        text = "[" + ", ".join(show(item) for item in value) + "]"
-    else:
-        text = repr(value)
-    return text if len(text) <= 80 else text[:76] + " ..."
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{printable(value[: 2 * LINE])}"'
+    if isinstance(value, dict):
+        items = (f"{printable(str(key))} = {_written(item, depth + 1)}" for key, item in value.items())
+        return "{" + _joined(items, depth) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + _joined((_written(item, depth + 1) for item in value), depth) + "]"
+    try:
+        return printable(repr(value))
+    except ValueError:
+        return "a number of thousands of digits"
+
+
+def _joined(items: Iterable[str], depth: int) -> str:
+    """Separated by commas, as far as a line goes."""
+    if depth > LINE:
+        return "..."
+    found, length = [], 0
+    for item in items:
+        found.append(item)
+        length += len(item) + 2
+        if length > LINE:
+            break
+    return ", ".join(found)
 
 
 def number(x: Any) -> str:

@@ -7,6 +7,7 @@ import typer
 
 from lienumba.cli.options import (
     FLAG,
+    AllowScenarioCodeOption,
     RunsOption,
     ScenarioArgument,
     SeedOption,
@@ -29,6 +30,7 @@ def sample(
     seed: SeedOption = None,
     settings: SetOption = None,
     runs: RunsOption = None,
+    allow_code: AllowScenarioCodeOption = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing table.")] = False,
 ) -> None:
     """Draw the samples of a sweep and write them as a table, without running anything."""
@@ -38,7 +40,7 @@ def sample(
         from lienumba.scenario.start.samples_file import claimed_samples, sample
 
         target = output if output is not None else Path(scenario.stem + ".samples.csv")
-        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         with claimed_samples(target, overwrite) as own:
             console.print_warnings(resolved.warnings)
@@ -50,13 +52,18 @@ def sample(
             print_samples(statistics, len(labels), target)
 
 
-def validate(scenario: ScenarioArgument, settings: SetOption = None, seed: SeedOption = None) -> None:
-    """Check a scenario and its initial state without running it."""
+def validate(
+    scenario: ScenarioArgument,
+    settings: SetOption = None,
+    seed: SeedOption = None,
+    allow_code: AllowScenarioCodeOption = False,
+) -> None:
+    """Check a scenario and its initial state, and try its Python laws, without running it."""
     with console.exit_codes():
         from lienumba.scenario.base.arguments import parse_assignments
         from lienumba.scenario.resolve import resolve
 
-        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         console.print_warnings(resolved.warnings)
 
         from lienumba.scenario.start.hint import hint
@@ -74,12 +81,13 @@ def info(
         bool,
         typer.Option("--cite", metavar=FLAG, help="Print a paragraph for a section on methods, and BibTeX, instead."),
     ] = False,
+    allow_code: AllowScenarioCodeOption = False,
 ) -> None:
     """Say what a dataset or a scenario holds."""
     with console.exit_codes():
         from lienumba.present import info
 
-        typer.echo(info.cite(file) if cite else info.describe(file))
+        typer.echo(info.cite(file, allow_code) if cite else info.describe(file, allow_code))
 
 
 def schema() -> None:

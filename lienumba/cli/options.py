@@ -26,6 +26,12 @@ RunsOption = Annotated[
 AllowCodeOption = Annotated[
     bool, typer.Option("--allow-code", metavar=FLAG, help="Run the Python code that the dataset brings.")
 ]
+AllowScenarioCodeOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-code", metavar=FLAG, help="Run Python code that the scenario brings, or names outside its folder."
+    ),
+]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", metavar=FLAG, help="Show errors only.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing dataset.")]

@@ -8,6 +8,7 @@ import typer
 from lienumba.cli.options import (
     FLAG,
     AllowCodeOption,
+    AllowScenarioCodeOption,
     DatasetArgument,
     OverwriteOption,
     QuietOption,
@@ -51,6 +52,7 @@ def run(
         bool,
         typer.Option("--resume", metavar=FLAG, help="Go on with an interrupted sweep, or add runs to a finished one."),
     ] = False,
+    allow_code: AllowScenarioCodeOption = False,
     overwrite: OverwriteOption = False,
     max_failures: Annotated[
         str,
@@ -68,7 +70,7 @@ def run(
 
         suffix = "" if part is None else SweepPart.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
-        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed)
+        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
         if not quiet:

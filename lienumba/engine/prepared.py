@@ -127,7 +127,13 @@ class Prepared:
             return self._nominal
 
 
-def prepare(scenario: Any, *, overrides: Mapping[str, Any] | None = None, seed: int | None = None) -> Prepared:
+def prepare(
+    scenario: Any,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+    allow_code: bool = False,
+) -> Prepared:
     """Make a scenario ready for loops, such as those of an optimisation.
 
     It is read, traced, compiled and loaded once; each run then costs some milliseconds beside its steps. Files that it
@@ -141,6 +147,8 @@ def prepare(scenario: Any, *, overrides: Mapping[str, Any] | None = None, seed: 
         New values by path, such as `{"integrator.step": 1e-4}`.
     seed : int, optional
         Instead of `sweep.seed`.
+    allow_code : bool
+        Run also the Python code that a TOML file brings in itself, or names outside its folder.
 
     Returns
     -------
@@ -157,7 +165,7 @@ def prepare(scenario: Any, *, overrides: Mapping[str, Any] | None = None, seed: 
     from lienumba.engine.programs import compiled_of
     from lienumba.scenario.start.prepare import prepare as prepare_runs
 
-    resolved = resolve(scenario, overrides=overrides, seed=seed)
+    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     if resolved.plan is not None:
         raise ScenarioError("a study cannot be prepared, because its points are compared; run it, or leave study out")
     for sentence in resolved.warnings:

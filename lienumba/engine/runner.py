@@ -47,6 +47,7 @@ def run(
     resume: bool = False,
     overwrite: bool = False,
     dask: object = None,
+    allow_code: bool = False,
     progress: "Callable[[Progress], None] | bool | None" = None,
 ) -> "xr.Dataset":
     """Simulate a scenario and return its dataset.
@@ -77,6 +78,8 @@ def run(
         Whether `output` may be replaced.
     dask : str or distributed.Client, optional
         "local" for `workers` processes, the address of a scheduler, or a client, on whose workers runs are computed.
+    allow_code : bool
+        Run also the Python code that a TOML file brings in itself, or names outside its folder.
     progress : callable or bool, optional
         Called with a `Progress` a few times per second. By default a run that takes more than a second shows itself on
         a terminal and in a notebook, not elsewhere; False: nowhere, True: everywhere.
@@ -98,7 +101,7 @@ def run(
     from lienumba.store.shards import Shards
     from lienumba.store.targets import claimed_dataset
 
-    resolved = resolve(scenario, overrides=overrides, seed=seed)
+    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
     if told:
         for warning in resolved.warnings:

@@ -26,7 +26,7 @@ Count = Annotated[int, Field(strict=True, ge=1)]
 Vec3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vec3], Field(min_length=3, max_length=3)]
 NAME = r"^[A-Za-z]\w*$"
-Name = Annotated[str, Field(strict=True, pattern=NAME)]
+Name = Annotated[str, Field(strict=True, pattern=NAME, max_length=100)]  # of which names of variables are made
 NAME_RULE = 'the name: a letter, then letters, digits or "_"'
 
 

@@ -15,19 +15,24 @@ NETCDF_STARTS = (b"\x89HDF\r\n\x1a\n", b"CDF")
 FIRST_LABELS = 8  # of failed runs
 
 
-def describe(file: Path) -> str:
-    """Lines about a dataset or a scenario."""
-    return _either(file, describe_dataset, describe_scenario)
+def describe(file: Path, allow_code: bool = False) -> str:
+    """Lines about a dataset or a scenario; allow_code: whether code may run that a scenario brings."""
+    return _either(file, describe_dataset, describe_scenario, allow_code)
 
 
-def cite(file: Path) -> str:
+def cite(file: Path, allow_code: bool = False) -> str:
     """A paragraph on methods for a dataset or a scenario, and BibTeX."""
     from lienumba.present.citation.cite import cite_dataset, cite_scenario
 
-    return _either(file, cite_dataset, cite_scenario)
+    return _either(file, cite_dataset, cite_scenario, allow_code)
 
 
-def _either(file: Path, of_dataset: Callable[["xr.Dataset"], str], of_scenario: Callable[["Scenario"], str]) -> str:
+def _either(
+    file: Path,
+    of_dataset: Callable[["xr.Dataset"], str],
+    of_scenario: Callable[["Scenario"], str],
+    allow_code: bool,
+) -> str:
     """What is told of a dataset or of a scenario, which the first bytes of a file tell apart."""
     if file.is_file():
         with file.open("rb") as stream:
@@ -38,7 +43,7 @@ def _either(file: Path, of_dataset: Callable[["xr.Dataset"], str], of_scenario: 
                     return of_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 
-    return of_scenario(resolve(file))
+    return of_scenario(resolve(file, allow_code=allow_code))
 
 
 def describe_dataset(dataset: "xr.Dataset") -> str:

@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import json
+import os
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -188,15 +189,19 @@ def resolve(
     overrides: Mapping[str, object] | None = None,
     runs_count: int | None = None,
     seed: int | None = None,
+    allow_code: bool = False,
 ) -> Scenario:
     """Load a scenario (path, dict, System, Scenario), change it, check it; errors list all problems."""
+    if overrides is not None and not isinstance(overrides, Mapping):
+        rule, remedy = "must be a mapping from paths to values", 'give them such as {"integrator.step": 1e-4}'
+        raise ScenarioError.at("overrides", rule, remedy, overrides)
     changes = dict(overrides or {})
     if runs_count is not None:
         changes["sweep.runs"] = runs_count
     if seed is not None:
         changes["sweep.seed"] = seed
-    file = Path(source) if isinstance(source, str | Path) else getattr(source, "file", None)
-    raw = load(source)
+    file = Path(source) if isinstance(source, str | os.PathLike) else getattr(source, "file", None)
+    raw = load(source, allow_code)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
     raw = read_in(with_files(raw, Path()))

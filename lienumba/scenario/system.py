@@ -42,13 +42,15 @@ class System:
         self._data: dict[str, Any] = {"title": title, "model": {"bodies": [], "joints": []}}
 
     @classmethod
-    def from_toml(cls, path: str | Path) -> Self:
+    def from_toml(cls, path: str | Path, *, allow_code: bool = False) -> Self:
         """The scenario of a TOML file, to be changed further.
 
         Parameters
         ----------
         path : path
             The file.
+        allow_code : bool
+            Take also the Python code that the file brings in itself, or names outside its folder.
 
         Returns
         -------
@@ -56,7 +58,7 @@ class System:
             With the keys of the file and of those that it extends.
         """
         system = cls()
-        system._data = load(path)
+        system._data = load(path, allow_code)
         return system
 
     def __repr__(self) -> str:

@@ -7,19 +7,21 @@ that is handed over in Python is written out with all that it uses, and read aga
 import ast
 import inspect
 import linecache
+import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from lienumba.errors import ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import source_of
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.words import listed, suggestion
+from lienumba.words import listed, printable, suggestion
 
 PYTHON = "python"
+TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
 
 
 def embedded(raw: Keys, folder: Path) -> Keys:
@@ -45,6 +47,36 @@ def check_allowed(raw: Keys, where: str, doing: str, allow_code: bool) -> None:
             f"brings Python code, which {doing} runs: {listed(files)}",
             "read it in the attribute `scenario`, and if you trust it, give --allow-code (allow_code=True)",
         )
+
+
+def check_own(raw: Keys, file: Path) -> None:
+    """A ScenarioError if a TOML file has code that is not plainly its owner's: within itself, or elsewhere than in
+    Python files of the same user, beside it or below."""
+    problems = []
+    if table_in(raw, "files"):
+        within = listed(map(printable, table_in(raw, "files")))
+        problems.append(Problem(printable(str(file)), f"brings Python code in itself, {within}", TRUST))
+    for named in files_of(raw):
+        foreign = None if named in table_in(raw, "files") else _foreign(file.parent, named)
+        if foreign:
+            problems.append(Problem(printable(str(file)), f"names Python code {foreign}: {printable(named)}", TRUST))
+    if problems:
+        raise ScenarioError(*problems)
+
+
+def _foreign(folder: Path, name: str) -> str:
+    """Why a file that a scenario in a folder names is not plainly the user's own; empty where it is, or is missing."""
+    path = folder / name
+    try:
+        owner = path.stat().st_uid
+        within = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):
+        return ""  # told where it is read
+    if not within:
+        return "outside its folder"
+    if hasattr(os, "geteuid") and owner not in (os.geteuid(), 0):
+        return "that is another user's"
+    return ""
 
 
 def without_clash(raw: Keys, taken: object) -> Keys:
@@ -94,11 +126,11 @@ def _embed(place: str, function: object, files: Keys, folder: Path) -> Any:
         if not file or not name or file in files:
             return function
         path = folder / file
-        if not path.is_file():
-            raise ScenarioError.at(f"{place}.function", f"there is no file {file}", "check the path", function)
         try:
+            if not path.is_file():
+                raise ScenarioError.at(f"{place}.function", f"there is no file {file}", "check the path", function)
             text = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise ScenarioError.at(f"{place}.function", f"{file} cannot be read: {error}", value=function) from None
         _refuse_siblings(f"{place}.function", function, path, text)
     key = _free(f"{name if callable(function) else Path(file).stem}.py", text, files)

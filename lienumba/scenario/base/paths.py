@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from lienumba.errors import BadValueError, Problem
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base.toml import Keys
-from lienumba.words import nearest, suggestion
+from lienumba.words import nearest, printable, suggestion
 
 Token = str | int
 Tokens = tuple[Token, ...]
@@ -51,7 +51,7 @@ class PathError(BadValueError):
 
 def place_of(path: str) -> str:
     """Where the problems of a path itself are."""
-    return f"the path {path}"
+    return f"the path {printable(path)}"
 
 
 def parse(text: str) -> list[Token]:
@@ -170,10 +170,12 @@ def put(data: object, tokens: list[Token], value: object) -> None:
     """Replace the value at a path; a table's key may be new, and so may a whole section."""
     for depth, token in enumerate(tokens[:-1]):
         is_new = depth == 0 or token == "vary" or START in tokens[max(depth - 1, 0) : depth + 1]
-        if isinstance(data, dict) and token not in data and is_new:
+        if isinstance(data, dict) and isinstance(token, str) and token not in data and is_new:
             data[token] = {}
         data = child(data, token)
     last = tokens[-1]
+    if isinstance(data, dict) and isinstance(last, int):
+        raise PathError(f"has the index {last} of a table, which has names", "give the name of a key")
     if isinstance(data, dict):
         data[last] = value
     elif isinstance(data, list):

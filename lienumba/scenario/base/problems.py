@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, missing
+from lienumba.keys.facts import is_text
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
@@ -70,6 +71,17 @@ def read(section: type[S] | None, raw: object) -> S | None:
         return section.model_validate(raw)
     except ValidationError:
         return None
+
+
+def well_named(section: type[BaseModel], raw: object) -> bool:
+    """Whether the texts of a table (names, choices) are as its class has them, whatever its numbers are."""
+    try:
+        section.model_validate(raw)
+    except ValidationError as error:
+        places = [item["loc"] for item in error.errors(include_url=False)]
+        keys = {str(loc[0]) if loc else "" for loc in places}
+        return not any(not key or (key in section.model_fields and is_text(section, key)) for key in keys)
+    return True
 
 
 def check_name(at: str, name: object, known: Iterable[str], what: str, report: Report) -> None:

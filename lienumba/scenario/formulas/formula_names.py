@@ -3,15 +3,15 @@
 from dataclasses import dataclass, replace
 
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.drivers import DRIVERS, JointDriver, driver_form
+from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
 from lienumba.mechanics.elements.inputs import has_state, input_form
-from lienumba.mechanics.elements.joints import coordinate_kinds
+from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.paths import INPUTS
-from lienumba.scenario.base.problems import tables
+from lienumba.scenario.base.problems import tables, well_named
 from lienumba.scenario.base.toml import Keys, table_in
 
 
@@ -58,15 +58,15 @@ class Known:
 def known_of(model: object) -> Known:
     """What the tables of a model, not yet checked, let formulas read; what is wrong in them is passed over."""
     model = model if isinstance(model, dict) else {}
-    joints = {str(t.get("name")): t for t in tables(model.get("joints"))}
-    drivers = {str(t.get("name")): t for t in tables(model.get("drivers"))}
+    joints = {str(t.get("name")): t for t in tables(model.get("joints")) if t.get("type") in JOINTS}
+    drivers = {str(t.get("name")): t for t in tables(model.get("drivers")) if _is_driver(t)}
     stub = [m.Joint(name, str(t.get("type")), ()) for name, t in joints.items()]
     sketch = Model((0.0, 0.0, 0.0), (), tuple(stub), tuple(_driver(name, t, joints) for name, t in drivers.items()))
     inputs = [_input(name, x) for name, x in table_in(model, INPUTS).items()]
     found = [
-        QUANTITIES[str(t["type"])].sketch(t, [*joints], [*drivers])
+        kind.sketch(t, [*joints], [*drivers])
         for t in tables(model.get("quantities"))
-        if str(t.get("type")) in QUANTITIES
+        if (kind := QUANTITIES.get(str(t.get("type")))) is not None and well_named(kind, t)
     ]
     laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
     forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)
@@ -82,8 +82,12 @@ def _input(name: str, value: object) -> m.Quantity | None:
     return m.Quantity(quantities.joined(INPUTS, name), form or "formula", numbers=filtered)
 
 
+def _is_driver(table: Keys) -> bool:
+    form = driver_form(table)
+    return form is not None and well_named(DRIVERS[form], table)
+
+
 def _driver(name: str, table: Keys, joints: dict[str, Keys]) -> m.Driver:
     """As much of a driver as tells what its effort is."""
     kinds = coordinate_kinds(joints.get(str(table.get("joint")), {}).get("type"))
-    kind = DRIVERS.get(driver_form(table) or "", JointDriver)  # what is no driver is told elsewhere
-    return kind.sketch(name, table, kinds)
+    return DRIVERS[driver_form(table) or ""].sketch(name, table, kinds)

@@ -16,6 +16,7 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
+from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.parameters import (
@@ -232,11 +233,10 @@ def _formulas(model: object) -> list[tuple[Tokens, str]]:
                 if (not tokens or key not in texts) and not paths.is_recording((*tokens, key)):
                     walk(item, (*tokens, key))
         elif isinstance(node, list):
-            names = [item.get("name") if isinstance(item, dict) else None for item in node]
+            named = all(isinstance(item, dict) for item in node)  # else its items are known by their indices
             for index, item in enumerate(node):
-                name = names[index]
-                unique = names.count(name) == 1
-                walk(item, (*tokens, name if isinstance(name, str) and unique else index))
+                name = unique_name(node, index) if named else None
+                walk(item, (*tokens, index if name is None else name))
         elif isinstance(node, str) and len(tokens) > 1:
             found.append((tokens, node))
 

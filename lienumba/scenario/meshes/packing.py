@@ -15,6 +15,7 @@ DEFAULT = 500  # triangles of a mesh, if nobody says how many
 MOST = 20_000
 STEPS = 2**16 - 1  # along each edge of the box
 HEAD = struct.Struct("<II6d")  # how many vertices and triangles, and two corners of the box
+LARGEST = HEAD.size + 30 * MOST  # bytes of one in which every triangle has its own corners
 
 
 def packed_mesh(vertices: np.ndarray, faces: np.ndarray, triangles: int = DEFAULT) -> dict[str, Any]:
@@ -51,7 +52,10 @@ def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
 def unpacked(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) and triangles (m, 3) of a text; a BadValueError for one that is no such mesh."""
     try:
-        content = zlib.decompress(b64decode(text, validate=True))
+        stream = zlib.decompressobj()
+        content = stream.decompress(b64decode(text, validate=True), LARGEST)
+        if not stream.eof:
+            raise ValueError
         n, m, *box = HEAD.unpack_from(content)
         if len(content) != HEAD.size + 6 * n + 12 * m:
             raise ValueError

@@ -33,13 +33,21 @@ def extended(raw: Keys, folder: Path, read: Read, above: tuple[Path, ...] = ()) 
     if not isinstance(named, str):
         raise ScenarioError.at("extends", "must be a text in quotes", "give the path of a TOML file", named)
     path = folder / named
-    if path.resolve() in above:
+    if resolved(path) in above:
         raise ScenarioError.at("extends", "leads back to itself", "take it out of one of the files", named)
     try:
         below = read(path)
     except ScenarioError as error:
         raise error.inside(f"extends = {show(named)}") from None
-    return _over(extended(below, path.parent, read, (*above, path.resolve())), raw)
+    return _over(extended(below, path.parent, read, (*above, resolved(path))), raw)
+
+
+def resolved(path: Path) -> Path:
+    """A path by which a file is known; as it is where the folder of the process is gone."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        return path
 
 
 def _over(below: Keys, raw: Keys) -> Keys:
@@ -79,9 +87,10 @@ def _section(below: Keys, section: Keys) -> Keys:
 
 def _by_name(below: list[Keys], items: list[Keys]) -> list[Keys]:
     merged = list(below)
-    places = {item.get("name"): i for i, item in enumerate(merged)}
+    places = {name: i for i, item in enumerate(merged) if isinstance(name := item.get("name"), str)}
     for item in items:
-        place = places.get(item.get("name")) if "name" in item else None
+        name = item.get("name")
+        place = places.get(name) if isinstance(name, str) else None
         if place is None:
             merged.append(item)
         else:

@@ -1,10 +1,9 @@
 """Where a scenario comes from: a TOML file, a dict or a System; and what `--set` changes in it."""
 
-import copy
-import re
-import tomllib
-from collections.abc import Container, Mapping
+import os
+from collections.abc import Callable, Container, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -12,27 +11,31 @@ from typing import Any
 from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.code import embedded
+from lienumba.scenario.base.code import check_own, embedded
 from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START
+from lienumba.scenario.base.plain import plain, plain_value
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.scenario.reading.extends import extended, replaced_by
+from lienumba.scenario.reading.extends import extended, replaced_by, resolved
 from lienumba.scenario.reading.mesh_files import with_meshes
 from lienumba.scenario.reading.recordings import with_recordings
 from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.sample_table import sampled
 from lienumba.scenario.reading.start_file import located
+from lienumba.scenario.reading.toml_text import parse_value, read_toml
 from lienumba.scenario.schema.tables import inlined
-from lienumba.words import nearest, show, suggestion
+from lienumba.words import printable, show, suggestion
 
+LONGEST = 300  # characters of a setting in a message
 MODEL_KEYS = ("gravity", "ground_shapes", *LISTS, INPUTS, START)
 
 
-def load(source: object) -> Keys:
-    """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System.
+def load(source: object, allow_code: bool = False) -> Keys:
+    """The scenario's keys and values, not yet checked, with what its files hold; `source`: a path, a dict, a System;
+    allow_code: whether TOML files may have Python code that is not plainly their owner's.
 
     Quantities and events stand beside the model in a file; here they are a part of it, as everything that has a name.
     """
-    raw = _load(source)
+    raw = _load(source, partial(_read, allow_code))
     for kind in BESIDE:
         listed = raw.pop(kind, None)
         model = raw.setdefault("model", {}) if listed is not None else raw.get("model")
@@ -55,105 +58,24 @@ def with_files(raw: Keys, folder: Path) -> Keys:
     return located(sampled(marked(embedded(raw, folder), folder), folder), folder)
 
 
-def _load(source: object) -> Keys:
-    if isinstance(source, str | Path):
-        return extended(_read(Path(source)), Path(source).parent, _read, (Path(source).resolve(),))
+def _load(source: object, read: Callable[[Path], Keys]) -> Keys:
+    if isinstance(source, str | os.PathLike):
+        path = Path(source)
+        return extended(read(path), path.parent, read, (resolved(path),))
     if hasattr(source, "to_dict"):
         source = source.to_dict()
     if isinstance(source, Mapping):
-        plain = _plain(source)
-        assert isinstance(plain, dict)
-        return extended(with_files(plain, Path()), Path(), _read)
+        return extended(with_files(plain(source), Path()), Path(), read)
     raise ScenarioError.at(
         f"the scenario is a {type(source).__name__}", "must be the path of a TOML file, a dict or a System"
     )
 
 
-def _plain(value: object) -> Any:
-    """A copy in the types that TOML has: NumPy's arrays become lists, its numbers plain, tuples lists."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items() if item is not None}
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return copy.copy(value)
-
-
-def _read(path: Path) -> Keys:
-    if path.is_dir():
-        raise ScenarioError.at("", f"{path} is a folder", "give the path of a TOML file in it")
-    if not path.exists():
-        raise ScenarioError.at("", f"{path} does not exist", _similar_file(path))
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ScenarioError.at("", f"{path} is not a text file in UTF-8", "give the path of a TOML file") from None
-    except OSError as error:
-        raise ScenarioError.at(f"{path} cannot be read", str(error.strerror), "check its permissions") from None
-    try:
-        return with_files(tomllib.loads(text), path.parent)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(_syntax(path, text, str(error))) from None
-
-
-def _similar_file(path: Path) -> str:
-    folder = path.parent
-    if not folder.is_dir():
-        return f"nor does the folder {folder}; check the path"
-    close = nearest(path.name, [item.name for item in folder.glob("*.toml")])
-    return f"the nearest file there is {folder / close}" if close else "check the path"
-
-
-def _syntax(path: Path, text: str, message: str) -> Problem:
-    """A TOML syntax error: line, column, the line itself, and the usual cause."""
-    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
-    lines = text.splitlines() or [""]
-    if match is None or match.group(2) is None:
-        number, column = len(lines), len(lines[-1]) + 1
-    else:
-        number, column = int(match.group(2)), int(match.group(3))
-    reason = match.group(1) if match else message
-    line = lines[number - 1].strip() if number <= len(lines) else ""
-    where = f"{path}, line {number}, column {column}"
-    return Problem(where, f"not valid TOML: {reason}, in `{line[:80]}`", _usual_cause(line, reason))
-
-
-def _usual_cause(line: str, reason: str) -> str:
-    value = line.partition("=")[2].strip()
-    if "overwrite" in reason or "twice" in reason:
-        return "this key or table is there twice; keep one of them"
-    if re.fullmatch(r"[-+]?\d+,\d+", value):
-        return f"a decimal number has a point: {value.replace(',', '.')}"
-    if value.endswith((";", ",")):
-        return "a line ends without a comma or semicolon"
-    if re.search(r"(^|[\s\[,=])[-+]?\.\d", value) or re.search(r"\d\.(\D|$)", value):
-        return "a decimal point needs a digit on both sides: 0.5, 15.0"
-    if re.match(r"(True|False|None|none|null)\b", value):
-        return "write true or false in lower case; leave a key out to omit it"
-    if re.match(r"[\d.]+\s*(kg|m|s|rad|deg|Nm|N)\b", value):
-        return "write the number alone, without its unit"
-    if re.match(r"[A-Za-z]", value):
-        return "a text needs quotes"
-    if re.match(r"[\w.]*\[\d+\]|[\w.]+\[", line) and "=" in line:
-        return "a path with an index needs quotes"
-    if "=" not in line and not line.startswith("["):
-        return "a line is `key = value` or `[section]`"
-    return "check brackets, quotes and commas"
-
-
-def parse_value(text: str) -> Any:
-    """The value of `--set path=text`: TOML, or a bare word as a string."""
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-        if list(parsed) == ["value"]:
-            return parsed["value"]
-    except tomllib.TOMLDecodeError:
-        if re.fullmatch(r"[A-Za-z_][\w-]*", text.strip()):
-            return text.strip()
-    raise BadValueError(
-        "", "give a number, a list in [] or a text in quotes (a bare word needs none)", verb="is not TOML"
-    )
+def _read(allow_code: bool, path: Path) -> Keys:
+    raw = read_toml(path)
+    if not allow_code:
+        check_own(raw, path)
+    return with_files(raw, path.parent)
 
 
 def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem]:
@@ -163,16 +85,20 @@ def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem
     """
     problems: list[Problem] = []
     for path, value in overrides.items():
+        said = f"--set {printable(str(path))}={_text(value)}"
         try:
-            setting = parse_value(value) if isinstance(value, str) else _plain(value)
+            if not isinstance(path, str):
+                raise ScenarioError.at(f"the path {show(path)}", "must be a text", f"write one {paths.EXAMPLES}")
+            setting = plain_value(parse_value(value) if isinstance(value, str) else value, path)
             tokens = tokens_of(path)
             _refuse_gridded(data, tokens)
             put_setting(data, tokens, setting, overrides)
         except paths.PathError as error:
-            problems.append(error.of(path).inside(f"--set {path}={_text(value)}"))
+            problems.append(error.of(path).inside(said))
         except BadValueError as error:
-            said = replace(error.problem, place=f"the value {_text(value)}")
-            problems.append(said.inside(f"--set {path}={_text(value)}"))
+            problems.append(replace(error.problem, place=f"the value {_text(value)}").inside(said))
+        except ScenarioError as error:
+            problems += error.inside(said).problems
     return problems
 
 
@@ -213,7 +139,8 @@ def name_unnamed(data: Keys) -> None:
 
 
 def _text(value: object) -> str:
-    return value.replace("\n", "\\n") if isinstance(value, str) else show(value)
+    text = printable(value) if isinstance(value, str) else show(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."
 
 
 def _refuse_unknown_parameter(data: Keys, tokens: list[paths.Token]) -> None:

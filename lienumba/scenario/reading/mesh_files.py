@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lienumba.errors import Problem, ScenarioError
+from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.meshes.files import read_mesh
 from lienumba.scenario.meshes.packing import DEFAULT, MOST, packed_mesh, unpacked
@@ -53,7 +53,10 @@ def _read(at: str, shape: Keys, folder: Path) -> Keys:
         with reading(at, shape["file"], path):
             vertices, faces = read_mesh(path)
     elif isinstance(data, str):
-        vertices, faces = unpacked(data)
+        try:
+            vertices, faces = unpacked(data)
+        except BadValueError:
+            return shape  # which is told later
         if len(faces) <= triangles:
             return kept
     else:

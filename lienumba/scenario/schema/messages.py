@@ -66,6 +66,8 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], rem
         if (isinstance(value, float) and value.is_integer()) or (isinstance(value, str) and value.isdecimal()):
             return "must be a whole number", f"write {int(value)}"
         return "must be a whole number", remedy
+    if kind == "string_too_long":
+        return f"is longer than {context['max_length']} characters", "shorten it"
     if kind == "string_pattern_mismatch":
         return "is no valid name", remedy
     if kind == "string_type":

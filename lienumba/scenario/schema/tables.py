@@ -167,10 +167,13 @@ def _inlined(name: str, table: Keys, folder: Path) -> Keys:
 
 def check_file(at: str, path: Path, value: object) -> None:
     """There must be a file where the scenario says so."""
-    if path.is_dir():
-        raise ScenarioError.at(at, "is a folder", "give the path of a file in it", value)
-    if not path.is_file():
-        raise ScenarioError.at(at, "there is no such file", "check the path", value)
+    try:
+        if path.is_dir():
+            raise ScenarioError.at(at, "is a folder", "give the path of a file in it", value)
+        if not path.is_file():
+            raise ScenarioError.at(at, "there is no such file", "check the path", value)
+    except OSError as error:  # such as a name that is too long
+        raise ScenarioError.at(at, f"cannot be read ({error.strerror})", "check the path", value) from None
 
 
 @contextmanager

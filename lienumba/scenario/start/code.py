@@ -205,7 +205,7 @@ def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
         return call()
     except user_laws.LawError as error:
         raise ScenarioError.at(place, f"{code.function.__name__}: {error}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         name, line = f"{code.function.__name__} in {file}", line_of(error, file)
         known = next((known for sign, *known in REMEDIES if sign in str(error)), None)
         if known is not None:

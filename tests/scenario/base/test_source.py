@@ -112,7 +112,7 @@ def test_a_system_takes_functions_and_writes_them(tmp_path):
 
     file = tmp_path / "arm.toml"
     file.write_text(build().to_toml(), encoding="utf-8")
-    direct, read = run(build()), run(file)
+    direct, read = run(build()), run(file, allow_code=True)
     assert direct.attrs["scenario_sha256"] == read.attrs["scenario_sha256"] == resolve(build()).sha256()
     for name in ("position", "own.integral", "late.torque", "joint_force"):
         np.testing.assert_array_equal(direct[name], read[name], err_msg=name)

@@ -1,0 +1,117 @@
+"""From the text of a scenario to its tables: what is wrong with a text that is no TOML, as sentences."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from lienumba.errors import BadValueError, Problem, ScenarioError
+from lienumba.scenario.base.plain import plain
+from lienumba.scenario.base.toml import Keys
+from lienumba.words import nearest, printable
+
+LARGEST = 256 * 2**20  # bytes of a file
+TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
+NO_TOML = "is not TOML", "give a number, a list in [] or a text in quotes (a bare word needs none)"
+
+
+def read_toml(path: Path) -> Keys:
+    """The tables of a file; a ScenarioError if it cannot be read, or is no TOML, or holds what no scenario can."""
+    text = _text(path)
+    try:
+        return plain(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(_syntax(path, text, str(error))) from None
+    except RecursionError:
+        raise ScenarioError.at(f"{path}", *TOO_DEEP) from None
+    except ValueError:  # of Python: so many digits
+        raise ScenarioError.at(f"{path}", *_long_number(text)) from None
+
+
+def parse_value(text: str) -> Any:
+    """The value of `--set path=text`: TOML, or a bare word as a string."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+        if list(parsed) == ["value"]:
+            return parsed["value"]
+    except RecursionError:
+        raise BadValueError("", TOO_DEEP[1], verb=TOO_DEEP[0]) from None
+    except ValueError:
+        if re.fullmatch(r"[A-Za-z_][\w-]*", text.strip()):
+            return text.strip()
+    raise BadValueError("", NO_TOML[1], verb=NO_TOML[0])
+
+
+def _text(path: Path) -> str:
+    """The text of a file."""
+    shown = printable(str(path))
+    try:
+        if path.is_dir():
+            raise ScenarioError.at("", f"{shown} is a folder", "give the path of a TOML file in it")
+        if not path.exists():
+            raise ScenarioError.at("", f"{shown} does not exist", _similar_file(path))
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+    except OSError as error:
+        raise ScenarioError.at(f"{shown} cannot be read", str(error.strerror), "check its permissions") from None
+    except ValueError:
+        raise ScenarioError.at(f"{shown} cannot be read", "is no path of a file", "check the path") from None
+    if len(content) > LARGEST:
+        rule = f"is larger than {LARGEST >> 20} MiB"
+        raise ScenarioError.at(shown, rule, "put numbers into files: tables, recordings, samples")
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise ScenarioError.at("", f"{shown} is not a text file in UTF-8", "give the path of a TOML file") from None
+
+
+def _similar_file(path: Path) -> str:
+    folder = path.parent
+    if not folder.is_dir():
+        return f"nor does the folder {printable(str(folder))}; check the path"
+    close = nearest(path.name, [item.name for item in folder.glob("*.toml")])
+    return f"the nearest file there is {folder / close}" if close else "check the path"
+
+
+def _long_number(text: str) -> tuple[str, str]:
+    """What is wrong where Python refuses to read a number."""
+    line = next((n for n, x in enumerate(text.splitlines(), 1) if re.search(r"\d{4000}", x.replace("_", ""))), None)
+    return f"has a whole number of thousands of digits{f' in line {line}' if line else ''}", "write it as 1e30"
+
+
+def _syntax(path: Path, text: str, message: str) -> Problem:
+    """A TOML syntax error: line, column, the line itself, and the usual cause."""
+    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
+    lines = text.split("\n")
+    if match is None or match.group(2) is None:
+        number, column = len(lines), len(lines[-1]) + 1
+    else:
+        number, column = int(match.group(2)), int(match.group(3))
+    reason = match.group(1) if match else message
+    line = lines[number - 1].strip() if number <= len(lines) else ""
+    where = f"{printable(str(path))}, line {number}, column {column}"
+    cause = _usual_cause(line[:1000], reason)
+    return Problem(where, f"not valid TOML: {printable(reason)}, in `{printable(line[:80])}`", cause)
+
+
+def _usual_cause(line: str, reason: str) -> str:
+    value = line.partition("=")[2].strip()
+    if "overwrite" in reason or "twice" in reason:
+        return "this key or table is there twice; keep one of them"
+    if re.fullmatch(r"[-+]?\d+,\d+", value):
+        return f"a decimal number has a point: {value.replace(',', '.')}"
+    if value.endswith((";", ",")):
+        return "a line ends without a comma or semicolon"
+    if re.search(r"(^|[\s\[,=])[-+]?\.\d", value) or re.search(r"\d\.(\D|$)", value):
+        return "a decimal point needs a digit on both sides: 0.5, 15.0"
+    if re.match(r"(True|False|None|none|null)\b", value):
+        return "write true or false in lower case; leave a key out to omit it"
+    if re.match(r"[\d.]+\s*(kg|m|s|rad|deg|Nm|N)\b", value):
+        return "write the number alone, without its unit"
+    if re.match(r"[A-Za-z]", value):
+        return "a text needs quotes"
+    if re.match(r"[\w.]*\[\d+\]|[\w.]+\[", line) and "=" in line:
+        return "a path with an index needs quotes"
+    if "=" not in line and not line.startswith("["):
+        return "a line is `key = value` or `[section]`"
+    return "check brackets, quotes and commas"

@@ -1,0 +1,130 @@
+"""One case, and what came of it: nothing but success or a ScenarioError, in time, in memory, with finite values."""
+
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+
+import lienumba
+from fuzzing.cases import Case
+from lienumba.batch.statuses import SUCCESS
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.study_start import check_starts
+
+SECONDS = 20.0  # of core time
+VALIDATED, RUN, REFUSED = "validated", "run", "refused"
+
+
+class TooSlowError(BaseException):
+    """Nothing catches it."""
+
+
+@dataclass
+class Outcome:
+    """`failure`: what is wrong, empty if nothing is."""
+
+    what: str
+    seconds: float
+    failure: str = ""
+
+
+def tried(case: Case) -> Outcome:
+    """What comes of a case; in the main thread of a process, whose alarm it uses."""
+    start = time.process_time()
+    what, failure = "", ""
+    old = signal.signal(signal.SIGPROF, _too_slow)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            what = _act(case)
+    except ScenarioError as error:
+        what, failure = REFUSED, _fault_of(error)
+    except TooSlowError:
+        what, failure = "slow", f"took more than {SECONDS:g} s: " + traceback.format_exc()
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        what, failure = "traceback", traceback.format_exc()
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, old)
+    seconds = time.process_time() - start
+    if not failure and seconds > SECONDS:
+        what, failure = "slow", f"took {seconds:.1f} s"
+    return Outcome(what, seconds, failure)
+
+
+def _act(case: Case) -> str:
+    if isinstance(case.scenario, str):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "case.toml"
+            path.write_bytes(case.scenario.encode("utf-8", "surrogatepass"))
+            return _validated(path, case)
+    if not case.run:
+        return _validated(case.scenario, case)
+    dataset = lienumba.run(case.scenario, workers=1, progress=False)
+    wrong = _not_finite(dataset)
+    if wrong:
+        raise AssertionError(f"status 0 and values that are not finite: {wrong}")
+    return RUN
+
+
+def _validated(scenario: object, case: Case) -> str:
+    resolved = resolve(scenario, overrides=case.overrides)
+    check_starts(resolved)
+    resolved.sha256()
+    return VALIDATED
+
+
+def _fault_of(error: ScenarioError) -> str:
+    """What is wrong with the sentences of an error."""
+    text = str(error)
+    if not text.strip():
+        return "an error without a sentence"
+    if not all(c.isprintable() or c == "\n" for c in text):
+        return f"control characters in {text!r}"
+    if len(text) > 100_000:
+        return f"a message of {len(text)} characters"
+    if "Traceback" in text or "pydantic" in text:
+        return f"not a sentence: {text}"
+    return ""
+
+
+def _not_finite(dataset: object) -> str:
+    """The variables in which a run that ended well has a value that is not finite."""
+    ds = dataset
+    if "status" not in ds or "run" not in ds["status"].dims:  # a study
+        return ""
+    good = (ds["status"] == SUCCESS).to_numpy()
+    wrong = []
+    for name, x in ds.data_vars.items():
+        if (
+            x.dims[:1] != ("run",)
+            or x.dtype.kind != "f"
+            or "event" in x.dims
+            or str(name).startswith(("event_", "last_"))
+        ):
+            continue
+        if not np.isfinite(x.to_numpy()[good]).all():
+            wrong.append(str(name))
+    return ", ".join(wrong)
+
+
+def _too_slow(number: int, frame: FrameType | None) -> None:
+    raise TooSlowError
+
+
+def peak_memory() -> float:
+    """The largest memory of this process so far, in bytes."""
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
