@@ -14,19 +14,17 @@ import numpy as np
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.massless import with_lent_masses
+from lienumba.mechanics.mechanism.massless import evened, with_lent_masses
 from lienumba.mechanics.mechanism.model import Coordinate, Counted, Driver, Model, Start
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
 from lienumba.mechanics.start.along_joints import Along, along_joints, moving_along
-from lienumba.mechanics.start.gauss_newton import ACCEPTED, Closing, velocities
+from lienumba.mechanics.start.gauss_newton import Closing, allowed_distances, allowed_rates, velocities
 from lienumba.mechanics.start.least_norm import Entries
 from lienumba.mechanics.start.poses import Poses
 from lienumba.mechanics.system import constraints
-from lienumba.mechanics.system.projection import ROUNDING
 
 LENT = 1e-4  # of the lightest body, a massless one gets so much; `velocities` takes it back
-SOLVED = 1e-11  # what solving for velocities may leave, relative to the fastest
 FEW = 4  # bodies up to which the least change is found from anywhere; more start along joints without references, too
 
 
@@ -112,8 +110,8 @@ def _assemble(model: Model, start: Start, runs: int) -> Assembly:
     full = _with_given(model, given)
     rows = _on_velocities(_conditions(full, len(model.drivers), given))
     moving = moving_along(model, told, poses, along.ties, poses.bodies(local, poses.rates))
-    metric = _inverse_mass(with_lent_masses(model, LENT))
-    bodies = velocities(full, poses, local, metric, rows, moving)
+    lent = with_lent_masses(model, LENT)
+    bodies = velocities(full, poses, local, lambda evenness: _inverse_mass(evened(lent, evenness)), rows, moving)
     return _result(model, full, given, Instant(bodies, 0.0, angles), runs)
 
 
@@ -246,8 +244,6 @@ def _result(model: Model, full: Model, given: list[Given], now: Instant, runs: i
     on_velocities = _on_velocities(conditions)
     rates, _ = constraints.rate_and_bias(full, now)
     rates = [rate if row in on_velocities else 0.0 for row, rate in enumerate(rates)]
-    reach, far, speed = constraints.sizes(full, now)
-    fastest = constraints.largest([x for body in now.bodies for x in body[12:18]])
     flat = _stack([x for body in now.bodies for x in body], runs)
     everything = still(now, tuple(range(len(now.bodies))))
     angles = {
@@ -262,8 +258,8 @@ def _result(model: Model, full: Model, given: list[Given], now: Instant, runs: i
         conditions,
         np.abs(_stack(constraints.residual(full, now), runs)),
         np.abs(_stack(rates, runs)),
-        ACCEPTED * _stack(reach, runs) + ROUNDING * _stack(far, runs),
-        ACCEPTED * _stack(speed, runs) + SOLVED * _stack([fastest], runs),
+        _stack(allowed_distances(full, now), runs),
+        _stack(allowed_rates(full, now), runs),
     )
 
 

@@ -23,6 +23,10 @@ from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, cos, maximum, where
 
 ACCEPTED = 1e-8  # largest violation of an assembled state, relative to the size of its joint, or speed of its points
+SOLVED = 1e-11  # what solving for velocities may leave, relative to the fastest
+NEAREST = 1e-15  # m, rad: less is none, also where a joint is in the middle of its bodies and of the world
+SLOWEST = 1e-12  # m/s, rad/s: less is none, also where everything else is at rest
+EVEN = 1e-6  # of the heaviest body: lighter ones count as such where their own masses lead to no solution
 ITERATIONS = 50
 FAR = 10  # iterations that look for the least correction; where it is large they converge slowly, the rest fast
 PATIENCE = 8  # iterations without a smaller violation than before
@@ -130,7 +134,7 @@ class Closing:
             rounding = ROUNDING * (reach[row] + far[row])
             left = where(size <= rounding, 0.0, where(size > rounding, size, np.inf))  # NaN is the worst
             worst = maximum(worst, left)
-            accepted = accepted & (left <= ACCEPTED * reach[row] + rounding)
+            accepted = accepted & (left <= ACCEPTED * reach[row] + rounding + NEAREST)
         for index, axis in self.upright:
             joint, view = self.model.joints[index], still(now, self.model.joints[index].bodies)
             first, second = (joints.direction(joint, side, view[i], axis) for side, i in enumerate(joint.bodies))
@@ -155,30 +159,58 @@ def _limited(x: Sequence[Number], new: Sequence[Number]) -> list[Any]:
     return [where(long, a + part * (b - a), b) for a, b in zip(x, new, strict=True)]
 
 
+def allowed_distances(model: Model, now: Instant) -> list[Any]:
+    """Of every row, how far it may be from holding (m or rad)."""
+    reach, far, _ = constraints.sizes(model, now)
+    return [ACCEPTED * own + ROUNDING * away + NEAREST for own, away in zip(reach, far, strict=True)]
+
+
+def allowed_rates(model: Model, now: Instant) -> list[Any]:
+    """And how far its rate may be from what it shall be (m/s or rad/s)."""
+    rest = SOLVED * constraints.largest([x for body in now.bodies for x in body[12:18]]) + SLOWEST
+    return [ACCEPTED * speed + rest for speed in constraints.sizes(model, now)[2]]
+
+
 def velocities(
     model: Model,
     poses: Poses,
     local: tuple[Local, ...],
-    inverse_mass: Entries,
+    metric: Callable[[float], Entries],
     rows: tuple[int, ...],
     moving: tuple[Any, ...] | None = None,
 ) -> tuple[Any, ...]:
     """The state with velocities that fulfil these rows: `moving` where it does, else changed as little as can be in
-    kinetic energy."""
-    if moving is None:
-        return _least_energy(model, poses, local, inverse_mass, rows)
-    now = Instant(moving)
+    kinetic energy. metric: the inverse mass matrix, with bodies no lighter than a part of the heaviest. Where masses
+    are too different for a solution, it is the least change among such bodies."""
+    fits: Any = False
+    if moving is not None:
+        now = Instant(moving)
+        speed, fastest = constraints.sizes(model, now)[2], constraints.largest([x for b in moving for x in b[12:18]])
+        fits = _fulfilled(model, now, rows, [ROUNDING * (own + fastest) for own in speed])
+        if np.all(fits):
+            return moving
+    solved = _least_energy(model, poses, local, metric(0.0), rows)
+    now = Instant(solved)
+    solves = fits | _fulfilled(model, now, rows, allowed_rates(model, now))
+    if not np.all(solves):
+        solved = _either(solves, solved, _least_energy(model, poses, local, metric(EVEN), rows))
+    return solved if moving is None else _either(fits, moving, solved)
+
+
+def _fulfilled(model: Model, now: Instant, rows: tuple[int, ...], limits: Sequence[Any]) -> Any:
+    """Whether the rates of these rows are within their limits; NaN is not."""
     rates, _ = constraints.rate_and_bias(model, now)
-    speed, fastest = constraints.sizes(model, now)[2], constraints.largest([x for b in moving for x in b[12:18]])
     fits: Any = True
     for row in rows:
-        fits = fits & (absolute(rates[row]) <= ROUNDING * (speed[row] + fastest))
-    if np.all(fits):
-        return moving
-    solved = _least_energy(model, poses, local, inverse_mass, rows)
+        fits = fits & (absolute(rates[row]) <= limits[row])
+    return fits
+
+
+def _either(runs: Any, a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The velocities of a in these runs, of b in the others."""
     return tuple(
-        (*a[0:12], *(where(fits, x, y) for x, y in zip(a[12:18], b[12:18], strict=True)))
-        for a, b in zip(moving, solved, strict=True)
+        (*x[0:12], *(where(runs, u, w) for u, w in zip(x[12:18], y[12:18], strict=True)))
+        for x, y in zip(a, b, strict=True)
     )
 
 

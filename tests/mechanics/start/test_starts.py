@@ -1,6 +1,7 @@
 """Starts as users give them: relative poses, guesses, joint coordinates, joints placed in global coordinates."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.system import constraints
 from tests.compiler.evaluation import assert_same_bits
 from tests.mechanics.start.test_assembly import picked
-from tests.rigs.joint_starts import joint_start
+from tests.rigs.joint_starts import joint_start, with_known
 from tests.rigs.linkages import GRAVITY, bennett, closed_chain, triple, unit_body
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -322,3 +323,36 @@ def test_an_overconstrained_linkage_is_assembled_from_guesses():
     says = [JointStart(axes=tuple(f[2] for f in joint.frames)) for joint in exact.model.joints]
     done = assembled(exact.model, near, says)
     assert done.position_violations.max() < 1e-13
+
+
+# ---------------------------------------------------------------- rounding, and bodies of very different masses
+@pytest.mark.parametrize(("turning", "good"), [(1e-16, True), (1e-13, True), (1e-9, False)])
+def test_a_start_at_rest_may_have_rounding(turning, good):
+    """About an axis across the hinge's, while nothing else moves."""
+    m, says = arm()
+    pose = Pose(position=HALF[0], rotation=so3.IDENTITY, velocity=ZERO, angular_velocity=(turning, 0.0, 0.0))
+    assert assembly.assemble(m, Start((pose,), says), 1).good.tolist() == [good]
+
+
+@pytest.mark.parametrize(("off", "good"), [(1e-17, True), (1e-9, False)])
+def test_so_may_one_in_the_middle_of_everything(off, good):
+    joint = Joint("ball", "spherical", (GROUND, 0), (ZERO, ZERO))
+    m = Model(GRAVITY, (unit_body("b"),), (joint,))
+    pose = Pose(position=(off, 0.0, 0.0), rotation=so3.IDENTITY)
+    assert assembly.assemble(m, Start((pose,), (JointStart(),)), 1).good.tolist() == [good]
+
+
+@pytest.mark.parametrize("lightest", [1e-8, 1e-12, 1e-16])
+def test_a_light_link_between_hinges_starts_with_the_rates_that_are_given(lightest):
+    """Also where guesses, and not the joints alone, say where the bodies are, and in the one run that has it."""
+    rates = (0.7, -1.3, 0.4)
+    m, says = arm(3, angle=0.4)
+    says = tuple(with_known(x, rate=rate) for x, rate in zip(says, rates, strict=True))
+    light = np.array([1.0, lightest])
+    body = replace(m.bodies[1], mass=light, inertia=tuple(light * x for x in m.bodies[1].inertia))
+    m = replace(m, bodies=(m.bodies[0], body, m.bodies[2]))
+    guess = [Pose(guess=Pose(position=(0.5 + i, 0.1 * i, 0.0))) for i in range(3)]
+    done = assembled(m, guess, says, 2)
+    np.testing.assert_allclose(done.state[:, :, 17], np.tile(np.cumsum(rates), (2, 1)), atol=1e-11)
+    alone = assembled(replace(m, bodies=(m.bodies[0], unit_body("b1"), m.bodies[2])), guess, says)
+    assert_same_bits(done.state[:1], alone.state)

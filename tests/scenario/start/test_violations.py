@@ -107,7 +107,7 @@ CASES = {
     "an offset that is not there": (
         rig(GEAR + "offset = 3\n"),
         "model.joints.extra: its coordinates do not have its ratio and offset at t = 0: they miss by 2 "
-        "m, at most 4e-15 m is allowed; correct the offset, give references to pivot (without them an "
+        "m, at most 5e-15 m is allowed; correct the offset, give references to pivot (without them an "
         "angle is 0 at the start) or the position and rotation of arm and block, or omit what shall be solved for",
     ),
     "an angle that is not there": (
@@ -118,16 +118,16 @@ CASES = {
     "a displacement that is not there": (
         rig(rail=f"{RAIL}\ndisplacement = 0.5"),
         "model.joints.rail.displacement: contradicts what else is given for the start, by 0.5 m, at most "
-        "4e-15 m is allowed; correct it or the position and rotation of block, or omit one of them",
+        "5e-15 m is allowed; correct it or the position and rotation of block, or omit one of them",
     ),
     "a rate that is not there": (
         rig(arm=ARM + STILL, pivot=f"{PIVOT}\nrate = 0.5"),
-        "model.joints.pivot.rate: contradicts what else is given for the start, by 0.5 rad/s, at most 0 "
+        "model.joints.pivot.rate: contradicts what else is given for the start, by 0.5 rad/s, at most 1e-12 "
         "rad/s is allowed; correct it or the velocity and angular_velocity of arm, or omit one of them",
     ),
     "a speed that is not there": (
         rig(block=BLOCK + STILL, rail=f"{RAIL}\nspeed = 0.5"),
-        "model.joints.rail.speed: contradicts what else is given for the start, by 0.5 m/s, at most 0 "
+        "model.joints.rail.speed: contradicts what else is given for the start, by 0.5 m/s, at most 1e-12 "
         "m/s is allowed; correct it or the velocity and angular_velocity of block, or omit one of them",
     ),
     "a screw's rate and speed": (
@@ -230,7 +230,7 @@ CASES = {
     "driver away from a given position": (
         rig(driver('joint = "rail"', 'value = "0.5 + t"')),
         "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by "
-        "0.5 m, at most 4e-15 m is allowed; correct its value, or the position and rotation of block, or "
+        "0.5 m, at most 5e-15 m is allowed; correct its value, or the position and rotation of block, or "
         "omit what shall be solved for",
     ),
     "driver away from a given rotation": (
@@ -247,7 +247,7 @@ CASES = {
     "driver away from a given velocity": (
         rig(driver('joint = "rail"', 'value = "1 + t"'), block=BLOCK + STILL),
         "model.drivers.drive: prescribes another velocity at t = 0 than the start has: they differ by 1 "
-        "m/s, at most 0 m/s is allowed; correct its value, or the velocity and angular_velocity of "
+        "m/s, at most 1e-12 m/s is allowed; correct its value, or the velocity and angular_velocity of "
         "block, or omit what shall be solved for",
     ),
     "driver away from a given rate": (
@@ -267,7 +267,7 @@ CASES = {
     "point away from a given position": (
         rig(driver('body = "free"', 'motion = "point"', "value = [0, 3, 4]"), FREE + "position = [0, 0, 0]\n"),
         "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by 5 "
-        "m, at most 0 m is allowed; correct its value, or the position of free, or omit what shall be "
+        "m, at most 1e-15 m is allowed; correct its value, or the position of free, or omit what shall be "
         "solved for",
     ),
     "orientation away from a given rotation": (
@@ -297,7 +297,7 @@ CASES = {
     "angular velocity away from a given one": (
         rig(FREE + STILL, driver('body = "free"', 'motion = "angular_velocity"', "value = [0, 0, 0.1]")),
         "model.drivers.drive: prescribes another velocity at t = 0 than the start has: they differ by "
-        "0.1 rad/s, at most 0 rad/s is allowed; correct its value, or the velocity and angular_velocity "
+        "0.1 rad/s, at most 1e-12 rad/s is allowed; correct its value, or the velocity and angular_velocity "
         "of free, or omit what shall be solved for",
     ),
     "a point that its joint does not let go": (
