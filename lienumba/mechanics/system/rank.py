@@ -76,6 +76,26 @@ def rank_of(model: Model, now: Instant) -> Rank:
     return Rank(len(C), rank, C.shape[1] - rank, redundant, tuple(shared), tuple(exchangeable))
 
 
+def ranks(model: Model, now: Instant, runs: int) -> np.ndarray:
+    """The rank of C in each run (runs,), in the metric of the first one; numbers are floats or arrays (runs,). Masses
+    do not enter C: where nothing else differs, one run tells the rank of all."""
+    entries = constraints.jacobian(model, now)
+    values = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in entries.values()])
+    rows, columns = np.array(list(entries)).T
+    metric = np.eye(6 * len(model.bodies))
+    _unit_masses(nominal(model), metric)
+    some = range(runs) if np.any(values != values[:, :1]) else range(1)
+    found = []
+    for run in some:
+        C = np.zeros((sum(c.rows for c in constraints.constraints_of(model)), len(metric)))
+        C[rows, columns] = values[:, run]
+        C = C @ metric
+        lengths = np.linalg.norm(C, axis=1, keepdims=True)
+        sizes = np.linalg.svd(C / np.where(lengths == 0.0, 1.0, lengths), compute_uv=False)
+        found.append(int(np.sum(sizes > NEGLIGIBLE * sizes[0])))
+    return np.resize(found, runs)
+
+
 def independent(model: Model) -> Rank:
     """Of rows none of which can depend on others."""
     rows = sum(constraint.rows for constraint in constraints.constraints_of(model))

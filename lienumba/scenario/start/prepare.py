@@ -290,9 +290,10 @@ def _same_rank(done: Assembly, nominal: rank.Rank) -> np.ndarray:
     same = np.ones(len(done.state), bool)
     if not nominal.exchangeable:
         return same
-    varied: list[bool] = []
-    map_numbers(done.model, lambda x, _: varied.append(np.ndim(x) > 0))
-    if any(varied):
-        for run in np.flatnonzero(done.good).tolist():
-            same[run] = rank.rank_of(rank.nominal(done.model, run), done.instant(run)).rank <= nominal.rank
+    good = np.flatnonzero(done.good)
+    if len(good):
+        model = map_numbers(done.model, lambda x, _: x[good] if np.ndim(x) else x)
+        bodies = tuple(tuple(body.T) for body in done.state[good].transpose(1, 0, 2))
+        now = Instant(bodies, 0.0, {which: angle[good] for which, angle in done.angles.items()})
+        same[good] = rank.ranks(model, now, len(good)) <= nominal.rank
     return same

@@ -8,7 +8,7 @@ import pytest
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.start import assembly
-from lienumba.mechanics.system.rank import contradiction, nominal, rank_of
+from lienumba.mechanics.system.rank import contradiction, nominal, rank_of, ranks
 from tests.rigs.linkages import GRAVITY, bennett, closed_chain, door, planar_four_bar, unit_body
 
 Z = (0.0, 0.0, 1.0)
@@ -61,6 +61,27 @@ def test_only_what_takes_part_in_a_dependence_may_be_exchanged():
     found = rank_of(*assembled(model, start))
     assert (found.rank, found.freedom, found.shared) == (8, 4, ("low", "high"))
     assert found.exchangeable == tuple(range(3, 13))
+
+
+@pytest.mark.parametrize("varied", ["mass", "place", "hinge"])
+def test_many_runs_have_the_ranks_that_each_has_alone(varied):
+    """A mass does not change them, nor where the door is; a second hinge that is askew locks it."""
+    (body,) = door()[0].bodies
+    done = assembly.assemble(*door(), 1)
+    state, numbers, askew = np.tile(done.state, (3, 1, 1)), np.array([1.0, 2.0, 1.0]), np.array([0.0, 0.0, 0.3])
+    frame = tuple(tuple(x * np.ones(3) for x in axis) for axis in done.model.joints[1].frames[1])
+    joints = done.model.joints
+    if varied == "place":
+        state[:, 0, 0] += [0.0, 0.1, 0.2]
+    if varied == "hinge":
+        x, y, z = (np.array(axis) for axis in frame)
+        frame = (tuple(x), tuple(np.cos(askew) * y + np.sin(askew) * z), tuple(np.cos(askew) * z - np.sin(askew) * y))
+        joints = (joints[0], replace(joints[1], frames=(joints[1].frames[0], frame)))
+    mass = numbers if varied == "mass" else body.mass
+    model = replace(done.model, bodies=(replace(body, mass=mass),), joints=joints)
+    each = [rank_of(nominal(model, run), replace(done, state=state[run : run + 1]).instant(0)).rank for run in range(3)]
+    now = replace(done.instant(0), bodies=tuple(tuple(b.T) for b in state.transpose(1, 0, 2)))
+    assert ranks(model, now, 3).tolist() == each == ([5, 5, 6] if varied == "hinge" else [5, 5, 5])
 
 
 def test_independent_rows_have_unique_reactions_whatever_the_masses():
