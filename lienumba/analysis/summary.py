@@ -34,12 +34,25 @@ class Quantiles:
     high: float
 
 
+@dataclass(frozen=True)
+class Happened:
+    """Quantiles of the time (s) at which something first happened in a run, over the runs in which it did, which are so
+    many."""
+
+    name: str
+    runs: int
+    low: float
+    median: float
+    high: float
+
+
 @dataclass(frozen=True, repr=False)
 class Summary:
     """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
     dataset has none or nothing was measured; `final`: quantiles at the final time over those that reached the end,
-    `finished` runs; `kept`: those of summaries, over the good ones, which are `spread` runs. The nominal run is no part
-    of quantiles, unless it is the only one.
+    `finished` runs; `ended`: those of the last states of the good ones that did not; `kept`: those of summaries, over
+    the good ones, which are `spread` runs; `events`: when each first happened in these. The nominal run is no part of
+    quantiles, unless it is the only one.
 
     stopped: what made the sweep end before all its runs were done; not_unique: the joints and drivers whose reactions
     are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
@@ -60,6 +73,8 @@ class Summary:
     max_relative_energy_drift: float | None
     not_unique: str = ""
     stopped: str = ""
+    ended: tuple[Quantiles, ...] = ()
+    events: tuple[Happened, ...] = ()
 
     def __repr__(self) -> str:
         from lienumba.analysis.summary_text import text
@@ -104,6 +119,8 @@ def summarise(ds: xr.Dataset) -> Summary:
         outcomes=outcomes(ds),
         final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled)),
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
+        ended=tuple(_ended(ds, good & ~finished & sampled)),
+        events=tuple(_happened(ds, good & sampled)),
         max_position_violation=_maximum(ds, "max_position_violation", good),
         max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
         max_energy_drift=_maximum(ds, "max_energy_drift", good),
@@ -123,6 +140,22 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
     last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
     names = [name for name in (*own, *asked) if name in last or name in timed]
     return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in names], time
+
+
+def _ended(ds: xr.Dataset, which: np.ndarray) -> Iterator[Quantiles]:
+    """Of the last states of these runs, and of when they ended."""
+    if which.any():
+        yield from _quantiles("end_time", ds["end_time"], which)
+        for name in (name for name in FINAL if f"last_{name}" in ds):
+            yield from _quantiles(name, ds[f"last_{name}"], which)
+
+
+def _happened(ds: xr.Dataset, which: np.ndarray) -> Iterator[Happened]:
+    """When each event first happened in these runs, if it did in any."""
+    for name, times in zip(ds["event"].values, ds["event_time"].values.T, strict=True) if "event" in ds.dims else ():
+        found = times[which & ~np.isnan(times)]
+        if len(found):
+            yield Happened(str(name), len(found), *np.quantile(found, QUANTILES).tolist())
 
 
 def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator[Quantiles]:

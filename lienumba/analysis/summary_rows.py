@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lienumba.analysis.summary import Quantiles, Summary
+    from lienumba.analysis.summary import Happened, Quantiles, Summary
 
 MOST_BODIES = 3  # whose numbers are seen at once
 
@@ -38,6 +38,16 @@ def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
     shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
     first = [row for row in rows if not row.body or row.body in shown]
     return QuantileRows(runs, first, [row for row in rows if row not in first], len(bodies) - len(shown))
+
+
+def happened_headings(summary: Summary) -> list[str]:
+    """Of the table of events."""
+    return ["event", "runs", *(["5 %", "median", "95 %"] if summary.spread > 1 else ["time"]), "unit"]
+
+
+def happened_times(summary: Summary, event: Happened) -> list[float]:
+    """Those below its headings."""
+    return [event.low, event.median, event.high] if summary.spread > 1 else [event.median]
 
 
 def largest(summary: Summary) -> Iterator[tuple[str, float, str]]:

@@ -8,7 +8,14 @@ from itertools import repeat
 from typing import TYPE_CHECKING
 
 from lienumba.analysis.labels import unit_label
-from lienumba.analysis.summary_rows import QuantileRows, largest, not_unique, quantile_rows
+from lienumba.analysis.summary_rows import (
+    QuantileRows,
+    happened_headings,
+    happened_times,
+    largest,
+    not_unique,
+    quantile_rows,
+)
 from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
 from lienumba.words import plural
 
@@ -46,10 +53,23 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
         early = summary.finished < summary.spread
         which = f", over {plural(summary.finished, 'run that', 'runs that')} reached it" if early else ""
         yield _quantiles(f"at t = {summary.final_time:g} s{which}", quantile_rows(summary.final, summary.finished))
+    if summary.ended:
+        ended = summary.spread - summary.finished
+        yield _quantiles(f"where an event ended {plural(ended, 'run', 'runs')}", quantile_rows(summary.ended, ended))
+    if summary.events:
+        yield _events(summary)
     if summary.kept:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
     yield from filter(None, [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped])
+
+
+def _events(summary: Summary) -> Table:
+    """When events first happened; of one run there is one time."""
+    headings = happened_headings(summary)
+    rows = [[x.name, f"{x.runs:,}", *(f"{t:.6g}" for t in happened_times(summary, x)), "s"] for x in summary.events]
+    kinds = [WORD, *repeat(NUMBER, len(headings) - 2), UNIT]
+    return TextTable(headings, kinds, rows).on_terminal("events, the first of each run")
 
 
 def _quantiles(what: str, found: QuantileRows) -> Table:

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lienumba.batch.integrate import Chunk
 from lienumba.batch.statistics import Course
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
@@ -17,6 +17,9 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import joint_coordinates
 from lienumba.mechanics.system.constraints import constraints_of
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_largest
+
+if TYPE_CHECKING:
+    from lienumba.batch.integrate import Chunk
 
 AXES = {"axis": 3, "body_axis": 3}
 
@@ -70,7 +73,7 @@ class Layout:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
         return Record(self, records, program)[name]
 
-    def course(self, name: str, chunk: Chunk, program: Outline, times: np.ndarray) -> Course:
+    def course(self, name: str, chunk: "Chunk", program: Outline, times: np.ndarray) -> Course:
         """A variable of a chunk at its last outputs, which are at these times (times,), and where an event ended a run
         before the last of them."""
         values = self.lanes(name, chunk.records, program)[:, -len(times) :]
@@ -80,7 +83,7 @@ class Layout:
         ends = np.where(chunk.stopped_at < times[-1], chunk.stopped_at, np.nan)
         return Course(values, times, self.lanes(name, from_start, program)[:, 1], ends)
 
-    def largest(self, name: str, chunk: Chunk, program: Outline, times: np.ndarray) -> np.ndarray:
+    def largest(self, name: str, chunk: "Chunk", program: Outline, times: np.ndarray) -> np.ndarray:
         """The largest absolute value of a course (runs,); NaN for a run without any."""
         return per_run(self.course(kept_largest()[name].name, chunk, program, times).largest, len(chunk.codes))
 

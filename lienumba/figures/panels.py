@@ -21,6 +21,7 @@ from lienumba.analysis.panels.quantiles import (
     statuses,
     time_series,
 )
+from lienumba.analysis.panels.run_windows import reached
 from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES, Style
@@ -57,9 +58,10 @@ def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> PanelSeries | None:
     if panel.name == STATUS:
         _bars(ax, statuses(ds))
     elif panel.over_time:
-        shown = time_series(ds, panel)
+        course = reached(ds)
+        shown = time_series(course, panel)
         _time_series(ax, shown, panel.logarithmic)
-        ax.set(xlabel="time (s)", ylabel=label(ds, panel))
+        ax.set(xlabel="time (s)", ylabel=label(course, panel))
     else:
         _histograms(ax, histograms(ds, panel))
         ax.set(xlabel=label(ds, panel), ylabel="runs")

@@ -193,7 +193,20 @@ def test_quantiles_say_of_how_many_runs_they_are():
     assert ", over" not in repr(summarise(ds.isel(run=[0, 1, 4])))
     alone = repr(summarise(ds.isel(run=[1, 2, 3])))
     assert "at t = 1 s, over 1 run that reached it" in alone
-    assert "median" not in alone
+    assert "median" not in alone.partition("where an event ended 2 runs")[0]
+
+
+def test_last_states_and_times_of_events_of_runs_that_events_ended():
+    times = np.array([[0.2, np.nan], [np.nan, np.nan], [0.6, 0.5], [np.nan, 0.1]])
+    ds = known([9, 0, 9, 1], end_time=np.array([0.25, 1.0, 0.5, 0.1]))
+    ds = ds.assign(event_time=(("run", "event"), times), last_position=ds["position"].isel(time=0) + 1.0)
+    summary = summarise(ds.assign_coords(event=["near", "far"]))
+    assert [(row.quantity, row.body, row.axis) for row in summary.ended][:2] == [
+        ("end_time", "", ""), ("position", "top", "x")
+    ]  # fmt: skip
+    assert (summary.ended[0].low, summary.ended[0].median) == pytest.approx((0.2625, 0.375))
+    assert [(x.name, x.runs, x.median) for x in summary.events] == [("near", 2, 0.4), ("far", 1, 0.5)]
+    assert repr(summary).index("where an event ended 2 runs") < repr(summary).index("events, the first of each run")
 
 
 def test_what_was_not_measured_is_left_out():

@@ -47,6 +47,15 @@ def reference(ds: xr.Dataset, panel: Panel) -> str:
     return attitude.MEAN if nominal_run(ds, panel) is None else attitude.NOMINAL
 
 
+def reached(ds: xr.Dataset) -> xr.Dataset:
+    """The dataset up to the last stored time that a good run has reached."""
+    good = ds["status"].isin(GOOD).values & (np.isin(ds["run"].values, ds[FULL].values) if FULL in ds.dims else True)
+    if "end_time" not in ds or not good.any():
+        return ds
+    times = int(np.searchsorted(ds["time"].values, ds["end_time"].values[good].max(), side="right"))
+    return ds if times >= ds.sizes["time"] else ds.isel(time=slice(max(times, 1)))
+
+
 def values(ds: xr.Dataset, panel: Panel, which: np.ndarray) -> list[np.ndarray]:
     """The values (runs, times) of each line for some of the runs, NaN where a run has none; one time of
     what each run has once."""

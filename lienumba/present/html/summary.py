@@ -9,7 +9,14 @@ import xarray as xr
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import Counts, counts
 from lienumba.analysis.summary import Quantiles, Summary, summarise
-from lienumba.analysis.summary_rows import QuantileRows, largest, not_unique, quantile_rows
+from lienumba.analysis.summary_rows import (
+    QuantileRows,
+    happened_headings,
+    happened_times,
+    largest,
+    not_unique,
+    quantile_rows,
+)
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.markup import Markup, element, folded, join, number, sentence, table
 
@@ -21,6 +28,8 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     found, ran = summarise(ds), counts(ds)
     parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
     parts += _quantiles(f"At t = {found.final_time:g} s", quantile_rows(found.final, found.finished))
+    rows = quantile_rows(found.ended, found.spread - found.finished)
+    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
     parts += (element("p", sentence(text)) for text in (not_unique(found), found.stopped) if text)
     return section("summary", "Summary", *parts)
@@ -63,6 +72,14 @@ def _quantiles(heading: str, found: QuantileRows) -> Iterator[Markup]:
     if found.rest:
         more = f", the first {MOST_ROWS:,} of {len(found.rest):,} rows" if len(found.rest) > MOST_ROWS else ""
         yield folded(f"The other {found.others} bodies{more}", _table(found, found.rest[:MOST_ROWS]))
+
+
+def _events(found: Summary) -> Iterator[Markup]:
+    """When events first happened."""
+    if found.events:
+        rows = [[x.name, f"{x.runs:,}", *map(number, happened_times(found, x)), "s"] for x in found.events]
+        yield element("h3", "Events, the first of each run")
+        yield table(happened_headings(found), rows, 1)
 
 
 def _table(found: QuantileRows, rows: Sequence[Quantiles]) -> Markup:

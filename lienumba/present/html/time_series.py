@@ -83,7 +83,8 @@ def _key(charts: Sequence[Chart], marked: Sequence[MarkedRun] = ()) -> list[Mark
 
 
 def series_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[MarkedRun]) -> Chart:
-    """The chart of a panel."""
+    """The chart of a panel, over the times that runs have reached."""
+    ds = run_windows.reached(ds)
     found, unit = quantiles.time_series(ds, panel), _unit(panel)
     kept = _kept(len(found.times))
     pen = Pen(found.times[kept], kept, unit, panel.logarithmic)
