@@ -26,6 +26,7 @@ SHOWN = 80  # characters of a part in a message
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
 LARGEST_POWER = 64  # of an exponent that is a whole number
+HOLDS = 1e-300  # the margin of what holds where both sides are equal
 
 
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
@@ -88,7 +89,7 @@ class Formula:
 
     allowed: may have dots and indices (pointing.x, points[1]); tables: names of functions of one number that are
     handed over as well;
-    condition: whether it is one: 1 where it holds, else 0.
+    condition: whether it is one: a number that is above 0 where it holds.
     constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
     """
 
@@ -124,7 +125,7 @@ class Formula:
             object.__setattr__(self, "constant", float(value))
 
     def __call__(self, t: Number, **names: Any) -> Any:
-        return (_truth if self.condition else _value)(self._tree, {"t": t, **names})
+        return (_margin if self.condition else _value)(self._tree, {"t": t, **names})
 
     def bound(self, values: Mapping[str, float]) -> str:
         """The text of the same formula with numbers for these names."""
@@ -378,10 +379,37 @@ def _truth(node: ast.AST, names: Names) -> Any:
             return reduce(maximum, (_truth(x, names) for x in values))
         case ast.UnaryOp(operand=x):
             return 1.0 - _truth(x, names)
-        case ast.Compare(left=left, ops=ops, comparators=others):
-            within, state = names.get(WITHIN, (names.get("t"), frozenset()))
-            straight = max(_degree(x, state) for x in (left, *others)) <= 1
-            sides = [_value(x, {**names, "t": within} if straight else names) for x in (left, *others)]
-            pairs = zip(ops, sides, sides[1:], strict=False)
-            return reduce(minimum, (where(COMPARISONS[type(op)](x, y), 1.0, 0.0) for op, x, y in pairs))
+        case ast.Compare():
+            return reduce(minimum, (where(COMPARISONS[op](x, y), 1.0, 0.0) for op, x, y in _compared(node, names)))
+    raise AssertionError("checked before")
+
+
+def _compared(node: ast.Compare, names: Names) -> list[tuple[type[ast.cmpop], Any, Any]]:
+    """The comparisons in a chain of them, each with both sides."""
+    parts = [node.left, *node.comparators]
+    within, state = names.get(WITHIN, (names.get("t"), frozenset()))
+    straight = max(_degree(x, state) for x in parts) <= 1
+    sides = [_value(x, {**names, "t": within} if straight else names) for x in parts]
+    return list(zip(map(type, node.ops), sides, sides[1:], strict=False))
+
+
+def _margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
+    """A number that is above 0 exactly where a condition holds (or, not `holds`, where it does not), and passes 0 as
+    smoothly as its sides do."""
+    match node:
+        case ast.BoolOp(op=word, values=values):
+            least = isinstance(word, ast.And) == holds
+            return reduce(minimum if least else maximum, [_margin(x, names, holds) for x in values])
+        case ast.UnaryOp(operand=x):
+            return _margin(x, names, not holds)
+        case ast.Compare():
+            margins = []
+            for op, x, y in _compared(node, names):
+                upwards = (op in (ast.Gt, ast.GtE)) == holds
+                difference = x - y if upwards else y - x
+                equal = (op in (ast.GtE, ast.LtE)) == holds
+                margins.append(
+                    where(difference >= 0.0, maximum(difference, HOLDS), difference) if equal else difference
+                )
+            return reduce(minimum if holds else maximum, margins)
     raise AssertionError("checked before")

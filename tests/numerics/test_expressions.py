@@ -275,6 +275,29 @@ def test_round_trips(random, t, k):
     assert_same_bits(np.array([float(formula(t, k=k))]), np.array([float(expected)]))
 
 
+@settings(deadline=None, derandomize=True, max_examples=300)
+@given(st.randoms(use_true_random=False), st.sampled_from([-2.0, 0.0, 1.0, 3.0]))
+def test_conditions_are_numbers_above_0_where_they_hold(random, t):
+    """Sides are small whole numbers, so that many are equal."""
+
+    def tree(depth):
+        kind = random.choice([*BETWEEN, "not", "and", "or"] if depth else sorted(BETWEEN))
+        if kind in BETWEEN:
+            side = ("name", "t"), ("number", random.randrange(4))
+            return (kind, *random.sample(side, 2))
+        return (kind, *(tree(depth - 1) for _ in range(1 if kind == "not" else 2)))
+
+    grown = tree(3)
+    formula = Formula(written(grown)[0], condition=True)
+    assert (formula(t) > 0.0) == worth(grown, {"t": t})
+    assert ((formula(np.array([t, t])) > 0.0) == worth(grown, {"t": t})).all()
+
+
+def test_a_margin_passes_0_as_its_sides_do():
+    assert Formula("t > 0.5 and t < 3", condition=True)(0.25) == -0.25
+    assert Formula("not (2*t <= 1 or t >= 3)", condition=True)(2.0) == 1.0
+
+
 # ---------------------------------------------------------------- where it is delicate
 @pytest.mark.parametrize(("name", "exact"), [("asin", mpmath.asin), ("acos", mpmath.acos)])
 def test_arcs_are_accurate_beside_one(name, exact):

@@ -12,23 +12,67 @@ from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
 
-HALVES = 52  # a fraction of a step is known to the last bit
+FINEST = 2.0**-52  # a fraction of a step is known to the last bit
+LONGEST_SEARCH = 200  # of tries
+
+
+@inlined
+def _margin(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, fraction: Lanes) -> Lanes:
+    """A condition at a fraction of the open step."""
+    store(at.clock, layout.TIME, t)
+    between(kernels, at, fraction)
+    store(at.clock, layout.TIME, t + fraction * length)
+    call(kernels[layout.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
+    return load(at.following, event)
 
 
 @apart
-def _locate(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes) -> Lanes:
-    """The fraction of the open step at which a condition is true, directly behind one at which it is not."""
-    low, high = splat(0.0), splat(1.0)
-    for _ in range(HALVES):
-        middle = 0.5 * (low + high)
-        store(at.clock, layout.TIME, t)
-        between(kernels, at, middle)
-        store(at.clock, layout.TIME, t + middle * length)
-        call(kernels[layout.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
-        true = load(at.following, event) != 0.0
-        low, high = choose(true, low, middle), choose(true, middle, high)
+def locate(
+    kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, before: Lanes, after: Lanes, lanes: Mask
+) -> Lanes:
+    """The fraction of the open step at which a condition is true, directly behind one at which it is not, in these
+    lanes; before, after: what it is at the ends of the step. By Chandrupatla's method: inverse quadratic interpolation
+    where three values allow it, else halves."""
+    low, high, f_low, f_high = splat(0.0), splat(1.0), before, after
+    third, f_third = splat(0.0), before  # the end that was replaced last
+    newest_low, part = (
+        splat(1.0),
+        splat(0.5),
+    )  # whether the last value is that of `low`; of the way from it to the other
+    left = lanes
+    for _ in range(LONGEST_SEARCH):
+        if not any_lane(left):
+            break
+        lower = newest_low == 1.0
+        a, b = choose(lower, low, high), choose(lower, high, low)
+        x = a + part * (b - a)
+        f = _margin(kernels, at, event, t, length, x)
+        true = f > 0.0
+        replaced, f_replaced = choose(true, high, low), choose(true, f_high, f_low)
+        third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
+        high, f_high = choose(left & true, x, high), choose(left & true, f, f_high)
+        low, f_low = choose(true, low, choose(left, x, low)), choose(true, f_low, choose(left, f, f_low))
+        newest_low = choose(left, choose(true, 0.0, 1.0), newest_low)
+        left = left & (high - low > FINEST)
+        part = choose(left, _part(low, f_low, high, f_high, third, f_third, newest_low == 1.0), part)
     store(at.clock, layout.TIME, t)
     return high
+
+
+@inlined
+def _part(low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_third: Lanes, lower: Mask) -> Lanes:
+    """Where to look next, as a part of the way from the newest end of the bracket to the other."""
+    a, f_a = choose(lower, low, high), choose(lower, f_low, f_high)
+    b, f_b = choose(lower, high, low), choose(lower, f_high, f_low)
+    across, place = (a - b) / (third - b), (f_a - f_b) / (f_third - f_b)
+    smooth = (place * place < across) & ((1.0 - place) * (1.0 - place) < 1.0 - across)
+    towards = f_a / (f_b - f_a) * (f_third / (f_b - f_third))
+    towards = towards + (third - a) / (b - a) * (f_a / (f_third - f_a)) * (f_b / (f_third - f_b))
+    part = choose(smooth, towards, 0.5)
+    nearest = FINEST / (high - low)  # so that the other end comes near, too
+    nearest = choose(nearest < 0.5, nearest, 0.5)
+    part = choose(part > nearest, part, nearest)
+    return choose(part < 1.0 - nearest, part, 1.0 - nearest)
 
 
 @apart
@@ -63,7 +107,7 @@ def start_events(
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
             for event in range(sizes.events):
-                true = rows[first.conditions + event, lane] != 0.0
+                true = rows[first.conditions + event, lane] > 0.0
                 rows[first.conditions + 2 * sizes.events + event, lane] = 0.0 if true else NEVER
             if _note(sizes, first, rows, runs, queue, stops, lane) < NEVER:
                 rows[first.lanes + STATUS, lane] = codes.STOPPED
@@ -82,13 +126,14 @@ def find_events(
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
     happened, extended = splat(0.0), False
     for event in range(count):
-        turned = good & (load(new, event) != 0.0) & (load(at.conditions, event) == 0.0)
+        before, after = load(at.conditions, event), load(new, event)
+        turned = good & (after > 0.0) & (choose(before > 0.0, 1.0, 0.0) == 0.0)
         store(times, event, splat(NEVER))
         if any_lane(turned):
             if not extended:
                 stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
                 extended = True
-            fraction = _locate(kernels, at, event, t, length)
+            fraction = locate(kernels, at, event, t, length, before, after, turned)
             time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
             store(times, event, choose(turned, time, splat(NEVER)))
             happened = choose(turned, splat(1.0), happened)

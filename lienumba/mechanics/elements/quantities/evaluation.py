@@ -64,7 +64,7 @@ def observe(model: Model, now: Instant, observed: Observed | None) -> Iterator[t
 
 
 def conditions(model: Model, now: Instant, observed: Observed | None) -> list[Number]:
-    """Whether the condition of each event holds, 1 or 0."""
+    """A number for each event, above 0 where its condition holds."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
     return [evaluate(model, event.when, everything, observed) for event in model.events]
 

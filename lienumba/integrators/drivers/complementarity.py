@@ -1,0 +1,312 @@
+"""Impulses and forces of what may open, stick or slide: a complementarity problem of a few rows, solved run by run.
+
+With the impulses (or forces) x of the switched rows their rates (or accelerations) are r = S x + free. Of each switch a
+law says how x and r fit: HOLDS (r = 0), PRESSES (0 <= x_n, 0 <= r_n, x_n r_n = 0; tangents in the disk |x_t| <= mu x_n,
+those on its edge against r_t: Coulomb's law), SLIDES (as PRESSES, x_t = -mu d x_n with a given direction d), BOUNDED
+(|x| <= bound, on the edge against r). Block Gauss-Seidel sweeps (Jean and Moreau) come near, from wherever they begin,
+also with redundant rows; the Newton method for the natural map (Alart and Curnier) then ends to rounding.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lienumba.compiler.routines.marks import Floats1, Floats2, Integers2, apart, inlined
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS
+
+FREE, HOLDS, BOUNDED, PRESSES, SLIDES = range(5)  # the last two have normals
+SOLVED, UNSOLVED, PARADOX = range(3)
+SWEEPS, ROUNDS, NEWTONS = 25, 40, 12  # sweeps between two trials of Newton's method, how many of these, its steps
+EXACT, CLOSE = 1e-15, 1e-10  # of the largest impulse: what Newton's method tries to reach, and what will do
+DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
+SECULAR = 60  # steps for the distance to the edge of a disk
+
+
+class Problem(NamedTuple):
+    """S (q, q), free (q,); switches (s, 6): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
+    of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
+    step, best (q,), matrix (q, q + 1): to work in."""
+
+    S: Floats2
+    free: Floats1
+    switches: Integers2
+    law: Floats1
+    friction: Floats1
+    bound: Floats1
+    direction: Floats1
+    x: Floats1
+    rates: Floats1
+    step: Floats1
+    best: Floats1
+    matrix: Floats2
+
+
+@inlined
+def size(x: float) -> float:
+    """|x|."""
+    return max(x, -x)
+
+
+@apart
+def update_rates(p: Problem) -> None:
+    """r = S x + free."""
+    for i in range(p.free.size):
+        total = p.free[i]
+        for j in range(p.free.size):
+            total += p.S[i, j] * p.x[j]
+        p.rates[i] = total
+
+
+@inlined
+def _push(p: Problem, row: int, change: float) -> None:
+    """Another impulse in a row, and what it does to all rates."""
+    p.x[row] += change
+    for i in range(p.free.size):
+        p.rates[i] += p.S[i, row] * change
+
+
+@apart
+def _eliminate(matrix: np.ndarray, n: int, x: np.ndarray) -> None:
+    """Solve a system of n rows, the right-hand side in column n, by complete pivoting; what nothing says is 0.
+    The matrix is used up."""
+    scale = 0.0
+    for i in range(n):
+        x[i] = 0.0
+        for j in range(n):
+            scale = max(scale, size(matrix[i, j]))
+    done = 0
+    while done < n:  # rows from `done` on are free; a column that was taken is 0 in them
+        row, column, best = done, 0, DEPENDENT * scale
+        for i in range(done, n):
+            for j in range(n):
+                if size(matrix[i, j]) > best:
+                    row, column, best = i, j, size(matrix[i, j])
+        if best == DEPENDENT * scale:
+            break
+        for j in range(n + 1):
+            swapped = matrix[row, j]
+            matrix[row, j] = matrix[done, j]
+            matrix[done, j] = swapped
+        for i in range(n):
+            if i != done:
+                factor = matrix[i, column] / matrix[done, column]
+                for j in range(n + 1):
+                    matrix[i, j] -= factor * matrix[done, j]
+                matrix[i, column] = 0.0
+        x[column] = float(done + 1)  # for now, the row that gives it
+        done += 1
+    for j in range(n):
+        taken = int(x[j]) - 1
+        if taken >= 0:
+            x[j] = matrix[taken, n] / matrix[taken, j]
+
+
+@apart
+def _hold(p: Problem, first: int, rows: int) -> None:
+    """The rows of one switch to rate 0."""
+    for i in range(rows):
+        for j in range(rows):
+            p.matrix[i, j] = p.S[first + i, first + j]
+        p.matrix[i, rows] = -p.rates[first + i]
+    _eliminate(p.matrix, rows, p.step)
+    for i in range(rows):
+        _push(p, first + i, p.step[i])
+
+
+@apart
+def _rub(p: Problem, first: int, tangents: int, most: float) -> None:
+    """Tangents to rate 0, or onto the edge of the disk of radius `most`, against their rates: (S + k) x = g, k >= 0."""
+    a, b, c = p.S[first, first], 0.0, 1.0
+    g, f = a * p.x[first] - p.rates[first], 0.0
+    if tangents == 2:
+        b, c = p.S[first + 1, first], p.S[first + 1, first + 1]
+        g += b * p.x[first + 1]
+        f = b * p.x[first] + c * p.x[first + 1] - p.rates[first + 1]
+    k, x, y = 0.0, 0.0, 0.0
+    for _ in range(SECULAR):
+        determinant = (a + k) * (c + k) - b * b
+        if not determinant > DEPENDENT * (a + k) * (c + k):
+            k = max(2.0 * k, 1e-6 * (a + c))
+            continue
+        x, y = ((c + k) * g - b * f) / determinant, ((a + k) * f - b * g) / determinant
+        length = np.sqrt(x * x + y * y)
+        if length <= most * (1.0 + 4.0 * EXACT):
+            break
+        slope = ((c + k) * x * x - 2.0 * b * x * y + (a + k) * y * y) / (determinant * length)  # -d|x|/dk
+        if most <= EXACT * EXACT * length or not slope > 0.0:
+            x, y = 0.0, 0.0
+            break
+        k += (length - most) * length / (most * slope)  # Newton's step for 1/|x|
+    length = np.sqrt(x * x + y * y)
+    shrink = most / length if length > most else 1.0
+    _push(p, first, shrink * x - p.x[first])
+    if tangents == 2:
+        _push(p, first + 1, shrink * y - p.x[first + 1])
+
+
+@inlined
+def _leaning(p: Problem, first: int, tangents: int, mu: float) -> float:
+    """How a normal's rate grows with its impulse where friction follows from it."""
+    total = p.S[first, first]
+    for i in range(first + 1, first + 1 + tangents):
+        total -= mu * p.direction[i] * p.S[first, i]
+    return total
+
+
+@apart
+def _sweep(p: Problem) -> bool:
+    """Let every switch follow its law, one by one; whether each can."""
+    for s in range(p.law.size):
+        first, rows, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_ROWS], p.switches[s, SWITCH_TANGENTS]
+        law, mu = p.law[s], p.friction[s]
+        if law == HOLDS:
+            _hold(p, first, rows)
+        if law == BOUNDED:
+            _rub(p, first, 1, p.bound[s])
+        if law >= PRESSES and p.S[first, first] > 0.0:
+            pivot = p.S[first, first] if law == PRESSES else _leaning(p, first, tangents, mu)
+            if not pivot > DEPENDENT * p.S[first, first]:
+                return False
+            _push(p, first, max(-p.x[first], -p.rates[first] / pivot))
+            if law == PRESSES and tangents > 0:
+                _rub(p, first + 1, tangents, mu * p.x[first])
+            for i in range(first + 1, first + 1 + tangents if law == SLIDES else first):
+                _push(p, i, -mu * p.direction[i] * p.x[first] - p.x[i])
+    return True
+
+
+@inlined
+def _scaled(p: Problem, row: int) -> float:
+    """What a rate of 1 is as an impulse."""
+    return 1.0 / p.S[row, row] if p.S[row, row] > 0.0 else 0.0
+
+
+@apart
+def _map(p: Problem) -> float:
+    """The natural map, 0 where all laws hold, to the last column of `matrix`, with a minus, and its Jacobian to the
+    others. Returns its largest entry."""
+    q, worst = p.free.size, 0.0
+    for i in range(q):
+        for j in range(q):
+            p.matrix[i, j] = 0.0
+        p.matrix[i, i], p.matrix[i, q] = 1.0, p.x[i]
+    for s in range(p.law.size):
+        first, rows, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_ROWS], p.switches[s, SWITCH_TANGENTS]
+        law, mu = p.law[s], p.friction[s]
+        if law == HOLDS:
+            for i in range(first, first + rows):
+                _row_of_rates(p, i)
+        if law == BOUNDED:
+            _rows_of_disk(p, first, 1, -1, p.bound[s])
+        if law >= PRESSES:
+            if p.x[first] - _scaled(p, first) * p.rates[first] > 0.0:
+                _row_of_rates(p, first)
+            if law == PRESSES and tangents > 0:
+                _rows_of_disk(p, first + 1, tangents, first, mu)
+            for i in range(first + 1, first + 1 + tangents if law == SLIDES else first):
+                p.matrix[i, first] = mu * p.direction[i]
+                p.matrix[i, q] = p.x[i] + mu * p.direction[i] * p.x[first]
+    for i in range(q):
+        worst = max(worst, size(p.matrix[i, q])) if p.matrix[i, q] == p.matrix[i, q] else np.inf
+        p.matrix[i, q] = -p.matrix[i, q]
+    return worst
+
+
+@inlined
+def _row_of_rates(p: Problem, i: int) -> None:
+    """The map is the rate of this row."""
+    scale = _scaled(p, i)
+    for j in range(p.free.size):
+        p.matrix[i, j] = scale * p.S[i, j]
+    p.matrix[i, p.free.size] = scale * p.rates[i]
+
+
+@apart
+def _rows_of_disk(p: Problem, first: int, tangents: int, normal: int, radius: float) -> None:
+    """x - the projection of x - rates onto the disk; its radius is a bound, or of a normal's impulse a multiple."""
+    q = p.free.size
+    trace = p.S[first, first] + (p.S[first + 1, first + 1] if tangents == 2 else 0.0)
+    scale = float(tangents) / trace if trace > 0.0 else 0.0
+    most = radius if normal < 0 else radius * max(p.x[normal], 0.0)
+    u = p.x[first] - scale * p.rates[first]
+    v = p.x[first + 1] - scale * p.rates[first + 1] if tangents == 2 else 0.0
+    length = np.sqrt(u * u + v * v)
+    if length <= most:
+        for i in range(first, first + tangents):
+            for j in range(q):
+                p.matrix[i, j] = scale * p.S[i, j]
+            p.matrix[i, q] = scale * p.rates[i]
+        return
+    u, v, shrink = u / length, v / length, most / length
+    p.matrix[first, q] = p.x[first] - most * u
+    if tangents == 2:
+        p.matrix[first + 1, q] = p.x[first + 1] - most * v
+        for j in range(q):  # across the direction the projection shrinks, along it it is constant
+            across = -v * ((1.0 if j == first else 0.0) - scale * p.S[first, j])
+            across += u * ((1.0 if j == first + 1 else 0.0) - scale * p.S[first + 1, j])
+            p.matrix[first, j] += shrink * v * across
+            p.matrix[first + 1, j] -= shrink * u * across
+    if normal >= 0 and p.x[normal] > 0.0:
+        p.matrix[first, normal] -= radius * u
+        if tangents == 2:
+            p.matrix[first + 1, normal] -= radius * v
+
+
+@apart
+def _largest(p: Problem) -> float:
+    """The largest impulse that there is, or that any rate asks for."""
+    most = 0.0
+    for i in range(p.free.size):
+        most = max(most, max(size(p.x[i]), _scaled(p, i) * size(p.free[i])))
+    return most
+
+
+@apart
+def _newton(p: Problem) -> float:
+    """Newton's method from x on; returns how far the natural map is from 0 at the best x that was found, in x then."""
+    q, least = p.free.size, np.inf
+    for n in range(NEWTONS):
+        update_rates(p)
+        worst = _map(p)
+        if worst < least:
+            least = worst
+            for i in range(q):
+                p.best[i] = p.x[i]
+        elif n > 2 and least <= CLOSE * _largest(p):
+            break
+        if worst <= EXACT * _largest(p) or not worst < np.inf:
+            break
+        _eliminate(p.matrix, q, p.step)
+        for i in range(q):
+            p.x[i] += p.step[i]
+    for i in range(q):
+        p.x[i] = p.best[i]
+    return least
+
+
+@apart
+def _clean(p: Problem) -> None:
+    """No impulse, to the bit, where there is no law, and of contacts that open."""
+    for s in range(p.law.size):
+        first, law = p.switches[s, SWITCH_FIRST], p.law[s]
+        leaves = p.x[first] - _scaled(p, first) * p.rates[first] <= 0.0
+        for i in range(first, first + p.switches[s, SWITCH_ROWS]):
+            if law == FREE or (law >= PRESSES and leaves):
+                p.x[i] = 0.0
+
+
+@apart
+def solve(p: Problem) -> int:
+    """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found."""
+    for _ in range(ROUNDS):
+        update_rates(p)
+        for _ in range(SWEEPS):
+            if not _sweep(p):
+                return PARADOX
+        least = _newton(p)
+        update_rates(p)
+        _clean(p)
+        update_rates(p)
+        if least <= CLOSE * _largest(p):
+            return SOLVED
+    return UNSOLVED
