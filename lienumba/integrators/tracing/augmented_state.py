@@ -123,6 +123,8 @@ def counted_angles(model: Model, now: Instant, every: bool = False) -> tuple[Cou
         and type_of(driver).level(driver) == POSITION
     }
     found |= joints.counted_angles(model, now) | applied_forces.angle_joints(model) | quantities.counted_angles(model)
+    stopped = (limit.coordinate for limit in model.limits)
+    found |= {which.counted for which in stopped if joints.freedom(model, which).counts}
     if every:
         found |= {which.counted for which in joints.coordinates(model) if joints.freedom(model, which).counts}
     return tuple(sorted(found, key=lambda which: (coordinate_of(which).joint, coordinate_of(which).kind)))

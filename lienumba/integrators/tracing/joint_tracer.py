@@ -103,7 +103,7 @@ class JointTracer(Tracer):
         self, graph: Graph, model: Model, posture: seen.Posture, mask: list[Number]
     ) -> tuple[list[Vector], Dynamics, Linear] | None:
         posture, n, used = _tree(posture), self.tree(model).freedoms, self.structure.order
-        if not equations.is_regular(posture, self.structure):
+        if self.augmented.switches or not equations.is_regular(posture, self.structure):
             return None
         unknown = graph.inputs("unknown", n + len(used))
         rates, multipliers = unknown[:n], unknown[n:]
@@ -203,7 +203,7 @@ class JointTracer(Tracer):
     def levels(self) -> set[str]:
         model = self.graph()[1]
         every, tied = constraints.constraints_of(model), self.tree(model).joints
-        return {constraint.level for n, constraint in enumerate(every) if n not in tied}
+        return {constraint.level for n, constraint in enumerate(every) if n not in tied and constraint.rows}
 
     def shown(self, now: Instant) -> dict[str, list[Number]]:
         return {BODIES: flat(now.bodies)}

@@ -361,11 +361,11 @@ class Tracer:
 
     def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:
         """See `projection.counted`."""
-        return projection.counted(solution.firm, mask, level)
+        return projection.counted(solution.firm, mask, level, self.structure.switched)
 
     def levels(self) -> set[str]:
         """On which levels there is something to be projected."""
-        return {constraint.level for constraint in constraints.constraints_of(self.graph()[1])}
+        return {constraint.level for constraint in constraints.constraints_of(self.graph()[1]) if constraint.rows}
 
     def shown(self, now: Instant) -> dict[str, list[Number]]:
         """What is stored because the state does not say it as it is."""

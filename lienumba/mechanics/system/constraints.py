@@ -59,14 +59,14 @@ def constraints_of(model: Model) -> list[Constraint]:
     found += [_driver(model, driver) for driver in model.drivers]
     for switch in switches_of(model):
         if switch.what == JOINT:
-            found.append(replace(_joint(model, switch.index), vector=0, switch=switch))
+            found.append(replace(_joint(model, switch.index), indifferent=False, vector=0, switch=switch))
     for x in laws.laws(model):
-        same = x.switch.what != CONTACT or len(set(x.bodies)) == 2
         found.append(
             Constraint(
-                x.switch.name, x.bodies, x.kinds, x.level, x.law, indifferent=same, switch=x.switch, tangents=x.tangents
+                x.switch.name, x.bodies, x.kinds, x.level, x.law, indifferent=x.level == "position", switch=x.switch,
+                tangents=x.tangents,
             )
-        )
+        )  # fmt: skip
     return found
 
 

@@ -13,7 +13,7 @@ from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements.quantities import Observed
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.system import constraints, dynamics
+from lienumba.mechanics.system import constraints, dynamics, projection
 from lienumba.numerics.number import Number
 
 
@@ -37,6 +37,10 @@ class Observation:
     @property
     def multipliers(self) -> Sequence[Number]:
         return self._seen[1]
+
+    def holding(self, rows: Sequence[Number]) -> list[Number]:
+        """0 in the rows of constraints that do not hold now."""
+        return projection.masked(rows, constraints.in_use(self.model, self.now))
 
     @cached_property
     def energies(self) -> tuple[Number, Number]:
@@ -145,12 +149,12 @@ for variable in (
     ),
     OutputVariable(
         "position_violation", "m", "largest component of the position constraints",
-        rows=lambda x: [constraints.largest(constraints.residual(x.model, x.now))],
+        rows=lambda x: [constraints.largest(x.holding(constraints.residual(x.model, x.now)))],
         largest="max_position_violation", largest_text="largest position violation at the stored times",
     ),
     OutputVariable(
         "velocity_violation", "m s-1", "largest component of the velocity constraints",
-        rows=lambda x: [constraints.largest(constraints.rate_and_bias(x.model, x.now)[0])],
+        rows=lambda x: [constraints.largest(x.holding(constraints.rate_and_bias(x.model, x.now)[0]))],
         largest="max_velocity_violation", largest_text="largest velocity violation at the stored times",
     ),
     OutputVariable(

@@ -127,15 +127,17 @@ def _sum(x: Sequence[Number], y: Sequence[Number]) -> list[Any]:
     return [a + b for a, b in zip(x, y, strict=True)]
 
 
-def counted(firm: Sequence[Number], mask: Sequence[Number], level: str) -> list[Any]:
+def counted(firm: Sequence[Number], mask: Sequence[Number], level: str, switched: int) -> list[Any]:
     """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
-    "position" level, and while none is faded: their rates follow from the others no better than positions do."""
+    "position" level, and while none is faded: their rates follow from the others no better than positions do. switched:
+    where the rows begin that count only in use."""
     counts = [where(x == 1.0, 1.0, 0.0) for x in firm]
     every: Any = 1.0
     for count in counts:
         every = minimum(count, every)
     every = every if level == "position" else 0.0
-    return [where(m > 0.5, count, every) for m, count in zip(mask, counts, strict=True)]
+    rest = [every] * switched + [0.0] * (len(counts) - switched)
+    return [where(m > 0.5, count, other) for m, count, other in zip(mask, counts, rest, strict=True)]
 
 
 def lost(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
@@ -144,7 +146,9 @@ def lost(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     lengths = [x for c in constraints.constraints_of(model) for x in c.kinds]
     size = constraints.largest([r for r, kind in zip(reach, lengths, strict=True) if kind == "m"])
     worst: Any = 0.0
-    for phi, kind, count in zip(constraints.residual(model, now), lengths, counts, strict=True):
+    permanent = constraints.permanent_rows(model)
+    residual = constraints.residual(model, now)[:permanent]
+    for phi, kind, count in zip(residual, lengths[:permanent], counts[:permanent], strict=True):
         violation = absolute(phi) if kind == "r" else absolute(phi) / size
         worst = maximum(where(count > 0.5, 0.0, violation), worst)
     return worst
@@ -155,7 +159,7 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     worst: Any = 0.0
     rates = constraints.rates(model, now)
     for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
-        if c.level != "position":
+        if c.level != "position" and c.switch is None:
             for row in range(rows.start, rows.stop):
                 worst = maximum(where(counts[row] > 0.5, 0.0, absolute(rates[row])), worst)
     return worst

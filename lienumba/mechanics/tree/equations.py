@@ -12,6 +12,7 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.switched.border import Leaning
 from lienumba.mechanics.tree import acting
 from lienumba.mechanics.tree.articulated import Loads, Reduction, carried, gathered
 from lienumba.mechanics.tree.inertia import Six, times
@@ -50,13 +51,14 @@ def accelerations(
     """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
     it is where the constraints lose their rank."""
     tree = posture.tree
-    loads, rows, xi = _acting(posture, structure, mask, baumgarte)
+    leaning = constraints.leaning(posture.model, posture.now)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     if not structure.looped:
-        return _solved(posture, structure, loads, xi, mask)
+        return _solved(posture, structure, loads, xi, mask, leaning)
     rates = list(expected or [0.0] * tree.freedoms)
     there = carried(tree, posture.links, loads, rates)
     xi = _less(xi, rows, there)
-    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask)
+    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, leaning)
     rates = [a + da for a, da in zip(rates, solution.rates, strict=True)]
     return Solution(
         rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
@@ -176,18 +178,19 @@ def constraint_matrix(
 
 
 def _solved(
-    posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number]
-) -> Solution:
+    posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number],
+    leaning: Leaning | None = None,
+) -> Solution:  # fmt: skip
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting)
     n, rows = reduction.n, structure.rows
     if not structure.order:
         rates, links = reduction.solution({})
         return Solution(rates, [0.0] * rows, links, 1.0, [1.0] * rows, 1.0)
     matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
-    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask)
+    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning)
     pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
-    used = set(structure.order)
-    wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(mask, g[:rows], strict=True))]
+    used, weights = set(structure.order), structure.weights(mask, leaning)
+    wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(weights, g[:rows], strict=True))]
     solved = eliminated.solve([], wanted, pulled)
     mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
     rates, links = reduction.solution({row: mu[row] for row in used})

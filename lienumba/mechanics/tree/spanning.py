@@ -101,7 +101,8 @@ def _grow(model: Model, front: list[int], reached: set[int], ties: list[Tie]) ->
 
 def leads(joint: Joint) -> bool:
     """Whether a joint may tie a body to its parent."""
-    return joint.code is None and JOINTS[joint.type].moves is not None and len(set(joint.bodies)) == 2
+    holds = joint.active and not joint.switched
+    return holds and joint.code is None and JOINTS[joint.type].moves is not None and len(set(joint.bodies)) == 2
 
 
 def joints_of(ties: Iterable[Tie]) -> set[int]:

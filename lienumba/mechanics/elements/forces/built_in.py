@@ -21,7 +21,7 @@ from lienumba.mechanics.elements.forces.base import (
     quadratic,
 )
 from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, faulty_limits, number, positive
-from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, Mode, View
 from lienumba.mechanics.mechanism.model import Force
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero, maximum, minimum, sqrt, tanh, where
@@ -173,7 +173,8 @@ class Actuator(AlongJoint):
 
 @FORCES.add
 class Friction(AlongJoint):
-    """Viscous and Coulomb friction, the latter smoothed about rest."""
+    """Viscous and Coulomb friction, the latter smoothed about rest; with static friction it holds at rest, as a
+    constraint, and the direction in which it slides is kept."""
 
     example: ClassVar[Keys] = {"viscous": 0.4, "coulomb": 2.0, "velocity": 0.5}
 
@@ -190,7 +191,11 @@ class Friction(AlongJoint):
 
     @staticmethod
     def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
-        sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
+        if "static" in given.force.numbers:
+            mode = given.view.modes.get(("friction", given.force.name), Mode(OFF, (0.0,)))
+            sliding = where(mode.on == SLIDE, given["coulomb"] * mode.memory[0], 0.0)
+        else:
+            sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
         return (-(given["viscous"] * rates[0] + sliding),)
 
 
