@@ -240,7 +240,8 @@ def staged_step(
     for s in range(sizes.stages):
         if s >= since:
             rotation = maximum(stage(kernels, sizes, nodes, s, x, p, at, t, h), rotation)
-        every = every * load(at.slopes, layout.report_row(sizes, s) + layout.SOUND)
+        sound = load(at.slopes, layout.report_row(sizes, s) + layout.SOUND)
+        every = choose(sound < every, sound, every)
         first = every if s == 0 else first
     for i in range(sizes.elements):
         element, slopes = ROW * sizes.element * i, at.slopes + ROW * layout.slope_row(sizes, i, 0)
@@ -253,5 +254,6 @@ def staged_step(
     if sizes.augmented > 0:
         call(kernels[layout.FINISH], new, p, at.clock, at.slopes, at.u, at.work)
         copy(new + rows, at.u, sizes.augmented)
-    store(new, behind + layout.CODE, codes.verdict(rotation, square, first, every))
+    code = codes.verdict(rotation, square, first, every)
+    store(new, behind + layout.CODE, choose(every < 0.0, splat(codes.PARADOX), code))
     store(new, behind + layout.MARGIN, load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))

@@ -22,6 +22,7 @@ from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Pa
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.system.switches import permanent
 from lienumba.mechanics.tree import equations, reactions
 from lienumba.mechanics.tree.links import Tree, tree_of
 from lienumba.mechanics.tree.motion import read_state, state_of
@@ -35,12 +36,13 @@ NEAR = 1, 2  # rates that may wait; where there are rotors, which leave nothing 
 
 
 class JointTracer(Tracer):
-    """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all that do."""
+    """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all permanent ones that do."""
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
         tied = joints_of(ties_of(model))
-        self.closing = kkt.Structure.closing(model, tied, selection.rows, (), selection.singular)
-        return kkt.Structure.closing(model, tied, (), selection.dropped, selection.singular) if fixed else self.closing
+        self.closing = kkt.Structure.closing(permanent(model), tied, selection.rows, (), selection.singular)
+        masked, dropped = ((), selection.dropped) if fixed else (selection.rows, ())
+        return kkt.Structure.closing(model, tied, masked, dropped, selection.singular)
 
     def _elements(self, model: Model) -> tuple[int, int, int]:
         tree = self.tree(model)
@@ -179,13 +181,29 @@ class JointTracer(Tracer):
     ) -> tuple[list[Number], Correction]:
         posture, weight = _tree(posture), projection.WEIGHTS[self.method.velocity]
         solution = equations.velocity_correction(posture, self.structure, mask, weight.bodies(model), weight.rotors)
+        return self._moved(graph, posture, solution.rates), solution
+
+    def _moved(self, graph: Graph, posture: Posture, change: Sequence[Number]) -> list[Number]:
+        """The rows of the element with rates changed by this."""
         element = list(self.state(graph, "state")[0])
         for link in posture.tree.links:
-            along = tuple(solution.rates[rate] for rate in link.rates)
+            along = tuple(change[rate] for rate in link.rates)
             first = link.first_state + link.move.places
             for n, x in enumerate(link.move.tangent(state_of(link, tuple(element)), along)):
                 element[first + n] = element[first + n] + x
-        return element, solution
+        return element
+
+    def border(
+        self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[list[Number]], list[Number], Number]:
+        return equations.border(_tree(posture), self.structure, mask, expected, self.method.baumgarte)
+
+    def kicked(
+        self, graph: Graph, model: Model, posture: seen.Posture, mask: list[Number], impulses: Sequence[Number]
+    ) -> tuple[list[Number], list[Number]]:
+        posture = _tree(posture)
+        solution = equations.kicked(posture, self.structure, mask, impulses)
+        return self._moved(graph, posture, solution.rates), solution.mu
 
     def schur(self, model: Model, posture: seen.Posture) -> tuple[list[Number], list[Number]]:
         every = [1.0] * self.closing.rows

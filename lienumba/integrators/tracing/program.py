@@ -12,7 +12,9 @@
     read       the bodies -> the state of the moves, likewise
     observe    state -> what is stored beside the state
     close, end, dense  see `lienumba.integrators.tracing.extension_kernels`
-    events     state -> whether the condition of each event holds, 1 or 0
+    events     state -> the conditions of events and of switched constraints, and to what events set held numbers
+    border     state -> what a change of modes has to know (see `lienumba.integrators.layout`)
+    kick       state, impulses along the switched rows -> state, change of energy, rates
     schur      state -> S of the exchangeable rows of C (see `lienumba.integrators.drivers.row_selection`)
     sample     state -> state                       the laws of the user's own that are sampled now
 
@@ -106,8 +108,10 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.adaptive and not method.order:
         kernels["close"] = extension_kernels.close(tracer)
-    if template.events:
+    if template.events or tracer.augmented.switches:
         kernels["events"] = state_kernels.events(tracer)
+    if tracer.augmented.switches:
+        kernels |= {"border": state_kernels.border(tracer), "kick": state_kernels.kick(tracer)}
     rows = len(values)
     for name, kernel in kernels.items():
         kernels[name] = kernel.hoisted_from(rows)

@@ -8,12 +8,17 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
+from lienumba.mechanics.system.switched import turning
+from lienumba.mechanics.system.switches import JOINT, LOCK, permanent
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum, where
+
+MODE = "mode"  # how each switched constraint is on
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -47,9 +52,52 @@ def sample(tracer: Tracer) -> Kernel:
 def events(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
-    read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
+    asked = [x for event in model.events for x in (event.when, *(value for _, value in event.values))]
+    read = [name for x in asked if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
-    return tracer.kernel("events", quantities.conditions(model, posture.now, observed))
+    outputs = quantities.conditions(model, posture.now, observed)
+    if any(switch.what not in (JOINT, LOCK) for switch in tracer.augmented.switches):
+        multipliers = tracer.moving(model, posture, mask, _expected(tracer, graph))[1].multipliers
+        outputs += turning.conditions(model, posture.now, multipliers)
+    else:
+        outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
+    everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
+    values = [x for event in model.events for _, x in event.values]
+    return tracer.kernel("events", (*outputs, *(quantities.evaluate(model, x, everything, observed) for x in values)))
+
+
+def border(tracer: Tracer) -> Kernel:
+    """All that a change of modes has to know; the sliding friction of joints is no load in it."""
+    graph, model = tracer.graph()
+    posture, mask = tracer.now(graph, model)
+    S, b, sound = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
+    now, first = posture.now, constraints.permanent_rows(model)
+    w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
+    triangle = [S[i][j] for i in range(len(S)) for j in range(i + 1)]
+    numbers, memory = turning.numbers(model, now), turning.memory(model, now, w)
+    return tracer.kernel("border", (*triangle, *w, *b, *gap, *numbers, *memory, sound))
+
+
+def kick(tracer: Tracer) -> Kernel:
+    """Impulses along the switched rows, and the work that they and the permanent rows do."""
+    graph, model = tracer.graph()
+    posture, mask = tracer.now(graph, model)
+    now, augmented, first = posture.now, tracer.augmented_rows(graph), constraints.permanent_rows(model)
+    impulses = graph.inputs("extra", tracer.augmented.switched)
+    rows, mu = tracer.kicked(graph, model, posture, mask, impulses)
+    size = tracer.element
+    new = [tuple(rows[size * i : size * (i + 1)]) for i in range(tracer.elements)]
+    there = tracer.posture(model, new, augmented, graph.input("clock", layout.TIME)).now
+    before, after = (constraints.rates(model, x)[first:] for x in (now, there))
+    prescribed = constraints.time_rate(model, now)
+    energy: Number = 0.0
+    for row, (impulse, old, w) in enumerate(zip(impulses, before, after, strict=True)):
+        energy = energy + impulse * (0.5 * (old + w) - prescribed[first + row])
+    for multiplier, rate in zip(mu[:first], prescribed[:first], strict=True):
+        energy = energy + multiplier * rate
+    behind, work = list(augmented), len(tracer.augmented.angles)
+    behind[work] = behind[work] + energy
+    return tracer.kernel("kick", (*rows, *behind, energy, *after))
 
 
 def _reads_observed(model: Model, names: Iterable[str]) -> bool:
@@ -57,16 +105,21 @@ def _reads_observed(model: Model, names: Iterable[str]) -> bool:
     return any(quantities.level(model, name) == quantities.OBSERVED for name in names)
 
 
+def _expected(tracer: Tracer, graph: Graph) -> list[Number] | None:
+    return tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", layout.LENGTH))
+
+
 def _observed(
     tracer: Tracer, graph: Graph, model: Model, posture: Posture, mask: list[Number]
 ) -> tuple[quantities.Observed, list[Number]]:
     """What accelerations and multipliers say of a state, and the multipliers."""
-    expected = tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", layout.LENGTH))
     now = posture.now
-    accelerations, mu = tracer.observed(model, posture, mask, expected)
+    accelerations, mu = tracer.observed(model, posture, mask, _expected(tracer, graph))
     if tracer.whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
-        mu = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(model, now), mu)
+        always = permanent(model)
+        least = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(always, now), mu[: tracer.whole.rows])
+        mu = [*least, *mu[tracer.whole.rows :]]
     force, torque = constraints.loads(model, now, mu)
     efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :][: len(model.drivers)]]
     return quantities.Observed(accelerations, force, torque, efforts), mu
@@ -85,6 +138,8 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     if tracer.method.joint_coordinates:
         named |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
     named |= law_states.variables(model, now)
+    if tracer.augmented.switches:
+        named[MODE] = [mode.on for mode in now.modes.values()]
     named |= quantities.observe(model, now, seen.observed if _reads_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []

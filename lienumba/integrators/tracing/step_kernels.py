@@ -7,7 +7,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import Algebra, State
 from lienumba.integrators import layout
-from lienumba.integrators.codes import verdict
+from lienumba.integrators.codes import PARADOX, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
 from lienumba.integrators.tracing.tracer import Tracer, flat
@@ -15,7 +15,7 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import maximum
+from lienumba.numerics.operations import maximum, minimum, where
 
 INLINE = 6000  # operations of all stages up to which a step is traced as a whole; beyond, it calls the stages
 VectorField = Callable[[Sequence[State], Number], Sequence[Algebra]]
@@ -84,8 +84,10 @@ def _inline(tracer: Tracer) -> Kernel:
     )
     sound = reports.sound[0]
     for other in reports.sound[1:]:
-        sound = sound * other
+        sound = minimum(sound, other) if tracer.structure.leaning else sound * other
     code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
+    if tracer.structure.leaning:
+        code = where(sound < 0.0, PARADOX, code)
     after = _augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
     if not tracer.method.queued:

@@ -1,7 +1,7 @@
 """Runs the mechanics of one mechanism on symbols, one graph per kernel."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import Any, NamedTuple, Protocol
@@ -24,7 +24,7 @@ from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
-from lienumba.mechanics.system.switches import modes_of, switches_of
+from lienumba.mechanics.system.switches import modes_of, permanent, resting, switches_of
 from lienumba.numerics.number import Condition, Number, Vector
 from lienumba.numerics.operations import is_zero, maximum, where
 
@@ -86,6 +86,9 @@ class Posture(Protocol):
 
     @property
     def now(self) -> Instant: ...
+    def resting(self) -> "Posture":
+        """The same where no joint slides with friction."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -93,6 +96,9 @@ class Still:
     """Bodies as they are."""
 
     now: Instant
+
+    def resting(self) -> "Still":
+        return Still(replace(self.now, modes=resting(self.now.modes)))
 
 
 @dataclass(frozen=True)
@@ -141,14 +147,14 @@ def symbolic(template: Model, graph: Graph | None = None) -> tuple[Graph, Model]
 
 class Tracer:
     """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
-    of the rows in use; `whole`: of all rows, of which the exchangeable ones may be masked; `augmented`, `law_states`:
-    what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`: see
-    `layout.Sizes`, without what only finished kernels tell."""
+    of the rows in use; `whole`: of all permanent rows, of which the exchangeable ones may be masked; `augmented`,
+    `law_states`: what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`:
+    see `layout.Sizes`, without what only finished kernels tell."""
 
     def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
         self.template = template
         graph, model = self.graph()
-        self.whole = kkt.Structure.of(model, selection.rows, (), selection.singular)
+        self.whole = kkt.Structure.of(permanent(model), selection.rows, (), selection.singular)
         self.tableau = METHODS[method.tableau]
         self.method = method
         self.k = len(model.bodies)
@@ -182,7 +188,8 @@ class Tracer:
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
-        return kkt.Structure.of(model, (), selection.dropped, selection.singular) if fixed else self.whole
+        masked, dropped = ((), selection.dropped) if fixed else (selection.rows, ())
+        return kkt.Structure.of(model, masked, dropped, selection.singular)
 
     def _elements(self, model: Model) -> tuple[int, int, int]:
         """How many elements of S there are, their rows, and how many velocities."""
@@ -228,8 +235,8 @@ class Tracer:
         switches = switches_of(model)
         memory = sum(switch.memories for switch in switches)
         more = len(angles) + sum(self.law_states.sizes.values()) + len(switches) + memory
-        others = iter(graph.inputs("extra", self.whole.rows + more))
-        mu = [next(others) for _ in range(self.whole.rows)]
+        others = iter(graph.inputs("extra", self.structure.rows + more))
+        mu = [next(others) for _ in range(self.structure.rows)]
         near = {joint: next(others) for joint in angles}
         states = {name: tuple(next(others) for _ in range(size)) for name, size in self.law_states.sizes.items()}
         modes = modes_of(model, [next(others) for _ in switches], [next(others) for _ in range(memory)])
@@ -348,15 +355,32 @@ class Tracer:
         """The rows of the elements whose velocities fulfil the constraints, and the correction."""
         now, weight = posture.now, projection.WEIGHTS[self.method.velocity]
         solution = projection.velocity_correction(model, self.structure, now, weight, mask, self.axes)
+        return self._pushed(graph, now.bodies, solution.x), solution
+
+    def border(
+        self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None
+    ) -> tuple[list[list[Number]], list[Number], Number]:
+        """See `dynamics.border`."""
+        return dynamics.border(model, self.structure, posture.now, mask, expected, self.method.baumgarte)
+
+    def kicked(
+        self, graph: Graph, model: Model, posture: Posture, mask: list[Number], impulses: Sequence[Number]
+    ) -> tuple[list[Number], list[Number]]:
+        """The rows of the elements after impulses along the switched rows, and the multipliers of all rows."""
+        solution = dynamics.kicked(model, self.structure, posture.now, mask, impulses)
+        return self._pushed(graph, posture.now.bodies, solution.x), solution.mu
+
+    def _pushed(self, graph: Graph, bodies: Sequence[State], x: Sequence[Number]) -> list[Number]:
+        """The rows of the elements with velocities changed by x."""
         new = tuple(
-            body[0:12] + tuple(v + x for v, x in zip(body[12:18], solution.x[6 * i : 6 * i + 6], strict=True))
-            for i, body in enumerate(now.bodies)
+            body[0:12] + tuple(v + dv for v, dv in zip(body[12:18], x[6 * i : 6 * i + 6], strict=True))
+            for i, body in enumerate(bodies)
         )
-        return self.with_law_states(graph, new), solution
+        return self.with_law_states(graph, new)
 
     def schur(self, model: Model, posture: Posture) -> tuple[list[Number], list[Number]]:
         """See `kkt.schur_complement`."""
-        C = constraints.jacobian(model, posture.now)
+        C = constraints.jacobian(permanent(model), posture.now)
         return kkt.schur_complement(self.whole, dynamics.shapes(model), C)
 
     def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:

@@ -16,7 +16,7 @@ from lienumba.mechanics.elements import drivers, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, Instant, Law, Mode, View
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
@@ -208,8 +208,8 @@ def in_use(model: Model, now: Instant) -> list[Any]:
             found += [1.0] * c.rows
             continue
         on = now.modes.get(c.switch.key, Mode()).on
-        slides = where(on == SLIDE, 0.0, 1.0) if c.tangents else 1.0
-        found += [where(on == OFF, 0.0, slides)] * c.rows
+        slides = where(on > STICK, 0.0, 1.0) if c.tangents else 1.0
+        found += [where(on > OFF, slides, 0.0)] * c.rows
     return found
 
 
@@ -219,7 +219,7 @@ def leaning(model: Model, now: Instant) -> Leaning:
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
             mode = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0)))
-            kinetic = where(mode.on == SLIDE, model.contacts[c.switch.index].kinetic, 0.0)
+            kinetic = where(mode.on > STICK, model.contacts[c.switch.index].kinetic, 0.0)
             moving = tuple(lift(x).a for x in c.law(kinematics.still(now, c.bodies)))
             for row, d in zip(range(rows.start, rows.stop), laws.sliding(moving, mode.memory), strict=True):
                 found[row, rows.start - 1] = -(kinetic * d)

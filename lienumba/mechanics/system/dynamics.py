@@ -92,9 +92,43 @@ def accelerations(
     xi = constraints.required(model, now, baumgarte, axes)
     Q = axes.into(now, loads(model, now))
     near = None if expected is None else axes.into(now, expected)
-    leaning = constraints.leaning(model, now)
+    leaning = constraints.leaning(model, now) or None
     solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, leaning)
     return replace(solution, x=axes.out_of(now, solution.x))
+
+
+def border(
+    model: Model,
+    structure: kkt.Structure,
+    now: Instant,
+    mask: Sequence[Number],
+    expected: Sequence[Number] | None = None,
+    baumgarte: float | None = None,
+) -> tuple[list[list[Any]], list[Any], Any]:
+    """S and b of all rows that are switched: with reactions Lambda = -lambda their rates change by S Lambda + b; and
+    whether the permanent rows are sound. See `accelerations`."""
+    C, xi = constraints.jacobian(model, now), constraints.required(model, now, baumgarte)
+    return kkt.border(
+        structure.bordered(), mass_matrix(model, now), C, loads(model, now), xi, unswitched(structure, mask), expected
+    )
+
+
+def kicked(
+    model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number], impulses: Sequence[Number]
+) -> kkt.Solution:
+    """The change of all velocities by impulses along the switched rows, with which the permanent rows keep their rates:
+    M x + C^T mu = C_s^T impulses."""
+    C, f = constraints.jacobian(model, now), [0.0] * (6 * len(model.bodies))
+    for (row, column), x in C.items():
+        if row >= structure.switched:
+            f[column] = f[column] + x * impulses[row - structure.switched]
+    g = [0.0] * structure.rows
+    return kkt.solve(structure, mass_matrix(model, now), C, f, g, unswitched(structure, mask))
+
+
+def unswitched(structure: kkt.Structure, mask: Sequence[Number]) -> list[Any]:
+    """The mask without any row that is switched."""
+    return [*mask[: structure.switched], *[0.0] * (structure.rows - structure.switched)]
 
 
 def energies(model: Model, now: Instant) -> tuple[Any, Any]:

@@ -85,10 +85,18 @@ class Structure:
         """The order in which [A C^T; C 0] is eliminated."""
         return self.coupled if any(i // 6 != j // 6 for i, j in A) else self.order
 
+    def bordered(self) -> "Structure":
+        """With all rows that are switched on and off behind the others, to be solved together."""
+        n, first = 6 * self.bodies, 6 * self.bodies + self.switched
+        rows = tuple(range(self.switched, self.rows))
+        last = tuple(n + row for row in rows)
+        order, coupled = ((*(v for v in x if v < first), *last) for x in (self.order, self.coupled))
+        return replace(self, order=order, coupled=coupled, leaning=rows)
+
     def weights(self, mask: Sequence[Number], leaning: Leaning | None) -> list[Any]:
         """By what rows count before the elimination: by the mask, but those that lean on each other."""
         weights = list(mask)
-        for row in self.leaning if leaning else ():
+        for row in self.leaning if leaning is not None else ():
             weights[row] = 1.0
         return weights
 
@@ -189,8 +197,8 @@ class Solution:
 
     @property
     def sound(self) -> Any:
-        """1, or 0 where a constraint depends on the others."""
-        return self.by.sound
+        """1, or 0 where a constraint depends on the others; `PARADOX` where friction leaves no solution."""
+        return self.by.sound if self.by.border is None else minimum(self.by.border.sound, self.by.sound)
 
     @property
     def firm(self) -> list[Any]:
@@ -327,7 +335,7 @@ class Eliminated:
         all else is eliminated."""
         n = 6 * structure.bodies
         order = structure.order_for(A) if n else structure.order
-        together = structure.leaning if leaning else ()
+        together = structure.leaning if leaning is not None else ()
         used = set(order[: len(order) - len(together)])
         diagonal = {
             row: m - 1.0 for row, m in enumerate(mask) if n + row in used and not (isinstance(m, float) and m == 1.0)
@@ -355,22 +363,28 @@ class Eliminated:
             return Eliminated(structure, factors, sound, firm, margin)
         S = factors.left(len(order) - len(together))
         border = Border.of(S, together, [mask[row] for row in together], leaning)
-        return Eliminated(structure, factors, minimum(border.sound, sound), firm, margin, border)
+        return Eliminated(structure, factors, sound, firm, margin, border)
 
     def solve(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> Solution:
         """g: of a masked row 0; pulled: what forces have added to it already, where velocities have been eliminated."""
+        x, mu = self.factors.backward(self._forward(f, g, pulled), self.border)
+        if self.structure.looped and self.structure.from_singular:
+            x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
+        return Solution(x, mu, self)
+
+    def missing(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> list[Any]:
+        """C x - g of the rows that are solved together, where none of them has a multiplier."""
+        assert self.border is not None
+        return [-y for y in self._forward(f, g, pulled)[-len(self.border.mask) :]]
+
+    def _forward(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None) -> list[Any]:
         factors, every = self.factors, [1.0] * self.structure.rows
         pulled = [0.0] * len(g) if pulled is None else pulled
         if not self.structure.looped:
-            y = factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every)
-            x, mu = factors.backward(y, self.border)
-            return Solution(x, mu, self)
+            return factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every)
         by_forces = factors.forward(f, pulled, every)
         by_constraints = factors.forward([0.0] * len(f), g, self.firm)
-        x, mu = factors.backward([a + b for a, b in zip(by_forces, by_constraints, strict=True)], self.border)
-        if self.structure.from_singular:
-            x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
-        return Solution(x, mu, self)
+        return [a + b for a, b in zip(by_forces, by_constraints, strict=True)]
 
     def numbers(self) -> list[Any]:
         """All that `solve` reads beside the right-hand sides."""
@@ -403,15 +417,43 @@ def solve(
     mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops;
     leaning: if contacts slide.
     """
+    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, leaning)
+    solution = eliminated.solve(f, g)
+    if not structure.looped or expected is None:
+        return solution
+    return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
+
+
+def border(
+    structure: Structure,
+    A: Entries,
+    C: Entries,
+    f: Sequence[Number],
+    g: Sequence[Number],
+    mask: Sequence[Number],
+    expected: Sequence[Number] | None = None,
+) -> tuple[list[list[Any]], list[Any], Any]:
+    """What is left of a `Structure.bordered` once all else is eliminated, whatever the masks of these last rows: S, and
+    b = C x - g where they have no multipliers, such that these multipliers change it to b - S mu; and whether the
+    others are sound."""
+    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, {})
+    assert eliminated.border is not None
+    return eliminated.border.S, eliminated.missing(f, g), eliminated.sound
+
+
+def _eliminated(
+    structure: Structure, A: Entries, C: Entries, f: Sequence[Number], g: Sequence[Number],
+    mask: Sequence[Number] | None, expected: Sequence[Number] | None, leaning: Leaning | None,
+) -> tuple[Eliminated, Sequence[Number], Sequence[Number]]:  # fmt: skip
+    """With the right-hand sides, in closed loops what an expected solution leaves of them."""
     mask = mask or [1.0] * structure.rows
     weights = structure.weights(mask, leaning)
     C = {key: weights[key[0]] * x for key, x in C.items() if not is_zero(weights[key[0]])}
     g = [m * x for m, x in zip(weights, g, strict=True)]
     eliminated = Eliminated.of(structure, A, C, mask, leaning)
-    if not structure.looped or expected is None:
-        return eliminated.solve(f, g)
-    solution = eliminated.solve(*_rest(A, C, f, g, expected, [0.0] * structure.rows))
-    return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
+    if structure.looped and expected is not None:
+        f, g = _rest(A, C, f, g, expected, [0.0] * structure.rows)
+    return eliminated, f, g
 
 
 def _rest(

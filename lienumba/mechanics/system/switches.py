@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.kinematics import Mode, Modes
+from lienumba.mechanics.mechanism.kinematics import OFF, Mode, Modes
 from lienumba.mechanics.mechanism.model import Force, Lock, Model
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
@@ -93,6 +93,11 @@ def modes_of(model: Model, on: Sequence[Number], memory: Sequence[Number]) -> Mo
         switch.key: Mode(x, tuple(memory[switch.memory : switch.memory + switch.memories]))
         for switch, x in zip(switches_of(model), on, strict=True)
     }
+
+
+def resting(modes: Modes) -> Modes:
+    """The same where no joint slides with friction."""
+    return {key: replace(mode, on=OFF) if key[0] == FRICTION else mode for key, mode in modes.items()}
 
 
 def permanent(model: Model) -> Model:

@@ -51,7 +51,7 @@ def accelerations(
     """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
     it is where the constraints lose their rank."""
     tree = posture.tree
-    leaning = constraints.leaning(posture.model, posture.now)
+    leaning = constraints.leaning(posture.model, posture.now) or None
     loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     if not structure.looped:
         return _solved(posture, structure, loads, xi, mask, leaning)
@@ -182,21 +182,64 @@ def _solved(
     leaning: Leaning | None = None,
 ) -> Solution:  # fmt: skip
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting)
-    n, rows = reduction.n, structure.rows
+    rows = structure.rows
     if not structure.order:
         rates, links = reduction.solution({})
         return Solution(rates, [0.0] * rows, links, 1.0, [1.0] * rows, 1.0)
-    matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
-    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning)
-    pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
-    used, weights = set(structure.order), structure.weights(mask, leaning)
-    wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(weights, g[:rows], strict=True))]
+    eliminated, wanted, pulled = _closing(structure, reduction, g, mask, leaning)
     solved = eliminated.solve([], wanted, pulled)
+    used = set(structure.order)
     mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
     rates, links = reduction.solution({row: mu[row] for row in used})
     if structure.from_singular:
         rates = [where(solved.margin > kkt.LEAST, x, 0.0) for x in rates]
     return Solution(rates, mu, links, solved.sound, solved.firm, solved.margin)
+
+
+def _closing(
+    structure: kkt.Structure, reduction: Reduction, g: Sequence[Number], mask: Sequence[Number],
+    leaning: Leaning | None,
+) -> tuple[kkt.Eliminated, list[Any], list[Any]]:  # fmt: skip
+    """The elimination of what closes loops, and what is wanted and pulled along its rows."""
+    n, rows = reduction.n, structure.rows
+    matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
+    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning)
+    pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
+    used, weights = set(structure.order), structure.weights(mask, leaning)
+    wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(weights, g[:rows], strict=True))]
+    return eliminated, wanted, pulled
+
+
+def border(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], expected: Sequence[Number] | None,
+    baumgarte: float | None,
+) -> tuple[list[list[Any]], list[Any], Any]:  # fmt: skip
+    """As `dynamics.border`."""
+    tree, structure = posture.tree, structure.bordered()
+    mask = dynamics.unswitched(structure, mask)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, {}), baumgarte)
+    if structure.looped:
+        rates = list(expected or [0.0] * tree.freedoms)
+        there = carried(tree, posture.links, loads, rates)
+        xi = _less(xi, rows, there)
+        loads = _relative_to(loads, there, rates, xi)
+    reduction = Reduction(tree, posture.links, loads, posture.waiting)
+    eliminated, wanted, pulled = _closing(structure, reduction, xi, mask, {})
+    assert eliminated.border is not None
+    return eliminated.border.S, eliminated.missing([], wanted, pulled), eliminated.sound
+
+
+def kicked(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], impulses: Sequence[Number]) -> Solution:
+    """As `dynamics.kicked`, of the rates."""
+    mask = dynamics.unswitched(structure, mask)
+    C = constraints.jacobian(posture.model, posture.now)
+    loads = _metric(posture, structure, mask, posture.model.bodies, True)
+    wrenches, own = list(loads.wrenches), {key: x for key, x in C.items() if key[0] >= structure.switched}
+    for row, by_link in acting.by_link(posture, own).items():
+        impulse = impulses[row - structure.switched]
+        for place, y in by_link.items():
+            wrenches[place] = tuple(f + impulse * c for f, c in zip(wrenches[place], y, strict=True))
+    return _solved(posture, structure, replace(loads, wrenches=wrenches), [0.0] * structure.rows, mask)
 
 
 def _relative_to(loads: Loads, there: Sequence[Six], rates: Sequence[Number], xi: Sequence[Number]) -> Loads:

@@ -1,12 +1,13 @@
 """A tree at an instant."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from lienumba.mechanics.mechanism.kinematics import Instant, Modes
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system.switches import resting
 from lienumba.mechanics.tree.links import Tree
 from lienumba.mechanics.tree.motion import Moving, bodies_at, moving_links
 from lienumba.numerics.number import Number
@@ -30,6 +31,10 @@ class Posture:
     @cached_property
     def links(self) -> list[Moving]:
         return moving_links(self.tree, tuple(self.z))
+
+    def resting(self) -> "Posture":
+        """The same where no joint slides with friction."""
+        return replace(self, modes=resting(self.modes))
 
     @cached_property
     def now(self) -> Instant:

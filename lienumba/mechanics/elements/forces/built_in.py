@@ -21,7 +21,7 @@ from lienumba.mechanics.elements.forces.base import (
     quadratic,
 )
 from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, faulty_limits, number, positive
-from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, Mode, View
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Mode, View
 from lienumba.mechanics.mechanism.model import Force
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero, maximum, minimum, sqrt, tanh, where
@@ -193,7 +193,7 @@ class Friction(AlongJoint):
     def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
         if "static" in given.force.numbers:
             mode = given.view.modes.get(("friction", given.force.name), Mode(OFF, (0.0,)))
-            sliding = where(mode.on == SLIDE, given["coulomb"] * mode.memory[0], 0.0)
+            sliding = where(mode.on > STICK, given["coulomb"] * mode.memory[0], 0.0)
         else:
             sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
         return (-(given["viscous"] * rates[0] + sliding),)

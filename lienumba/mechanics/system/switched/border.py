@@ -20,9 +20,10 @@ Leaning = Mapping[tuple[int, int], Any]  # T without its diagonal, by rows of C:
 
 @dataclass(frozen=True)
 class Border:
-    """rows: L U of m (S T) m, L below the diagonal, where it has 1, and inverse: the inverse of that of U; T: by
-    places."""
+    """S: as it is; rows: L U of m (S T) m, L below the diagonal, where it has 1; inverse: that of the diagonal of U; T:
+    by places."""
 
+    S: list[list[Any]]
     rows: list[list[Any]]
     inverse: list[Any]
     mask: list[Any]
@@ -54,7 +55,7 @@ class Border:
                 B[i][k] = B[i][k] * inverse[k]
                 for j in size[k + 1 :]:
                     B[i][j] = B[i][j] - B[i][k] * B[k][j]
-        return Border(B, inverse, list(mask), T, sound)
+        return Border([list(row) for row in S], B, inverse, list(mask), T, sound)
 
     def solve(self, y: Sequence[Number]) -> list[Any]:
         """lambda with -S lambda = y in the rows in use."""

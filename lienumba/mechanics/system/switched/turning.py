@@ -1,0 +1,92 @@
+"""When switched constraints turn on and off, and what is to be known of them then."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from lienumba.mechanics.elements.quantities import evaluate
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system.switched import laws
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import sqrt, where
+
+NEVER = (0.0, 0.0)
+
+
+def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
+    """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
+    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s)."""
+    first = constraints.permanent_rows(model)
+    gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
+    found: list[Any] = []
+    for switch in switches_of(model):
+        if switch.what in (JOINT, LOCK):
+            found += NEVER
+            continue
+        mode, own = now.modes[switch.key], slice(switch.first, switch.first + switch.rows)
+        reactions = [-mu for mu in multipliers[first:][own]]
+        tangents = slice(switch.rows - switch.tangents, switch.rows)
+        back: Any = 0.0
+        for x, d in zip(rates[own][tangents], mode.memory, strict=True):
+            back = back - x * d
+        pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
+        turns = where(mode.on > STICK, back, pushed) if switch.tangents else 0.0
+        if switch.what == FRICTION:
+            found += [0.0, turns]
+        else:
+            found.append(where(mode.on > OFF, -reactions[0], -gaps[switch.first]))
+            found.append(where(mode.on > OFF, turns, rates[switch.first]))
+    return found
+
+
+def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:
+    """How large the force may be along the tangents of what sticks (N or N m)."""
+    if switch.what == FRICTION:
+        return _effort(model, switch, now, "static")
+    return model.contacts[switch.index].static * reactions[0] if switch.what == CONTACT else 0.0
+
+
+def _length(rows: Sequence[Number]) -> Any:
+    if len(rows) == 1:
+        return where(rows[0] < 0.0, -rows[0], rows[0])
+    square: Any = 0.0
+    for x in rows:
+        square = square + x * x
+    return sqrt(square)
+
+
+def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
+    """Of the friction of a joint (N or N m)."""
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    return evaluate(model, model.forces[switch.index].numbers[name], everything)
+
+
+def numbers(model: Model, now: Instant) -> list[Any]:
+    """Of each switch: restitution, static and kinetic coefficient, the speed (m/s or rad/s) below which nothing comes
+    back, static and kinetic effort (N or N m)."""
+    found: list[Any] = []
+    for switch in switches_of(model):
+        own: tuple[Any, ...] = (0.0,) * 6
+        if switch.what == LIMIT:
+            limit = model.limits[switch.index]
+            own = (limit.restitution, 0.0, 0.0, limit.rest_speed, 0.0, 0.0)
+        elif switch.what == CONTACT:
+            contact = model.contacts[switch.index]
+            own = (contact.restitution, contact.static, contact.kinetic, contact.rest_speed, 0.0, 0.0)
+        elif switch.what == FRICTION:
+            own = (0.0,) * 4 + tuple(_effort(model, switch, now, name) for name in ("static", "coulomb"))
+        found += own
+    return found
+
+
+def memory(model: Model, now: Instant, rates: Sequence[Number]) -> list[Any]:
+    """What all switches would keep if they were turned on now. rates: of all rows that are switched."""
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    found: list[Any] = []
+    for switch in switches_of(model):
+        own: Vector = tuple(rates[switch.first : switch.first + switch.rows])
+        found += laws.keeps(model, switch, everything, own)
+    return found
