@@ -1,0 +1,83 @@
+"""Whatever is on: the accelerations are those of a dense system of the rows in use, in both kinds of coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.switches import FRICTION
+from lienumba.mechanics.tree import equations
+from lienumba.mechanics.tree.spanning import joints_of, ties_of
+from tests.rigs import switching
+from tests.rigs.random_trees import close
+
+SEEDS = range(12)
+
+
+def cases(seed):
+    return switching.somewhere(switching.mechanism(seed, friction=seed % 3 > 0, closing=seed % 2), seed)
+
+
+def closing(model):
+    return kkt.Structure.closing(model, joints_of(ties_of(model)))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_accelerations_and_multipliers_of_the_rows_in_use(seed):
+    case = cases(seed)
+    a, mu = switching.exact(case)
+    found = dynamics.accelerations(case.model, kkt.Structure.of(case.model), case.now, case.mask)
+    close(found.x, a, 1e-9)
+    close(found.mu, mu, 1e-9)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_same_by_joints(seed):
+    case = cases(seed)
+    a, _ = switching.exact(case)
+    found = equations.accelerations(case.posture, closing(case.model), case.mask)
+    close(equations.body_accelerations(case.posture, found.links), a, 1e-9)
+
+
+def dense_border(case):
+    """S, b and the response to impulses, by inverting the matrix of the permanent rows."""
+    model = case.model
+    M, C, _, xi = switching.parts(case)
+    first, n = constraints.permanent_rows(model), len(M)
+    resting = {key: replace(mode, on=0.0) if key[0] == FRICTION else mode for key, mode in case.now.modes.items()}
+    Q = np.array(dynamics.loads(model, replace(case.now, modes=resting)), float)
+    K = np.block([[M, C[:first].T], [C[:first], np.zeros((first, first))]])
+    a = np.linalg.solve(K, np.concatenate([Q, xi[:first]]))[:n]
+    response = np.linalg.solve(K, np.vstack([C[first:].T, np.zeros((first, len(C) - first))]))[:n]
+    return C[first:] @ response, C[first:] @ a - xi[first:], response
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_left_of_all_switched_rows(seed):
+    case = cases(seed)
+    S, b, response = dense_border(case)
+    resting = case.posture.resting()
+    for found in (
+        dynamics.border(case.model, kkt.Structure.of(case.model), resting.now, case.mask),
+        equations.border(resting, closing(case.model), case.mask, None, None),
+    ):
+        close(np.array(found[0]), S, 1e-9)
+        close(found[1], b, 1e-9)
+        assert found[2] == 1.0
+    impulses = np.random.default_rng(seed).standard_normal(len(S))
+    kicked = dynamics.kicked(case.model, kkt.Structure.of(case.model), case.now, case.mask, impulses)
+    close(kicked.x, response @ impulses, 1e-9)
+    along = equations.kicked(case.posture, closing(case.model), case.mask, impulses)
+    velocities = equations.body_accelerations(
+        replace(case.posture, model=replace(case.model, gravity=(0.0,) * 3)), along.links
+    )
+    still = np.array(velocities) - centrifugal(case)
+    close(still, response @ impulses, 1e-9)
+
+
+def centrifugal(case):
+    """What `body_accelerations` adds for the turning of links."""
+    n = len(case.posture.tree.links)
+    weightless = replace(case.posture, model=replace(case.model, gravity=(0.0,) * 3))
+    return np.array(equations.body_accelerations(weightless, [(0.0,) * 6] * n))
