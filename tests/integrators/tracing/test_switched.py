@@ -1,0 +1,141 @@
+"""Runs with something on all the time: a lock makes one body of two, friction brakes as Coulomb says."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
+from tests.rigs.modes import SLIDE, STICK, integrate
+
+G = 9.81
+UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))  # x, y, z of a frame whose axis is -y
+
+
+def bar(name: str) -> Body:
+    return Body(name, 2.0, (0.2, 0.2, 0.01, 0.0, 0.0, 0.0))
+
+
+def at(r: Any, v: Any = (0.0, 0.0, 0.0), w: Any = (0.0, 0.0, 0.0)) -> tuple[float, ...]:
+    return (*r, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *v, *w)
+
+
+def hinge(name: str, a: int, b: int, p: Any, q: Any, kind: str = "revolute") -> Joint:
+    return Joint(name, kind, (a, b), (p, q), (UPRIGHT, UPRIGHT))
+
+
+def pendulum(kind: str = "revolute", locks: tuple[Lock, ...] = ()) -> Model:
+    """Two bars in a plane, 1 m each, hanging down."""
+    up, down = (0.0, 0.0, 0.5), (0.0, 0.0, -0.5)
+    joints = (hinge("first", GROUND, 0, (0.0, 0.0, 0.0), up), hinge("second", 0, 1, down, up, kind))
+    return Model((0.0, 0.0, -G), (bar("a"), bar("b")), joints, locks=locks)
+
+
+SWINGING = Instant((at((0.0, 0.0, -0.5), (-0.5, 0.0, 0.0), (0.0, 1.0, 0.0)),
+                    at((0.0, 0.0, -1.5), (-1.5, 0.0, 0.0), (0.0, 1.0, 0.0))))  # fmt: skip
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_lock_makes_one_body_of_two(coordinates: str) -> None:
+    lock = Lock("second", 1, ("angle",))
+    status, locked = integrate(pendulum(locks=(lock,)), SWINGING, {"second": (STICK, (0.0,))}, 1e-3, 400, coordinates)
+    welded = pendulum("fixed")
+    _, expected = integrate(welded, SWINGING, {}, 1e-3, 400, coordinates)
+    assert status == 0
+    for name in ("position", "velocity", "joint_force", "joint_torque"):
+        np.testing.assert_allclose(locked[name], expected[name], atol=1e-10)
+    assert abs(locked["energy_residual"]) < 1e-9
+    assert abs(locked["position_violation"]) < 1e-12
+
+
+def test_stage_by_stage_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = Lock("second", 1, ("angle",))
+    model, on = pendulum(locks=(lock,)), {"second": (STICK, (0.0,))}
+    _, whole = integrate(model, SWINGING, on, 1e-3, 50)
+    monkeypatch.setattr("lienumba.integrators.tracing.step_kernels.INLINE", 0)
+    _, staged = integrate(model, SWINGING, on, 1e-3, 50)
+    for name, x in whole.items():
+        np.testing.assert_allclose(staged[name], x, atol=1e-13)
+
+
+SLOPE = (0.5 * G, 0.0, -(0.75**0.5) * G)  # 30 degrees, along x
+
+
+def block(kinetic: float = 0.3) -> Model:
+    """A point mass, nearly, on a plane."""
+    contact = Contact(
+        "floor", "point_plane", (0, GROUND), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0), None, {},
+        0.0, 0.8, kinetic, 1e-3,
+    )  # fmt: skip
+    return Model(SLOPE, (bar("block"),), contacts=(contact,))
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_friction_brakes_against_the_sliding(coordinates: str) -> None:
+    """Across the slope, too: the direction turns. In axes along and across: v' = g sin - mu g cos d."""
+    v = np.array([0.2, 1.5])
+    now = Instant((at((0.0, 0.0, 0.0), (*v, 0.0)),))
+    d = tuple(v / np.hypot(*v))
+    status, found = integrate(block(), now, {"floor": (SLIDE, d)}, 1e-3, 300, coordinates)
+    assert status == 0
+
+    def rate(v: np.ndarray) -> np.ndarray:
+        return np.array([SLOPE[0], 0.0]) + 0.3 * SLOPE[2] * v / np.hypot(*v)
+
+    h = 1e-4
+    for _ in range(3000):
+        k1 = rate(v)
+        k2 = rate(v + 0.5 * h * k1)
+        k3 = rate(v + 0.5 * h * k2)
+        v = v + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rate(v + h * k3))
+    np.testing.assert_allclose(found["velocity"][0], [*v, 0.0], atol=1e-9)
+    assert abs(found["energy_residual"]) < 1e-9
+
+
+def test_what_sticks_stays() -> None:
+    status, found = integrate(block(), Instant((at((0.0, 0.0, 0.0)),)), {"floor": (STICK, (1.0, 0.0))}, 1e-2, 50)
+    assert status == 0
+    np.testing.assert_allclose(found["position"][0], 0.0, atol=1e-13)
+
+
+def test_friction_goes_on_where_the_sliding_turns_round() -> None:
+    """Beyond the stop, until the change is located: as if friction pushed on."""
+    now = Instant((at((0.0, 0.0, 0.0), (-0.1, 0.0, 0.0)),))
+    _, found = integrate(block(), now, {"floor": (SLIDE, (-1.0, 0.0))}, 1e-2, 20)
+    a = SLOPE[0] - 0.3 * SLOPE[2]
+    np.testing.assert_allclose(found["velocity"][0, 0], -0.1 + a * 0.2, rtol=1e-12)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_joint_with_friction_slides_or_holds(coordinates: str) -> None:
+    force = Force(
+        "brake",
+        "friction",
+        (GROUND, 0),
+        coordinate=Coordinate(0, "angle"),
+        numbers={"viscous": 0.0, "coulomb": 3.0, "static": 4.0, "velocity": 1e-3},
+    )
+    model = replace(pendulum(), bodies=(bar("a"),), joints=pendulum().joints[:1], forces=(force,), gravity=(0.0,) * 3)
+    now = Instant((at((0.0, 0.0, -0.5), (-0.5, 0.0, 0.0), (0.0, 1.0, 0.0)),))
+    _, found = integrate(model, now, {"brake": (SLIDE, (-1.0,))}, 1e-3, 100, coordinates)
+    rate = 1.0 - 3.0 / (0.2 + 2.0 * 0.25) * 0.1  # the axis of the hinge points along -y
+    np.testing.assert_allclose(np.hypot(*found["velocity"][0, [0, 2]]), 0.5 * rate, rtol=1e-9)
+    assert abs(found["energy_residual"]) < 1e-10
+    rest = Instant((at((0.0, 0.0, -0.5)),))
+    gravity = replace(model, gravity=(3.0, 0.0, 0.0))
+    _, held = integrate(gravity, rest, {"brake": (STICK, (1.0,))}, 1e-2, 10, coordinates)
+    np.testing.assert_allclose(held["velocity"], 0.0, atol=1e-14)
+
+
+def test_a_stop_holds_against_what_pulls() -> None:
+    limit = Limit("stop", Coordinate(0, "angle"), 1.0, 0.0, 0.0, 0.0)
+    model = replace(
+        pendulum(), bodies=(bar("a"),), joints=pendulum().joints[:1], limits=(limit,), gravity=(3.0, 0.0, 0.0)
+    )
+    rest = Instant((at((0.0, 0.0, -0.5)),), angles={0: 0.0})
+    status, held = integrate(model, rest, {"stop": (SLIDE, ())}, 1e-2, 10)
+    assert status == 0
+    np.testing.assert_allclose(held["velocity"], 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.abs(held["joint_torque"][0]), [0.0, 3.0, 0.0], rtol=1e-12)
