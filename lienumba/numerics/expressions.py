@@ -131,6 +131,13 @@ class Formula:
         """The text of the same formula with numbers for these names."""
         return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
 
+    def rewritten(self, texts: Mapping[str, str]) -> "Formula":
+        """The same with other formulas, or names, for these names."""
+        trees = {name: ast.parse(text, mode="eval").body for name, text in texts.items()}
+        written = ast.unparse(_Rewriting(trees).visit(copy.deepcopy(self._tree)))
+        names = {_dotted(node) for tree in trees.values() for node in ast.walk(tree)} - {""}
+        return Formula(written, self.allowed | names, self.tables, self.condition)
+
     def is_line(self, state: frozenset[str]) -> bool:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
         return _degree(self._tree, state) == 1
@@ -203,6 +210,16 @@ class _Binding(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         name = _dotted(node)
         return ast.Constant(self.values[name]) if name in self.values else node
+
+
+class _Rewriting(ast.NodeTransformer):
+    """Puts formulas in the place of names."""
+
+    def __init__(self, trees: Mapping[str, ast.expr]) -> None:
+        self.trees = trees
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return self.trees.get(node.id, node)
 
 
 def _dotted(node: ast.AST) -> str:

@@ -43,6 +43,7 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
+OPTIONAL = ("limits", "contacts")  # lists that are left out where they are empty
 FIRST = ("name", "type")  # keys that head a table
 
 
@@ -123,6 +124,9 @@ class Scenario:
         self.parameters.restore(model)
         for kind in LISTS:
             model[kind] = [{key: item[key] for key in FIRST if key in item} | item for item in model[kind]]
+        for kind in OPTIONAL:
+            if not model[kind]:
+                del model[kind]
         optional = ("parameters", "tables", "files")
         for x in (model, *model["bodies"]):
             for key in x.keys() & {"shapes", "ground_shapes"}:

@@ -191,11 +191,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Lock:
-    """Of coordinates of a joint (index), by their names: while it is on, they stay as they were when it was locked."""
+    """Of coordinates of a joint (index), by their names: while it is on, they stay as they were when it was locked.
+    active: whether it is on from the start."""
 
     name: str
     joint: int
     coordinates: tuple[str, ...]
+    active: bool = False
 
 
 @dataclass(frozen=True)
@@ -234,7 +236,7 @@ class Contact:
 class Event:
     """Something that happens when a condition becomes true; stop: whether the run ends there.
 
-    action: by its name; joint: which it releases or engages, lock: which it turns on or off (indices); values: what
+    action: by its name; joint: which it releases or engages, locks: which it turns on or off (indices); values: what
     held numbers (by their place in `Model.held`) become; once: whether it acts once in a run; closing: by how much (m
     or rad) the rows that it turns on may be violated.
     """
@@ -244,10 +246,10 @@ class Event:
     stop: bool
     action: str = "record"
     joint: int = -1
-    lock: int = -1
+    locks: tuple[int, ...] = ()
     values: tuple[tuple[int, Timed], ...] = ()
     once: bool = False
-    closing: Number = 1e-6
+    closing: Number = 0.02
 
 
 @dataclass(frozen=True)

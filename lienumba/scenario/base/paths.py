@@ -19,15 +19,17 @@ Token = str | int
 Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
-LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")  # of the model: tables known by their names
+LISTS = (  # of the model: tables known by their names
+    "bodies", "joints", "drivers", "forces", "quantities", "events", "limits", "contacts",
+)  # fmt: skip
 INPUTS = "inputs"  # a table of them by their names
 RECORDING = "recording"  # of this table, what gives one for each column of a file
 START = "start"  # what is known of coordinates at the start, by their names, which may have dots
 BESIDE = ("quantities", "events", INPUTS, START)  # what is part of the model and stands beside [model] in a file
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
-    "relative_to", "driver", "about", "units", "function", "returns", "level", "rows", "derivative", "action",
-    "interpolation",
+    "relative_to", "driver", "contact", "limit", "about", "units", "function", "returns", "level", "rows", "derivative",
+    "action", "interpolation",
 }  # fmt: skip  # whose values are texts as they should be
 WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events", INPUTS)
 WITH_STATE = ("drivers", "forces", "quantities", "events", INPUTS)  # whose formulas may read tables and quantities

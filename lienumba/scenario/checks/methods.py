@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_method(integrator: Integrator, events: bool, report: "Report") -> None:
+def check_method(integrator: Integrator, changing: str, report: "Report") -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
-    it nor other coordinates have a continuous extension."""
+    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance."""
     chosen, value = "integrator.coordinates", integrator.coordinates
     as_vectors, method = value in COORDINATES, METHODS[integrator.method]
     whose = "joints" if value == JOINT else "rotations alone"
@@ -33,7 +33,7 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'give the method "{method.flat}", which it is in a vector space',
             value,
         )
-    between = "integrator.tolerance" if integrator.tolerance is not None else "[[events]]" if events else None
+    between = "integrator.tolerance" if integrator.tolerance is not None else changing
     if between and as_vectors:
         report.add(
             chosen,
@@ -41,11 +41,11 @@ def check_method(integrator: Integrator, events: bool, report: "Report") -> None
             f'give "lie", or leave {between} out',
             value,
         )
-    if between == "[[events]]" and method.composed:
+    if changing and between == changing and method.composed:
         report.add(
             "integrator.method",
-            "says where a body is at the ends of steps only, but [[events]] asks for more",
-            f'give "{method.flat}", or leave [[events]] out',
+            f"says where a body is at the ends of steps only, but {changing} asks for more",
+            f'give "{method.flat}", or leave {changing} out',
             method.name,
         )
     _check_series(integrator, report)
@@ -90,9 +90,17 @@ def _check_series(integrator: Integrator, report: "Report") -> None:
             )
 
 
-def check_projection(projection: Projection, integrator: Integrator | None, report: "Report") -> None:
+def check_projection(projection: Projection, integrator: Integrator | None, switching: str, report: "Report") -> None:
     """Violations are damped or projected; chords are of projected positions, and neither they nor the embedded form are
-    of joints."""
+    of joints. switching: what turns constraints on and off, if anything does."""
+    if switching:
+        turned = f"is not for constraints that are turned on and off, as {switching} asks for"
+        if projection.chord:
+            report.add("projection.chord", turned, "leave it out", True)
+        if projection.position == "embedded":
+            report.add("projection.position", turned, 'give "local" or "none"', projection.position)
+        if projection.baumgarte is not None:
+            report.add("projection.baumgarte", turned, "leave it out", projection.baumgarte)
     if integrator is not None and integrator.coordinates == JOINT:
         joints, remedy = f'is not for integrator.coordinates = "{JOINT}", which projects joints', "leave it out"
         if projection.chord:

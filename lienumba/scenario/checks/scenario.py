@@ -9,6 +9,7 @@ from lienumba.scenario.base.paths import INPUTS, LISTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
+from lienumba.scenario.checks.changes import changing, check_contact, check_events, check_limit, switching
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
@@ -46,13 +47,14 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
-        check_method(integrator, bool(lists["events"]), report)
+        check_method(integrator, changing(lists), report)
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
-        check_projection(projection, integrator, report)
+        check_projection(projection, integrator, switching(lists), report)
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
+        check_events(lists, [*parameters.numbers, *parameters.formulas], report)
         start = read(StartSection, model.get("start", {}))
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)
@@ -100,6 +102,10 @@ def _check_model(lists: dict[str, list[Keys]], inputs: Keys, report: Report) -> 
     check_driven_once(lists["drivers"], joints, report)
     for place, force in placed("forces", lists["forces"]):
         check_force(place, force, bodies, joints, report)
+    for place, limit in placed("limits", lists["limits"]):
+        check_limit(place, limit, joints, report)
+    for place, contact in placed("contacts", lists["contacts"]):
+        check_contact(place, contact, bodies, joints, report)
     for place, quantity in placed("quantities", lists["quantities"]):
         check_quantity(place, quantity, lists, report)
     check_inputs(inputs, joints, report)

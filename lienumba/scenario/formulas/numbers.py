@@ -10,8 +10,10 @@ from lienumba.errors import Problem
 from lienumba.keys.facts import is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs import InputType
+from lienumba.mechanics.mechanism.model import HELD
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
@@ -54,16 +56,25 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
         return Parameters(), problems
     model = raw.get("model")
     known = known_of(model)
-    parameters = replace(parameters, quantities=known.names, inputs=_input_numbers(model))
+    held = _held(model) & {*numbers, *formulas}
+    parameters = replace(parameters, quantities=known.names, inputs=_input_numbers(model), held=held)
     problems = _taken_names(parameters, model)
     _Taking(parameters, known, model, problems).every()
     return parameters, problems
+
+
+def _held(model: object) -> frozenset[str]:
+    """The names of what events set."""
+    named = (table_in(event, "parameters") for event in _rows(model, "events") if event.get("action") == SET.name)
+    return frozenset(str(name) for table in named for name in table)
 
 
 def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     """Names by which formulas know something must be different."""
     problems = []
     taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
+    if parameters.held:
+        taken[HELD] = "what events set"
     for what, names in (
         ("tables", list(parameters.tables)),
         ("quantities", [name for q in _rows(model, "quantities") if isinstance(name := q.get("name"), str)]),
@@ -120,11 +131,11 @@ class _Taking:
         if is_number(text):
             return None
         try:
-            return Formula(text, self.names, frozenset(self.parameters.tables), tokens[0] == "events")
+            return Formula(text, self.names, frozenset(self.parameters.tables), _is_condition(tokens))
         except ExpressionError as error:
             if len(self.names) > 1 or self.parameters.tables:
                 self.problems.append(explained(text, error).at(paths.written(tokens), text))
-                paths.put(self.model, list(tokens), NEVER if tokens[0] == "events" else 1.0)
+                paths.put(self.model, list(tokens), NEVER if _is_condition(tokens) else 1.0)
             return None
 
     def take(self, tokens: Tokens, formula: Formula) -> None:
@@ -134,12 +145,12 @@ class _Taking:
         place = paths.written(tokens)
         number: float | str | Formula
         if self.parameters.reads(formula):
-            number = NEVER if tokens[0] == "events" else SMOOTH if _may_vary(tokens) else 1.0
+            number = NEVER if _is_condition(tokens) else SMOOTH if _may_vary(tokens) else 1.0
             wrong = self.misuse(tokens, formula)
             self.problems += [Problem(place, *wrong, formula.text)] if wrong else []
         elif TIME in formula.used:
             number = formula.bound(self.values)
-        elif tokens[0] == "events":
+        elif _is_condition(tokens):
             number = NEVER
             self.problems.append(Problem(place, "never changes", "name a quantity in it, or the time t", formula.text))
         else:
@@ -151,8 +162,12 @@ class _Taking:
         paths.put(self.model, list(tokens), number)
 
     def misuse(self, tokens: Tokens, formula: Formula) -> tuple[str, str] | None:
-        """What is wrong with reading tables or quantities here, and the remedy."""
+        """What is wrong with reading tables, quantities or what events set here, and the remedy."""
         read = sorted(formula.used & self.known.names)
+        held = sorted(self.parameters.all_used(formula) & self.parameters.held)
+        fixed = "what a driver prescribes cannot jump" if tokens[0] == "drivers" else "is one number for the whole run"
+        if held and (tokens[0] in ("gravity", "drivers") or not _may_vary(tokens)):
+            return f"reads {held[0]}, which an event sets, but {fixed}", "name another parameter there"
         if tokens[0] == "gravity":
             rule = "reads a table or a quantity, but gravity may depend on t and parameters only"
             return rule, "put it into a force"
@@ -199,10 +214,17 @@ class _Taking:
         return quantities.VELOCITY, ""
 
 
+def _is_condition(tokens: Tokens) -> bool:
+    """Whether a condition is wanted at a place."""
+    return tokens[0] == "events" and tokens[2:] == ("when",)
+
+
 def _may_vary(tokens: Tokens) -> bool:
     """Whether the number of a place may read tables and quantities."""
     if tokens[0] == INPUTS:
         return len(tokens) == 2 or tokens[2] not in InputType.fixed
+    if tokens[0] == "events":
+        return tokens[2] in ("when", "parameters")
     return tokens[0] in paths.WITH_STATE and (tokens[0] != "quantities" or tokens[-1] == "value")
 
 

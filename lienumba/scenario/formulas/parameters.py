@@ -14,7 +14,7 @@ from lienumba.errors import NOTHING, Problem
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.keys.types import NAME
 from lienumba.mechanics.elements.quantities import owner
-from lienumba.mechanics.mechanism.model import Law
+from lienumba.mechanics.mechanism.model import HELD, Law
 from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
@@ -31,7 +31,8 @@ RESERVED = {TIME, INPUTS, *CONSTANTS, *FUNCTIONS}
 class Parameters:
     """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
     inputs: those that are numbers, by their paths; quantities: every component that formulas may read; places: the
-    numbers of the model (paths without `model`) that are formulas, but for those of the time alone."""
+    numbers of the model (paths without `model`) that are formulas, but for those of the time alone; held: parameters
+    that events set."""
 
     numbers: dict[str, float] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
@@ -39,6 +40,7 @@ class Parameters:
     inputs: dict[str, float] = field(default_factory=dict)
     quantities: frozenset[str] = frozenset()
     places: dict[Tokens, Formula] = field(default_factory=dict)
+    held: frozenset[str] = frozenset()
 
     def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter, and every input that is a number: a float, or an array (runs,); samples: by path,
@@ -53,6 +55,11 @@ class Parameters:
             else:
                 found[name] = value_of(self.formulas[name], found)
         return found
+
+    def held_values(self, samples: Mapping[str, Any]) -> dict[str, Any]:
+        """What the parameters that events set are at the start."""
+        values = self.values(samples)
+        return {name: values[name] for name in sorted(self.held)}
 
     def at_places(self, samples: Mapping[str, Any]) -> dict[Tokens, Any]:
         """The numbers of these samples for what is a formula, and functions of time where they are, by path."""
@@ -69,9 +76,20 @@ class Parameters:
 
     def function(self, formula: Formula, values: Mapping[str, Any]) -> Law:
         """A formula with these values of the parameters as a function of time and state."""
-        own = {**values, **self.tables}
+        own, formula = {**values, **self.tables}, self.followed(formula)
         used = {name: own[name] for name in sorted(formula.used & own.keys())}
-        return Law(formula, used, tuple(sorted(formula.used & self.quantities)))
+        held = formula.used & {held_name(name) for name in self.held}
+        return Law(formula, used, tuple(sorted((formula.used & self.quantities) | held)))
+
+    def followed(self, formula: Formula) -> Formula:
+        """The same, where parameters that events set are read as they are in a run, also through other parameters."""
+        if not self.all_used(formula) & self.held:
+            return formula
+        following: dict[str, str] = {name: held_name(name) for name in self.held}
+        for name, own in self.formulas.items():  # each behind those that it uses
+            if name not in self.held and own.used & following.keys():
+                following[name] = own.rewritten(following).text
+        return formula.rewritten(following)
 
     def all_used(self, formula: Formula) -> set[str]:
         """The parameters that a formula depends on, also through others."""
@@ -88,8 +106,9 @@ class Parameters:
         return TIME in formula.used or self.reads(formula)
 
     def reads(self, formula: Formula) -> bool:
-        """Whether a formula depends on tables or quantities."""
-        return bool(formula.used & (self.quantities | self.tables.keys()))
+        """Whether a formula depends on tables, quantities or what events set."""
+        stated = formula.used & (self.quantities | self.tables.keys())
+        return bool(stated or (self.held and self.all_used(formula) & self.held))
 
     def restore(self, model: Keys) -> None:
         """Put the texts of the formulas back into a model, in place."""
@@ -133,6 +152,11 @@ class Parameters:
             for name in self.tables
             if name not in used
         ]
+
+
+def held_name(name: str) -> str:
+    """How a formula reads a parameter that events set."""
+    return f"{HELD}.{name}"
 
 
 def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:

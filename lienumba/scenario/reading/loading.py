@@ -1,14 +1,17 @@
 """Where a scenario comes from: a TOML file, a dict or a System; and what `--set` changes in it."""
 
 import os
+import re
 from collections.abc import Callable, Container, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 from lienumba.errors import BadValueError, Problem, ScenarioError
+from lienumba.keys.types import NAME
+from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import check_own, embedded
@@ -122,18 +125,22 @@ def put_setting(data: Keys, tokens: list[paths.Token], value: object, beside: Co
 
 
 def name_unnamed(data: Keys) -> None:
-    """Give drivers and forces without a name one, in place: driver_1, spring_damper_2 (counted within the list)."""
+    """Give what needs no name one, in place: driver_1, spring_damper_2 (counted within the list); a limit that of its
+    joint, if that is free."""
     model: Any = data.get("model")
-    for kind in ("drivers", "forces"):
+    for kind in ("drivers", "forces", "contacts", "limits"):
         items: Any = model.get(kind) if isinstance(model, dict) else None
         items = items if isinstance(items, list) else []
         taken = [item["name"] for item in items if isinstance(item, dict) and "name" in item]
         for index, item in enumerate(items):
             if isinstance(item, dict) and "name" not in item:
                 kind_of_item = item.get("type")
-                known = isinstance(kind_of_item, str) and kind_of_item in FORCES
+                known = isinstance(kind_of_item, str) and (kind_of_item in FORCES or kind_of_item in CONTACTS)
                 stem = kind_of_item if known else kind.removesuffix("s")
-                name = next(name for n in count(index + 1) if (name := f"{stem}_{n}") not in taken)
+                first = item.get("joint") if kind == "limits" else None
+                numbered = (f"{stem}_{n}" for n in count(index + 1))
+                own = (first,) if isinstance(first, str) and re.fullmatch(NAME, first) else ()
+                name = next(name for name in chain(own, numbered) if name not in taken)
                 items[index] = {"name": name, **item}
                 taken.append(name)
 

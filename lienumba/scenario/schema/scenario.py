@@ -31,12 +31,15 @@ from lienumba.keys.types import (
     Timed3,
     Vec3,
 )
+from lienumba.mechanics.elements.contacts import CONTACTS
+from lienumba.mechanics.elements.contacts.base import Coefficients, ContactType
 from lienumba.mechanics.elements.drivers import DRIVERS, DriverType, driver_form
 from lienumba.mechanics.elements.events import ACTIONS, Event, described
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, AnyInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS, JointType
+from lienumba.mechanics.elements.limits import Limit
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
@@ -162,6 +165,10 @@ class ModelSection(Standing, Gravity):
     drivers: list[AnyDriver] = Field(default=[], description="prescribed motions, each as [[model.drivers]]")
     forces: list[Annotated[ForceLaw, OneOf(FORCES)]] = Field(
         default=[], description="force laws, each as [[model.forces]]"
+    )
+    limits: list[Limit] = Field(default=[], description="rigid stops of joints, each as [[model.limits]]")
+    contacts: list[Annotated[ContactType, OneOf(CONTACTS)]] = Field(
+        default=[], description="where bodies may touch, each as [[model.contacts]]"
     )
     quantities: list[Annotated[QuantityType, OneOf(QUANTITIES)]] = Field(
         default=[], description="named quantities, each as [[quantities]]"
@@ -372,7 +379,7 @@ class ScenarioData(Section):
 
 # What stands in the lists of the model: the classes of each by their names.
 FORMS: dict[str, Mapping[str, type[Section]]] = {
-    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES,
+    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES, "contacts": CONTACTS,
 }  # fmt: skip
 SHAPE_LISTS = (("model", "bodies", "shapes"), ("model", "ground_shapes"))
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
@@ -393,6 +400,8 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         },
         **{("model", kind, form): section for kind, forms in FORMS.items() for form, section in forms.items()},
         ("model", "events"): Event,
+        ("model", "limits"): Limit,
+        **{("model", "contacts", form, "friction", "coefficients"): Coefficients for form in CONTACTS},
         **{("model", "inputs", form): kind for form, kind in INPUTS_BY_FORM.items()},
         ("model", "start"): StartSection,
         ("integrator",): Integrator,
@@ -435,7 +444,7 @@ def _derive() -> None:
 
 SECTIONS.update(_sections())
 for registry in (
-    JOINTS, DRIVERS, FORCES, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
+    JOINTS, DRIVERS, FORCES, CONTACTS, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
     DISTRIBUTIONS, SHAPES,
 ):  # fmt: skip
     registry.listeners.append(_derive)
@@ -471,7 +480,7 @@ def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
     """The class of a table in one of the model's lists, or of an input, as far as its type is known."""
     if kind == paths.INPUTS:
         return INPUTS_BY_FORM.get(input_form(item) or "")
-    if kind in ("bodies", "events"):
+    if kind in ("bodies", "events", "limits"):
         return SECTIONS[("model", kind)]
     form = driver_form(item) if kind == "drivers" else item.get("type")
     return SECTIONS.get(("model", kind, form)) if isinstance(form, str) else None

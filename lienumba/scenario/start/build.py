@@ -11,9 +11,12 @@ import numpy as np
 
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
-from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.contacts.compliant import forces_of
+from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK
+from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
+from lienumba.mechanics.elements.locks import locks_of
 from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.massless import is_massless
@@ -26,6 +29,7 @@ from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, 
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 
+SWITCHES = (RELEASE.name, ENGAGE.name)
 Samples = Mapping[str, np.ndarray] | Mapping[str, float]
 
 
@@ -33,7 +37,8 @@ def build(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
     """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,), as `design.draw`
     has them."""
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
-        return _Builder(numbered(scenario, samples), scenario.data.files).build()
+        held = scenario.parameters.held_values(samples)
+        return _Builder(numbered(scenario, samples), scenario.data.files, held).build()
 
 
 def geometry(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
@@ -57,27 +62,42 @@ def numbered(scenario: Scenario, samples: Samples) -> ModelSection:
 class _Builder:
     """Knows the indices behind the names."""
 
-    def __init__(self, data: ModelSection, files: Mapping[str, str]) -> None:
-        self.data, self.files = data, files
+    def __init__(
+        self, data: ModelSection, files: Mapping[str, str], held: Mapping[str, m.Number] | None = None
+    ) -> None:
+        self.data, self.files, self.held = data, files, dict(held or {})
         self.bodies = {body.name: i for i, body in enumerate(data.bodies)} | {"ground": GROUND}
         self.joints = {joint.name: i for i, joint in enumerate(data.joints)}
         self.drivers = {driver.name: i for i, driver in enumerate(data.drivers)}
+        asked = [(str(x.joint), x.coordinate) for x in data.events if x.action in (LOCK.name, UNLOCK.name)]
+        locked = [joint.name for joint in data.joints if joint.locked]
+        self.locks = locks_of(asked, {joint.name: joint.type for joint in data.joints}, locked)
 
     def build(self) -> tuple[Model, Start]:
         data = self.data
         inputs = {name: x for name, value in data.inputs.items() if (x := written(value)) is not None}
         signals = [x.to_model(name, self) for name, x in inputs.items()]
         laws = [x.law(name) for name, x in inputs.items()]
+        yielding = [force for x in data.contacts if x.compliant for force in forces_of(x, self)]
         model = Model(
             gravity=timed3(data.gravity),
             bodies=self.masses(),
-            joints=tuple(x.to_model(self) for x in data.joints),
+            joints=tuple(map(self.joint, data.joints)),
             drivers=tuple(x.to_model(self) for x in data.drivers),
-            forces=(*(x.to_model(self) for x in data.forces), *filter(None, laws)),
+            forces=(*(x.to_model(self) for x in data.forces), *yielding, *filter(None, laws)),
             quantities=(*(x.to_model(self) for x in data.quantities), *signals),
-            events=tuple(event.to_model() for event in data.events),
+            events=tuple(x.to_model(self.joints, self.locks, [*self.held]) for x in data.events),
+            locks=self.locks,
+            limits=tuple(limit for x in data.limits for limit in x.to_model(self)),
+            contacts=tuple(contact for x in data.contacts if not x.compliant for contact in x.to_model(self)),
+            held=self.held,
         )
         return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(self.joint_start, data.joints)))
+
+    def joint(self, joint: JointType) -> m.Joint:
+        """A joint, and whether events switch it."""
+        switched = any(x.joint == joint.name and x.action in SWITCHES for x in self.data.events)
+        return replace(joint.to_model(self), active=joint.active is not False, switched=switched)
 
     def geometry(self) -> tuple[Model, Start]:
         drawn = [joint for joint in self.data.joints if joint.has_points or joint.sides]
@@ -187,7 +207,7 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
                 bad |= ~(np.asarray(joint.numbers[key]) > 0.0)
         bad |= ~(np.asarray(joint.armature) >= 0.0)
     for force in model.forces:
-        for key, number in FORCES[force.type].numbers().items():
+        for key, number in law_of(force).numbers().items():
             x = force.numbers.get(key)
             if number.sign is not None and number.sign.refused and x is not None and not callable(x):
                 bad |= number.sign.broken(np.asarray(x)) | np.isnan(x)

@@ -12,7 +12,7 @@ from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
 from lienumba.keys.formulas import at_start
 from lienumba.mechanics.elements.drivers import POSITION, type_of
-from lienumba.mechanics.elements.forces import FORCES
+from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.joints import JOINTS, named
 from lienumba.mechanics.elements.quantities import POSITION as OF_POSITIONS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate, is_input, level
@@ -184,7 +184,7 @@ def _check_forces(model: Model, now: Instant) -> None:
                 f"model.forces.{force.name}", "divides by zero at the start", "write it so that it is finite there"
             ) from None
         if not finite:
-            raise ScenarioError.at(f"model.forces.{force.name}", *FORCES[force.type].infinite)
+            raise ScenarioError.at(f"model.forces.{force.name}", *law_of(force).infinite)
 
 
 def _check_start(model: Model, start: Start) -> None:

@@ -77,8 +77,7 @@ class ContactType(Section):
     )
     rest_speed: Annotated[NotNegative | None, Unit("m s-1")] = Field(
         default=None,
-        description=f"the speed in m/s of an impact below which nothing comes back, at least 0 (or omit it: "
-        f"{REST_SPEED:g})",
+        description=f"the speed in m/s below which a rebound is none, at least 0 (or omit it: {REST_SPEED:g})",
     )
     stiffness: Annotated[Positive | None, Unit("N m-1")] = Field(
         default=None, description="the stiffness in N/m of a contact that yields, above 0 (or omit it: it is rigid)"

@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from lienumba.errors import Problem
+from lienumba.errors import Problem, missing
 from lienumba.groups import so3
 from lienumba.keys.formulas import constant
 from lienumba.keys.types import AXES, ZERO, Axes, Timed, Timed2, Timed3, Two
@@ -188,6 +188,10 @@ class Friction(AlongJoint):
         positive("give the speed at which sliding sets in", "no friction sets in at"),
         default=1e-3, counts_turns=False,
     )  # fmt: skip
+    static: Timed | None = number(
+        "the force in {0} or torque in {1} up to which it sticks, at least coulomb", EFFORT, SIZE, default=None,
+        counts_turns=False, omitted="it does not stick",
+    )  # fmt: skip
 
     @staticmethod
     def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
@@ -197,6 +201,19 @@ class Friction(AlongJoint):
         else:
             sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
         return (-(given["viscous"] * rates[0] + sliding),)
+
+    def faults(self) -> Iterator[Problem]:
+        static, coulomb = constant(self.static), constant(self.coulomb)
+        if self.static is None:
+            return
+        if "velocity" in self.model_fields_set:
+            rule = "is of friction that is smooth about rest, and this one sticks"
+            yield Problem("velocity", rule, "leave out either velocity or static", self.velocity)
+        if "coulomb" not in self.model_fields_set:
+            yield missing("coulomb", "give the force or torque with which it slides, at most static")
+        elif static is not None and coulomb is not None and static < coulomb:
+            rule, remedy = f"must be at least coulomb = {show(self.coulomb)}", "exchange the two, or give the same"
+            yield Problem("static", rule, remedy, self.static)
 
 
 @FORCES.add

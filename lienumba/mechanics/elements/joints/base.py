@@ -7,7 +7,7 @@ an answer here, which a type overrides where its own is another.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import asin
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -59,6 +59,12 @@ class JointType(Section):
     name: Name = Field(description=NAME_RULE)
     if TYPE_CHECKING:
         type: str
+    active: Annotated[bool, Field(strict=True)] | None = Field(
+        default=None, description="whether it holds from the start on: true or false (or omit it: true)"
+    )
+    locked: Annotated[bool, Field(strict=True)] | None = Field(
+        default=None, description="whether it begins locked: true or false (or omit it: false)"
+    )
 
     # ---------------------------------------------------------------- mathematics
     @staticmethod

@@ -1,0 +1,51 @@
+"""Rigid stops on the coordinates of joints."""
+
+from collections.abc import Iterator
+
+from pydantic import Field
+
+from lienumba.errors import Problem
+from lienumba.keys.types import NAME_RULE, Name, NotNegative, Number, Section
+from lienumba.mechanics.elements.contacts.base import Share
+from lienumba.mechanics.elements.names import Names
+from lienumba.mechanics.mechanism import model as m
+from lienumba.words import show
+
+REST_SPEED = 1e-3  # m/s or rad/s
+SIDES = {"low": 1.0, "high": -1.0}
+
+
+class Limit(Section):
+    """A stop below, above, or both."""
+
+    name: Name = Field(description=NAME_RULE)
+    joint: str = Field(description="the name of the joint")
+    coordinate: str | None = Field(
+        default=None, description="which of its coordinates (or omit it where there is only one)"
+    )
+    low: Number | None = Field(default=None, description="the least value in rad or m (or omit it: none)")
+    high: Number | None = Field(default=None, description="the largest value in rad or m (or omit it: none)")
+    restitution: Share = Field(
+        default=0.0, description="of an impact, from 0 (nothing comes back) to 1 (as fast as it came)"
+    )
+    rest_speed: NotNegative | None = Field(
+        default=None,
+        description=f"the rate in rad/s or m/s below which a rebound is none, at least 0 (or omit it: {REST_SPEED:g})",
+    )
+
+    def to_model(self, names: Names) -> Iterator[m.Limit]:
+        """Its sides, as kernels see them."""
+        rest_speed = REST_SPEED if self.rest_speed is None else self.rest_speed
+        for key, side in SIDES.items():
+            value = getattr(self, key)
+            if value is not None:
+                which = names.coordinate(self.joint, self.coordinate)
+                yield m.Limit(f"{self.name}.{key}", which, side, value, self.restitution, rest_speed)
+
+    def faults(self) -> Iterator[Problem]:
+        """What is wrong with its numbers together; places are its keys."""
+        if self.low is None and self.high is None:
+            yield Problem("", "has no stop", "give low, high or both")
+        elif self.low is not None and self.high is not None and not self.low < self.high:
+            remedy = "exchange the two" if self.low > self.high else "move them apart, or use a lock"
+            yield Problem("low", f"must be below high = {show(self.high)}", remedy, self.low)
