@@ -8,7 +8,7 @@ import ast
 import copy
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import pairwise
@@ -131,12 +131,11 @@ class Formula:
         """The text of the same formula with numbers for these names."""
         return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
 
-    def rewritten(self, texts: Mapping[str, str]) -> "Formula":
-        """The same with other formulas, or names, for these names."""
+    def rewritten(self, texts: Mapping[str, str], names: Iterable[str]) -> "Formula":
+        """The same with other formulas, or names, for these names; names: that may stand in them besides."""
         trees = {name: ast.parse(text, mode="eval").body for name, text in texts.items()}
         written = ast.unparse(_Rewriting(trees).visit(copy.deepcopy(self._tree)))
-        names = {_dotted(node) for tree in trees.values() for node in ast.walk(tree)} - {""}
-        return Formula(written, self.allowed | names, self.tables, self.condition)
+        return Formula(written, self.allowed.union(names), self.tables, self.condition)
 
     def is_line(self, state: frozenset[str]) -> bool:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""

@@ -19,7 +19,9 @@ FACTS = {
     "drivers": ("joint", "body", "motion", "coordinate", "value", "rate"),
     "forces": ("type", "bodies", "joint", "body", "stiffness", "damping", "value", "function"),
     "quantities": ("type", "body", "joint", "value"),
-    "events": ("when", "action"),
+    "limits": ("joint", "coordinate", "low", "high"),
+    "contacts": ("type", "bodies", "friction", "stiffness"),
+    "events": ("when", "action", "joint", "parameters"),
 }
 PLAIN = ("type", "bodies", "joints")  # keys whose values say what they are
 VARIED = ("distribution", "scipy", "expression", "column")

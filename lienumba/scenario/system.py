@@ -200,8 +200,37 @@ class System:
         """
         return self._add("quantities", {"name": name, "type": type, **keys})
 
-    def event(self, name: str, when: str, action: str = "record") -> Self:
-        """Notice when a condition becomes true.
+    def limit(self, joint: str, **keys: object) -> Self:
+        """Add rigid stops to a coordinate of a joint.
+
+        Parameters
+        ----------
+        joint : str
+            The name of the joint.
+        **keys
+            low and high (rad or m), restitution (0 to 1), coordinate where it has several, name, rest_speed.
+        """
+        return self._add("limits", {"joint": joint, **keys})
+
+    def contact(self, name: str, type: str, bodies: Sequence[str], **keys: object) -> Self:
+        """Let two bodies touch: they push, and stick or slide.
+
+        Parameters
+        ----------
+        name : str
+            A letter, then letters, digits or "_".
+        type : str
+            "point_plane", "sphere_plane", "sphere_sphere", "cylinder_plane" or "capsule_plane".
+        bodies : sequence of str
+            The two bodies; a plane is of the second.
+        **keys
+            points (m) in the bodies' own frames, normal, radius and others of the type; restitution (0 to 1), friction
+            (a number or {"static", "kinetic"}), or stiffness (N/m) and dissipation (s/m) of one that yields.
+        """
+        return self._add("contacts", {"name": name, "type": type, "bodies": bodies, **keys})
+
+    def event(self, name: str, when: str, action: str = "record", **keys: object) -> Self:
+        """Notice when a condition becomes true, and what happens then.
 
         Parameters
         ----------
@@ -210,9 +239,11 @@ class System:
         when : str
             Such as "pointing.angle > 20*deg", of quantities, parameters and t.
         action : str
-            "record", or "stop", which ends the run there.
+            "record"; "stop", which ends the run there; or "lock", "unlock", "release", "engage" or "set".
+        **keys
+            Those of the action: joint, coordinate, closing (m or rad), parameters (by name), once.
         """
-        return self._add("events", {"name": name, "when": when, "action": action})
+        return self._add("events", {"name": name, "when": when, "action": action, **keys})
 
     def table(self, name: str, **keys: object) -> Self:
         """Name a function that is known at points.

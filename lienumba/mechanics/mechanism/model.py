@@ -192,12 +192,12 @@ class Quantity:
 @dataclass(frozen=True)
 class Lock:
     """Of coordinates of a joint (index), by their names: while it is on, they stay as they were when it was locked.
-    active: whether it is on from the start."""
+    on: whether it is from the start."""
 
     name: str
     joint: int
     coordinates: tuple[str, ...]
-    active: bool = False
+    on: bool = False
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,8 @@ def _described(model: Model) -> Iterator[Switch]:
             yield of(JOINT, joint.name, n, len(kinds), on=int(joint.active))
     for n, lock in enumerate(model.locks):
         rows = len(lock.coordinates)
-        yield of(LOCK, lock.name, n, rows, memories=MATRIX if is_ball(lock) else rows)
+        memories = MATRIX if is_ball(lock) else rows
+        yield of(LOCK, lock.name, n, rows, memories=memories, on=int(lock.on))
     for n, limit in enumerate(model.limits):
         yield of(LIMIT, limit.name, n, 1)
     for n, contact in enumerate(model.contacts):

@@ -9,7 +9,9 @@ from lienumba.scenario.base.paths import INPUTS, LISTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
-from lienumba.scenario.checks.changes import changing, check_contact, check_events, check_limit, switching
+from lienumba.scenario.checks.changes.asked import changing, switching
+from lienumba.scenario.checks.changes.events import check_events
+from lienumba.scenario.checks.changes.stops import check_contact, check_limit
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator

@@ -78,18 +78,19 @@ class Parameters:
         """A formula with these values of the parameters as a function of time and state."""
         own, formula = {**values, **self.tables}, self.followed(formula)
         used = {name: own[name] for name in sorted(formula.used & own.keys())}
-        held = formula.used & {held_name(name) for name in self.held}
-        return Law(formula, used, tuple(sorted((formula.used & self.quantities) | held)))
+        state = self.quantities.union(map(held_name, self.held))
+        return Law(formula, used, tuple(sorted(formula.used & state)))
 
     def followed(self, formula: Formula) -> Formula:
         """The same, where parameters that events set are read as they are in a run, also through other parameters."""
         if not self.all_used(formula) & self.held:
             return formula
-        following: dict[str, str] = {name: held_name(name) for name in self.held}
+        following = {name: held_name(name) for name in self.held}
+        read = [*following.values()]
         for name, own in self.formulas.items():  # each behind those that it uses
             if name not in self.held and own.used & following.keys():
-                following[name] = own.rewritten(following).text
-        return formula.rewritten(following)
+                following[name] = own.rewritten(following, read).text
+        return formula.rewritten(following, read)
 
     def all_used(self, formula: Formula) -> set[str]:
         """The parameters that a formula depends on, also through others."""

@@ -129,8 +129,9 @@ class ContactType(Section):
             if isinstance(self.friction, Coefficients)
             else (self.friction, self.friction)
         )
-        normal, axis = (getattr(self, key, None) for key in ("normal", "axis"))
+        normal = getattr(self, "normal", None)
         for name, kind, point in self.parts():
+            axis = getattr(self, "axis", None) if "axis" in CONTACTS[kind].model_fields else None
             yield m.Contact(
                 name,
                 kind,
@@ -152,7 +153,7 @@ class ContactType(Section):
             yield Problem("friction.static", rule, "exchange the two, or give one number", self.friction.static)
         rigid, yielding = ("restitution", "rest_speed"), ("dissipation", "velocity")
         for key in self.model_fields_set.intersection(rigid if self.compliant else yielding):
-            if getattr(self, key) is None:
+            if getattr(self, key) == type(self).model_fields[key].default:
                 continue
             if self.compliant:
                 rule, remedy = "is of a rigid contact, and this one has a stiffness", "give dissipation instead"
