@@ -10,11 +10,12 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods.charts import JOINT
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from lienumba.mechanics.system.switches import permanent
 from lienumba.mechanics.tree.spanning import closing_rows
 from lienumba.scenario.checks.integrator import order_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
+from lienumba.scenario.schema.scenario import Absolute, Integrator, ModelSection, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
 if TYPE_CHECKING:
@@ -38,11 +39,11 @@ def _selection(resolved: Scenario, prepared: Prepared) -> "RowSelection":
     from lienumba.integrators.tracing.row_selection import initial_selection
 
     nominal = prepared.nominal
-    exchangeable = nominal.rank.exchangeable
+    exchangeable, lasting = nominal.lasting.exchangeable, permanent(nominal.model)
     if by_joints(resolved):
-        closing = closing_rows(nominal.model)
+        closing = closing_rows(lasting)
         exchangeable = tuple(row for row in exchangeable if row in closing)
-    selection = initial_selection(nominal.model, exchangeable, nominal.typical)
+    selection = initial_selection(lasting, exchangeable, nominal.typical)
     return replace(selection, singular=nominal.singular)
 
 
@@ -57,10 +58,18 @@ def method_of(resolved: Scenario) -> "Method":
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
         baumgarte=projection.baumgarte,
-        queued=adaptive or bool(data.model.events) or METHODS[integrator.method].series, adaptive=adaptive,
+        queued=adaptive or _changes(data.model) or METHODS[integrator.method].series, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
         order=order_of(integrator) or 0,
     )  # fmt: skip
+
+
+def _changes(model: ModelSection) -> bool:
+    """Whether something may happen between the ends of steps."""
+    sticking = any(getattr(force, "static", None) is not None for force in model.forces)
+    touching = any(not contact.compliant for contact in model.contacts)
+    locked = any(joint.locked for joint in model.joints)
+    return bool(model.events or model.limits) or touching or sticking or locked
 
 
 def _stores_reactions(output: Output) -> bool:

@@ -87,6 +87,8 @@ class Scenario:
             plural(len(data.model.joints), "joint", "joints"),
             *([plural(len(data.model.drivers), "driver", "drivers")] if data.model.drivers else []),
             *([plural(len(data.model.forces), "force", "forces")] if data.model.forces else []),
+            *([plural(len(data.model.limits), "limit", "limits")] if data.model.limits else []),
+            *([plural(len(data.model.contacts), "contact", "contacts")] if data.model.contacts else []),
             self._stepping(),
             plural(len(self.times), "stored time", "stored times"),
             plural(data.sweep.runs, "run", "runs"),

@@ -23,6 +23,7 @@ from lienumba.mechanics.start.gauss_newton import Closing, allowed_distances, al
 from lienumba.mechanics.start.least_norm import Entries
 from lienumba.mechanics.start.poses import Poses
 from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system.switches import at_start, switches_of
 
 LENT = 1e-4  # of the lightest body, a massless one gets so much; `velocities` takes it back
 FEW = 4  # bodies up to which the least change is found from anywhere; more start along joints without references, too
@@ -76,11 +77,24 @@ class Assembly:
 
 def assemble(model: Model, start: Start, runs: int) -> Assembly:
     """The initial state of every run. Nothing is raised here: violations that are left tell what did not fit."""
+    holding = at_start(model)
     with np.errstate(all="ignore"):
         try:
-            return _assemble(model, start, runs)
+            done = _assemble(holding, start, runs)
         except ZeroDivisionError:  # of plain numbers, which are faster
-            return _assemble(map_numbers(model, _divisible), _all_divisible(start), runs)
+            done = _assemble(map_numbers(holding, _divisible), _all_divisible(start), runs)
+    return replace(done, model=_switched(model, done.model))
+
+
+def _switched(model: Model, done: Model) -> Model:
+    """A model with what the start has decided of it as it was when nothing was switched."""
+    if not switches_of(model):
+        return done
+    joints = tuple(replace(x, switched=y.switched) for x, y in zip(done.joints, model.joints, strict=True))
+    forces = {force.name: force for force in done.forces}
+    decided = tuple(forces.get(force.name, force) for force in model.forces)
+    same = map_numbers(model, _plain)
+    return replace(same, joints=joints, forces=decided)
 
 
 def _assemble(model: Model, start: Start, runs: int) -> Assembly:

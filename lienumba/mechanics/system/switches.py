@@ -108,6 +108,8 @@ def permanent(model: Model) -> Model:
 
 
 def at_start(model: Model) -> Model:
-    """The same with the joints that hold at the start as permanent ones, and no other switched constraint."""
+    """The same with the joints that hold at the start as permanent ones, and no other switched constraint, nor friction
+    that sticks."""
     joints = tuple(replace(joint, switched=False) for joint in model.joints)
-    return replace(model, joints=joints, locks=(), limits=(), contacts=())
+    forces = tuple(force for force in model.forces if not sticks(force))
+    return replace(model, joints=joints, forces=forces, locks=(), limits=(), contacts=())

@@ -23,6 +23,9 @@ from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.start.assembly import Assembly
 from lienumba.mechanics.system import constraints, rank
 from lienumba.mechanics.system.applied_forces import generalized
+from lienumba.mechanics.system.rank import Rank
+from lienumba.mechanics.system.switches import at_start as beginning
+from lienumba.mechanics.system.switches import permanent, switches_of
 from lienumba.mechanics.tree.links import with_ways
 from lienumba.mechanics.tree.spanning import closing_rows, idle
 from lienumba.scenario.base.problems import Report
@@ -33,6 +36,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.invalid import refuse_invalid
+from lienumba.scenario.start.stops import problems_of_stops
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
 
@@ -56,13 +60,15 @@ class Prepared:
 @dataclass(frozen=True)
 class Nominal:
     """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
-    else the start; rank: there; built, assembled: what `scenario` says, and what became of that."""
+    else the start; rank: there, of what holds at the start;
+    lasting: of what is never turned on or off; built, assembled: what `scenario` says, and what became of that."""
 
     scenario: Scenario
     model: Model
     now: Instant
     typical: Instant
-    rank: rank.Rank
+    rank: Rank
+    lasting: Rank
     built: tuple[Model, Start]
     assembled: Assembly
 
@@ -88,8 +94,9 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     if problems and not _only_prescribed(done, start):
         raise ScenarioError(*problems)
     now = done.instant(0)
-    nominal = with_ways(rank.nominal(done.model), now.bodies)
-    typical, found = now, rank.rank_of(nominal, now) if closing_rows(nominal) else rank.independent(nominal)
+    whole = with_ways(rank.nominal(done.model), now.bodies)
+    nominal, lasting = beginning(whole), permanent(whole)
+    typical, found = now, _rank(nominal, now)
     certain = found.rank == found.rows and not nominal.drivers  # then nothing can contradict itself
     unmet = () if certain else rank.contradiction(nominal, now)
     if problems and not unmet:
@@ -108,11 +115,18 @@ def _nominal_start(scenario: Scenario) -> Nominal:
                 "give velocities that fit or start beside it"
             ),
         )
-    _check_massless(nominal, now)
+    _check_massless(lasting, now)
     _check_drivers(nominal, now)
     _check_played(scenario, nominal)
-    _check_forces(nominal, now)
-    return Nominal(scenario, nominal, now, typical, found, (model, start), done)
+    _check_forces(whole, now)
+    if touching := problems_of_stops(whole, now):
+        raise ScenarioError(*touching)
+    always = _rank(lasting, typical) if switches_of(whole) else found
+    return Nominal(scenario, whole, now, typical, found, always, (model, start), done)
+
+
+def _rank(model: Model, now: Instant) -> Rank:
+    return rank.rank_of(model, now) if closing_rows(model) else rank.independent(model)
 
 
 def _only_prescribed(done: Assembly, start: Start) -> bool:
@@ -270,7 +284,7 @@ def prepare(
     whole = 1 < runs == asked and asked >= data.sweep.runs
     if whole and bad.all():
         refuse_invalid(scenario, samples)
-    good = done.good & _same_rank(done, nominal.rank)
+    good = done.good & _same_rank(done, nominal.lasting)
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
@@ -284,7 +298,7 @@ def prepare(
     return Prepared(list(labels), samples, model, states.reshape(runs, -1), done.angles, codes, nominal)
 
 
-def _same_rank(done: Assembly, nominal: rank.Rank) -> np.ndarray:
+def _same_rank(done: Assembly, nominal: Rank) -> np.ndarray:
     """Whether redundant rows are as many in each run as in the nominal one (runs,): where samples break the symmetry
     of an overconstrained mechanism, it cannot move."""
     same = np.ones(len(done.state), bool)
@@ -292,7 +306,7 @@ def _same_rank(done: Assembly, nominal: rank.Rank) -> np.ndarray:
         return same
     good = np.flatnonzero(done.good)
     if len(good):
-        model = map_numbers(done.model, lambda x, _: x[good] if np.ndim(x) else x)
+        model = map_numbers(permanent(done.model), lambda x, _: x[good] if np.ndim(x) else x)
         bodies = tuple(tuple(body.T) for body in done.state[good].transpose(1, 0, 2))
         now = Instant(bodies, 0.0, {which: angle[good] for which, angle in done.angles.items()})
         same[good] = rank.ranks(model, now, len(good)) <= nominal.rank
