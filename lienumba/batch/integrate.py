@@ -9,9 +9,9 @@ import numpy as np
 from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
-from lienumba.integrators.layout import record_rows, state_rows
+from lienumba.integrators.layout import on_row, record_rows, state_rows
 from lienumba.integrators.methods.step_control import Tolerance
-from lienumba.integrators.tracing.machine import Machine, aligned, observe, place, prepare, read
+from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
@@ -90,8 +90,9 @@ class Chunk:
     """Finished runs: records (blocks, outputs, rows, W), of which lanes behind the last run mean nothing; stopped
     (blocks, 1, rows, W): records of where an event ended a run, at the times stopped_at (blocks, W), NaN of other runs,
     None where there are only those; states (runs, 18 k and more): where each run ended; (runs,): codes, simulated time
-    (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how many; event_states
-    (blocks, events or 0, rows, W): at the first, yet to be projected; changes (runs, n, 5): time, kind
+    (s), steps, rejected steps; (runs, events): the time of the first, NaN if there is none, and how many; at_events
+    (blocks, events, rows, W): records of the first, before what it changes, None where nobody asks; modes (runs,
+    switches): how each is on where the run ended; changes (runs, n, 5): time, kind
     (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
     changes, and the energy lost in them (J); seconds: how long a core was busy with them."""
 
@@ -106,7 +107,8 @@ class Chunk:
     rejected: np.ndarray
     event_times: np.ndarray
     event_counts: np.ndarray
-    event_states: np.ndarray
+    at_events: np.ndarray | None
+    modes: np.ndarray
     changes: np.ndarray
     change_counts: np.ndarray
     energy_lost: np.ndarray
@@ -139,11 +141,13 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         per_run(x, count)
         for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
     )
+    at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
+    modes = per_run(states[:, on : on + machine.sizes.switches], count)
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
     return Chunk(
-        runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, told.event_states,
+        runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, at_events, modes,
         changes, changed, lost, seconds,
     )  # fmt: skip
 
@@ -211,6 +215,18 @@ def _stopped(batch: Batch, states: np.ndarray, parameters: np.ndarray, times: np
         known = wanted & ~np.isnan(x)  # a NaN that was computed has any sign
         found[:, 0, first : first + x.shape[1]] = np.where(known, x, np.nan)
     return found
+
+
+def _at_events(batch: Batch, told: "Told", parameters: np.ndarray) -> np.ndarray | None:
+    """See `Chunk`."""
+    blocks, events = told.event_states.shape[:2]
+    if not events:
+        return None
+    records = aligned(blocks, events, batch.record_rows, W)
+    observe_events(
+        batch.machine, told.event_states, told.event_times, parameters, records, batch.iterations, batch.tolerance
+    )
+    return records
 
 
 def _on_grid(times: Any, h: float | None) -> Any:

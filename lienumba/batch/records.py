@@ -8,7 +8,7 @@ import numpy as np
 
 from lienumba.batch.statistics import Course
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
+from lienumba.integrators.layout import PROJECTIONS, element_rows, on_row, state_rows
 from lienumba.integrators.tracing.program import Outline
 from lienumba.integrators.tracing.tracer import BODIES
 from lienumba.mechanics.elements import quantities
@@ -16,7 +16,8 @@ from lienumba.mechanics.elements.quantities import Part, joined
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import joint_coordinates
 from lienumba.mechanics.system.constraints import constraints_of
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_largest
+from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, OutputVariable, kept_largest
+from lienumba.mechanics.system.switches import switch_names
 
 if TYPE_CHECKING:
     from lienumba.batch.integrate import Chunk
@@ -27,7 +28,8 @@ AXES = {"axis": 3, "body_axis": 3}
 @dataclass(frozen=True)
 class Layout:
     """Names and shapes (behind run and time) of every variable that a record of this model gives; coordinates: of its
-    joints, with their units, if they are recorded; quantities: what its quantities and the states of its laws give."""
+    joints, with their units, if they are recorded; quantities: what its quantities and the states of its laws give;
+    switches: the names of its switched constraints."""
 
     bodies: int
     joints: int
@@ -35,6 +37,7 @@ class Layout:
     efforts: list[str]
     coordinates: dict[str, str]
     quantities: dict[str, Part]
+    switches: tuple[str, ...] = ()
 
     @staticmethod
     def of(model: Model, coordinates: bool = False) -> "Layout":
@@ -47,12 +50,13 @@ class Layout:
             for state in () if quantities.is_input(force.name) else force.initial:
                 parts[f"{force.name}.{state}"] = Part(state, "1", f"state of the law {force.name}")
         own = joint_coordinates.units(model) if coordinates else {}
-        return Layout(len(model.bodies), len(model.joints), constraints, efforts, own, parts)
+        return Layout(len(model.bodies), len(model.joints), constraints, efforts, own, parts, switch_names(model))
 
     @cached_property
     def variables(self) -> dict[str, OutputVariable]:
         """Those that are no quantities."""
-        return {**OUTPUT_VARIABLES, **(joint_coordinates.JOINT_COORDINATES if self.coordinates else {})}
+        own = joint_coordinates.JOINT_COORDINATES if self.coordinates else {}
+        return {**OUTPUT_VARIABLES, **own, **({MODE.name: MODE} if self.switches else {})}
 
     @property
     def names(self) -> list[str]:
@@ -67,7 +71,7 @@ class Layout:
     def _sizes(self) -> dict[str, int]:
         sizes = {"body": self.bodies, "joint": self.joints, **AXES}
         sizes |= {"constraint": len(self.constraints), "effort": len(self.efforts)}
-        return sizes | {"coordinate": len(self.coordinates)}
+        return sizes | {"coordinate": len(self.coordinates), "switch": len(self.switches)}
 
     def lanes(self, name: str, records: np.ndarray, program: Outline) -> np.ndarray:
         """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
@@ -86,6 +90,12 @@ class Layout:
     def largest(self, name: str, chunk: "Chunk", program: Outline, times: np.ndarray) -> np.ndarray:
         """The largest absolute value of a course (runs,); NaN for a run without any."""
         return per_run(self.course(kept_largest()[name].name, chunk, program, times).largest, len(chunk.codes))
+
+    def at_events(self, name: str, chunk: "Chunk", program: Outline) -> np.ndarray:
+        """A variable where each event first happened (runs, events, ...); NaN where it did not."""
+        assert chunk.at_events is not None
+        records = np.concatenate([chunk.records[:, :1], chunk.at_events], axis=1)  # energies count from the start
+        return per_run(self.lanes(name, records, program)[:, 1:], len(chunk.codes))
 
     def last(self, name: str, states: np.ndarray) -> np.ndarray:
         """A variable of the states (runs, 18 k + ...) where runs ended (runs, bodies, ...)."""
@@ -126,6 +136,10 @@ class Record:
 
     def iterations(self, projection: int) -> np.ndarray:
         return self.rows[:, :, projection - PROJECTIONS]
+
+    def modes(self) -> np.ndarray:
+        first = on_row(self.program.sizes)
+        return self.rows[:, :, first : first + self.program.sizes.switches]
 
 
 def per_run(lanes: np.ndarray, runs: int) -> np.ndarray:

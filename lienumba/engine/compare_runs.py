@@ -17,8 +17,8 @@ def of_run(ds: "xr.Dataset", label: int) -> "xr.Dataset":
 def common(there: "xr.Dataset", here: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
     """Both, with what they have in common. The iterations since the stored time before are not: they belong to an
     interval between stored times."""
-    counts = [name for name, spec in VARIABLES.items() if spec.count]
-    names = [name for name in there.data_vars if name in here.data_vars and name not in counts]
+    since = [name for name, spec in VARIABLES.items() if spec.since]
+    names = [name for name in there.data_vars if name in here.data_vars and name not in since]
     one, other = xr.align(there[names], here[names], join="inner")
     return one, other
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lienumba.engine.fields import changes_told
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods.charts import JOINT
 from lienumba.mechanics.system.discontinuities import discontinuities
@@ -74,7 +75,7 @@ def _changes(model: ModelSection) -> bool:
 
 def _stores_reactions(output: Output) -> bool:
     """Whether a variable of them is stored, or a component of it."""
-    asked = {*output.variables, *(name.partition(".")[0] for name in output.summary)}
+    asked = {*output.variables, *(name.partition(".")[0] for name in (*output.summary, *output.at_events))}
     return any(variable.reaction and name in asked for name, variable in OUTPUT_VARIABLES.items())
 
 
@@ -120,6 +121,8 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
         stops=tuple(event.stop for event in prepared.model.events),
+        changes=changes_told(prepared.model, data.output.max_changes),
+        at_events=bool(data.output.at_events),
         bodies=len(prepared.model.bodies),
         placed=prepared.states if by_joints(resolved) else None,
     )

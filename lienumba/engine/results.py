@@ -3,7 +3,7 @@
 There are two: `run`, of every run, and in the mode "summary" `full_run`, the course of those runs that keep it.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,11 +15,12 @@ from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
+from lienumba.engine.fields import Field, changes_told, fates
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.elements.quantities import XYZ, Part, owner
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES, UNITS
-from lienumba.mechanics.system.output_variables import kept_at_end, kept_largest
+from lienumba.mechanics.system.output_variables import MODE, kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
@@ -58,17 +59,6 @@ def joined(pieces: Sequence[Piece], seconds: float) -> Piece:
     return Piece(tables, seconds)
 
 
-@dataclass(frozen=True)
-class Field:
-    """A variable of the dataset: how it is described, and value(chunk, program) -> (runs, ...)."""
-
-    name: str
-    spec: Variable
-    shape: tuple[int, ...]
-    value: Callable[[Chunk, Outline], np.ndarray]
-    dtype: str = "f8"
-
-
 class Results:
     """tables: the fields of each table; labels are kept beside them."""
 
@@ -78,9 +68,10 @@ class Results:
         self.layout = Layout.of(nominal.model, data.output.joint_coordinates)
         self.times = np.array(resolved.times)
         output = data.output
+        self.changes = changes_told(self.model, output.max_changes)
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
         courses = [field for field in courses if all(field.shape)]  # some mechanisms have no joints
-        once = [field for field in self._fates() if all(field.shape)] + self._summaries(taken=[x.name for x in courses])
+        once = [field for field in self._fates() if all(field.shape)] + self._asked(taken=[x.name for x in courses])
         if output.mode == "full":
             self.tables = {"run": [*courses, *once]}
         else:
@@ -95,7 +86,7 @@ class Results:
 
     def _stored(self, name: str, variables: list[str]) -> bool:
         if name not in self.layout.quantities:
-            return name in variables
+            return name in variables or name == MODE.name
         return name.partition(".")[0] in variables or owner(name)[0] in variables
 
     def _course(self, name: str) -> Field:
@@ -124,17 +115,26 @@ class Results:
 
     def _fates(self) -> list[Field]:
         """How runs ended, and what the whole dataset has one of for each run."""
-        events = (len(self.model.events),)
-        plain = [
-            ("status", (), lambda chunk, _: chunk.codes, "i1"),
-            ("end_time", (), lambda chunk, _: chunk.ends, "f8"),
-            ("steps", (), lambda chunk, _: chunk.steps, "i8"),
-            ("rejected_steps", (), lambda chunk, _: chunk.rejected, "i8"),
-            ("event_time", events, lambda chunk, _: chunk.event_times, "f8"),
-            ("event_count", events, lambda chunk, _: chunk.event_counts, "i8"),
-        ]
-        fates = [Field(name, VARIABLES[name], shape, value, dtype) for name, shape, value, dtype in plain]
-        return [*fates, *map(self._largest, kept_largest()), *(self._last(x.name) for x in kept_at_end())]
+        found = [*fates(self.model, self.changes), *map(self._largest, kept_largest())]
+        return [*found, *(self._last(x.name) for x in kept_at_end())]
+
+    def _at_events(self) -> Iterator[Field]:
+        """What is asked for at events."""
+        events = len(self.model.events)
+        for asked in self.resolved.data.output.at_events if events else ():
+            for shown, name, part in self._parts(asked):
+                spec, shape = self._spec(name), self.layout.shape(name)
+                dims = spec.dims[2:] if part is None else ()
+                text = f"{spec.long_name}{'' if part is None else ', ' + shown.rpartition('.')[2]}, at the event"
+                own = Variable((*RUN, "event", *dims), spec.units, text, spec.frame)
+                yield Field(f"event_{shown}", own, (events, *(shape if part is None else ())), self._seen(name, part))
+
+    def _seen(self, name: str, part: int | None) -> Callable[[Chunk, Outline], np.ndarray]:
+        def value(chunk: Chunk, program: Outline) -> np.ndarray:
+            values = self.layout.at_events(name, chunk, program)
+            return values if part is None else values[:, :, part]
+
+        return value
 
     def _largest(self, name: str) -> Field:
         return Field(
@@ -152,8 +152,13 @@ class Results:
 
         return Field(f"last_{name}", VARIABLES[f"last_{name}"], self.layout.shape(name), value)
 
+    def _asked(self, taken: Sequence[str]) -> list[Field]:
+        """What is asked for at events, and summaries; taken: names of variables."""
+        events = self._named("output.at_events", self._at_events(), taken)
+        return [*events, *self._summaries([*taken, *(field.name for field in events)])]
+
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
-        """Each once, if it is asked for in two ways; taken: names of variables."""
+        """Each once, if it is asked for in two ways."""
         data = self.resolved.data
         every = [
             self._summary(shown, name, part, statistic)
@@ -161,12 +166,16 @@ class Results:
             for shown, name, part in self._parts(asked)
             for statistic in statistics
         ]
-        found = {field.name: field for field in every if all(field.shape)}
+        return self._named("output.summary", every, taken)
+
+    def _named(self, asked: str, fields: Iterable[Field], taken: Sequence[str]) -> list[Field]:
+        """Each of these fields once; a ScenarioError if the dataset has another variable of that name."""
+        found = {field.name: field for field in fields if all(field.shape)}
         for name in found:
             if name in taken or name in VARIABLES:
                 raise ScenarioError(
-                    f"output.summary: gives {name}, but the dataset has a variable of this name already; give that "
-                    "quantity another name"
+                    f"{asked}: gives {name}, but the dataset has a variable of this name already; give that quantity "
+                    "another name"
                 )
         return list(found.values())
 
@@ -279,6 +288,8 @@ class Results:
             efforts=self.layout.efforts,
             coordinates=self.layout.coordinates,
             events=[event.name for event in model.events],
+            changes=self.changes,
+            switches=self.layout.switches,
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,

@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lienumba.batch.changes import NAMES, NONE
 from lienumba.compiler.memo import Memo
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
+from lienumba.mechanics.system.output_variables import (
+    MODE,
+    OUTPUT_VARIABLES,
+    OutputVariable,
+    kept_at_end,
+    kept_largest,
+)
 from lienumba.words import suggestion
 
 if TYPE_CHECKING:
@@ -17,6 +24,7 @@ if TYPE_CHECKING:
 
 SERIES = ("run", "time")
 RUN = ("run",)
+CHANGE = ("run", "change")
 FULL = "full_run"  # the dimension of the runs whose course is stored where that of others is not
 CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
 
@@ -24,7 +32,7 @@ CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to
 @dataclass(frozen=True)
 class Variable:
     """One variable of the dataset; `dtype` is how the file holds it; count: a whole number that failed runs have none
-    of; reaction: see `OutputVariable`."""
+    of; flags: what whole numbers mean, from the first on; reaction, since: see `OutputVariable`."""
 
     dims: tuple[str, ...]
     units: str
@@ -33,6 +41,9 @@ class Variable:
     dtype: str = "float64"
     count: bool = False
     reaction: bool = False
+    flags: tuple[str, ...] = ()
+    first_flag: int = 0
+    since: bool = False
 
 
 FEW = 64  # runs, up to which what datasets have in common is kept
@@ -45,6 +56,18 @@ OF_RUNS: dict[str, Variable] = {
     "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
     "event_time": Variable(("run", "event"), "s", "time at which the condition first became true"),
     "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int64"),
+    "change_time": Variable(CHANGE, "s", "time of the change"),
+    "change_kind": Variable(CHANGE, "1", "what changed", dtype="int8", flags=("none", *NAMES), first_flag=NONE),
+    "change_what": Variable(
+        CHANGE, "1", "index of the event, or from an impact on of the switch, that it is of; -1: none", dtype="int32"
+    ),
+    "change_impulse": Variable(CHANGE, "1", "size of the impulse of the change (N s, or N m s of an angle)"),
+    "change_energy": Variable(CHANGE, "J", "mechanical energy that was lost in the change"),
+    "changes": Variable(RUN, "1", "how many changes there were", dtype="int64"),
+    "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
+    "last_mode": Variable(
+        (*RUN, "switch"), "1", f"{MODE.long_name} at the end of the run", dtype="int8", flags=MODE.flags
+    ),
 }
 VARIABLES: dict[str, Variable] = {}
 
@@ -52,7 +75,7 @@ VARIABLES: dict[str, Variable] = {}
 def _derive() -> None:
     """What follows from the output variables: each over time, its largest value, and what it is at the end."""
     VARIABLES.clear()
-    VARIABLES.update({name: course(x) for name, x in OUTPUT_VARIABLES.items()})
+    VARIABLES.update({name: course(x) for name, x in {**OUTPUT_VARIABLES, MODE.name: MODE}.items()})
     VARIABLES.update(OF_RUNS)
     for name, x in kept_largest().items():
         VARIABLES[name] = Variable(RUN, x.units, x.largest_text)
@@ -65,7 +88,7 @@ def _derive() -> None:
 def course(x: OutputVariable) -> Variable:
     """An output variable as the dataset has it."""
     dtype = "int32" if x.count else "float64"
-    return Variable((*SERIES, *x.dims), x.units, x.long_name, x.frame, dtype, x.count, x.reaction)
+    return Variable((*SERIES, *x.dims), x.units, x.long_name, x.frame, dtype, x.count, x.reaction, x.flags, 0, x.since)
 
 
 def remedy(name: str, known: Collection[str]) -> str:
@@ -92,6 +115,8 @@ COORDINATES = {
     "coordinate": ("1", "name of the joint, and of its coordinate where it has several"),
     "coordinate_units": ("1", "unit of the coordinate; its rate has this per s, what acts along it N m or N"),
     "event": ("1", "name of the event"),
+    "change": ("1", "number of the change, from 0 on"),
+    "switch": ("1", "name of the joint, lock, limit, contact or friction that may be on or off"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
@@ -110,6 +135,8 @@ def dataset(
     efforts: Sequence[str] = (),
     coordinates: Mapping[str, str] | None = None,
     events: Sequence[str] = (),
+    changes: int = 0,
+    switches: Sequence[str] = (),
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
@@ -119,8 +146,9 @@ def dataset(
     total: int | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
-    drivers whose reactions are not unique; `coordinates`: of joints, with their units; `own`: variables that are not
-    those of every scenario; `total`: of how many runs it will be, if it has none of them yet.
+    drivers whose reactions are not unique; `coordinates`: of joints, with their units; `changes`: of how many of a run
+    it tells; `own`: variables that are not those of every scenario; `total`: of how many runs it will be, if it has
+    none of them yet.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -135,6 +163,8 @@ def dataset(
         "coordinate": np.asarray(list(coordinates or {}), dtype=str),
         "coordinate_units": np.asarray(list((coordinates or {}).values()), dtype=str),
         "event": np.asarray(events, dtype=str),
+        "change": np.arange(changes),
+        "switch": np.asarray(switches, dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }
@@ -218,6 +248,9 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
         attributes["precision"] = "computed as float64, stored rounded to float32"
     if name == "status":
         attributes |= _flags()
+    if spec.flags:
+        values = np.arange(spec.first_flag, spec.first_flag + len(spec.flags), dtype=spec.dtype)
+        attributes |= {"flag_values": values, "flag_meanings": " ".join(spec.flags)}
     array = _as_kept(spec, array)
     return xr.Variable(spec.dims, array, attributes, _encoding(spec, array.shape, total))
 

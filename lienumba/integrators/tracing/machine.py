@@ -16,7 +16,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, READ, TIME, Sizes, workspace
 from lienumba.integrators.tracing.program import Outline, Program
 
-_DRIVERS: Memo[Flat] = Memo(2)
+_DRIVERS: Memo[Flat] = Memo(3)
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
 
 
@@ -123,6 +123,18 @@ def observe(machine: Machine, states: np.ndarray, parameters: np.ndarray, times:
     found = aligned(len(states), machine.sizes.observed, W)
     _each(machine, OBSERVE, states, parameters, found, times)
     return found
+
+
+def observe_events(
+    machine: Machine, states: np.ndarray, times: np.ndarray, parameters: np.ndarray, records: np.ndarray, limit: int,
+    tolerance: float,
+) -> None:  # fmt: skip
+    """See `event_states.observe_events`."""
+    name = "lienumba.integrators.drivers.event_states"
+    routine = _DRIVERS.get(name, lambda: kept(name, "observe_events"))
+    routine(
+        machine.kernels, machine.sizes, states, times, parameters, records, limit, tolerance, machine.buffer()
+    )  # fmt: skip
 
 
 def _each(

@@ -67,14 +67,18 @@ class Record(Protocol):
     def iterations(self, projection: int) -> np.ndarray:
         """Of the positions (0), of the velocities (1)."""
 
+    def modes(self) -> np.ndarray:
+        """How each switched constraint is on."""
+
 
 @dataclass(frozen=True)
 class OutputVariable:
     """A variable (run, time, *dims).
 
     rows(observation): its numbers, computed where a state is stored; read(record): its values, if they are not these
-    numbers; state: the first row of it in each body's state, and the end; it is known where a run ended, too; count: of
-    iterations, which a failed run has none of; reaction: whether it is one of many where joints do the same; largest,
+    numbers; state: the first row of it in each body's state, and the end; it is known where a run ended, too; count: a
+    whole number, which a failed run has none of; flags: what each such number, from 0 on, means; since: of the interval
+    since the stored time before; reaction: whether it is one of many where joints do the same; largest,
     largest_text: what the largest absolute value at the stored times is called, if that is kept of each run; asked: it
     is stored only where it is named, since others say the same.
     """
@@ -88,6 +92,8 @@ class OutputVariable:
     read: Callable[[Record], np.ndarray] | None = None
     state: tuple[int, int] | None = None
     count: bool = False
+    flags: tuple[str, ...] = ()
+    since: bool = False
     reaction: bool = False
     largest: str = ""
     largest_text: str = ""
@@ -158,15 +164,22 @@ for variable in (
         largest="max_velocity_violation", largest_text="largest velocity violation at the stored times",
     ),
     OutputVariable(
-        "position_iterations", "1", "iterations of the position projection", count=True,
+        "position_iterations", "1", "iterations of the position projection", count=True, since=True,
         read=lambda record: record.iterations(0),
     ),
     OutputVariable(
-        "velocity_iterations", "1", "iterations of the velocity projection", count=True,
+        "velocity_iterations", "1", "iterations of the velocity projection", count=True, since=True,
         read=lambda record: record.iterations(1),
     ),
 ):  # fmt: skip
     OUTPUT_VARIABLES.add(variable)
+
+
+# Of a mechanism that changes: kept over the time without being asked for.
+MODE = OutputVariable(
+    "mode", "1", "how each switched constraint is on", dims=("switch",), count=True, flags=("off", "closed", "sliding"),
+    read=lambda record: record.modes(),
+)  # fmt: skip
 
 
 def usual() -> list[str]:

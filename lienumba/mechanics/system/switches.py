@@ -56,6 +56,13 @@ def switches_of(model: Model) -> tuple[Switch, ...]:
     return tuple(found)
 
 
+def switch_names(model: Model) -> tuple[str, ...]:
+    """What each switch is called: by its name, with what it is where several have that."""
+    every = switches_of(model)
+    names = [switch.name for switch in every]
+    return tuple(x.name if names.count(x.name) == 1 else f"{x.name} ({x.what})" for x in every)
+
+
 def _described(model: Model) -> Iterator[Switch]:
     def of(what: str, name: str, index: int, rows: int, tangents: int = 0, memories: int = 0, on: int = 0) -> Switch:
         return Switch(what, name, index, 0, rows, tangents, 0, memories, on)

@@ -45,6 +45,15 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         for statistic, number in Counter(statistics).items():
             if number > 1:
                 report.add(f"output.summary.{show(name)}", f'names "{statistic}" {number} times', "name it once")
+    for i, name in enumerate(output.at_events):
+        if name not in parts:
+            report.add(f"output.at_events[{i}]", "is not known", suggestion(name, parts), name)
+        elif not lists["events"]:
+            report.add(
+                f"output.at_events[{i}]", "has no event to be stored at", "add [[events]], or leave it out", name
+            )
+        elif output.at_events.index(name) < i:
+            report.add(f"output.at_events[{i}]", "is named before", "name it once", name)
     for name in output.precision if isinstance(output.precision, dict) else ():
         if name not in known:
             report.add(f"output.precision.{show(name)}", "is not known", suggestion(name, known))

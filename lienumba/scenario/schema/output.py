@@ -79,6 +79,15 @@ class Output(Section):
         description='a table of variables, quantities or components, such as pointing = ["max", "rms", "final", '
         '"time_of_max"], over the stored times',
     )
+    at_events: list[str] = Field(
+        default=[],
+        description="variables, quantities or components to store where each event first happens, before it changes "
+        'anything, such as ["pointing.angle", "velocity"]',
+    )
+    max_changes: Annotated[int, Field(strict=True, ge=1)] = Field(
+        default=16,
+        description="of how many changes of a run it is stored when and what they were, at least 1; all are counted",
+    )
     full_runs: str | None = Field(
         default=None,
         description='the runs whose course is stored all the same in mode "summary", such as "0:10" or "3,17"',

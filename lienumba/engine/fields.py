@@ -1,0 +1,61 @@
+"""Of what tables of runs consist: variables of the dataset, each with the function that takes it from a chunk."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lienumba.batch.changes import NONE
+from lienumba.batch.integrate import Chunk
+from lienumba.integrators.tracing.program import Outline
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system.switches import switches_of
+from lienumba.store.layout import VARIABLES, Variable
+
+QUIET = ("record", "stop")  # actions that change no mechanism
+
+
+@dataclass(frozen=True)
+class Field:
+    """A variable of the dataset: how it is described, and value(chunk, program) -> (runs, ...)."""
+
+    name: str
+    spec: Variable
+    shape: tuple[int, ...]
+    value: Callable[[Chunk, Outline], np.ndarray]
+    dtype: str = "f8"
+
+
+def changes_told(model: Model, most: int) -> int:
+    """Of how many changes of a run is told, of so many at most: of a mechanism that never changes of none."""
+    acts = any(event.action not in QUIET for event in model.events)
+    return most if acts or switches_of(model) else 0
+
+
+def fates(model: Model, changes: int) -> Iterator[Field]:
+    """How runs ended, which events happened, and the first changes of a mechanism that changes."""
+    events, switches = (len(model.events),), (len(switches_of(model)),)
+    yield _plain("status", (), lambda chunk: chunk.codes, "i1")
+    yield _plain("end_time", (), lambda chunk: chunk.ends)
+    yield _plain("steps", (), lambda chunk: chunk.steps, "i8")
+    yield _plain("rejected_steps", (), lambda chunk: chunk.rejected, "i8")
+    yield _plain("event_time", events, lambda chunk: chunk.event_times)
+    yield _plain("event_count", events, lambda chunk: chunk.event_counts, "i8")
+    if changes:
+        yield _plain("change_time", (changes,), lambda chunk: chunk.changes[:, :, 0])
+        yield _plain("change_kind", (changes,), lambda chunk: _whole(chunk.changes[:, :, 1]), "i1")
+        yield _plain("change_what", (changes,), lambda chunk: _whole(chunk.changes[:, :, 2]), "i4")
+        yield _plain("change_impulse", (changes,), lambda chunk: chunk.changes[:, :, 3])
+        yield _plain("change_energy", (changes,), lambda chunk: chunk.changes[:, :, 4])
+        yield _plain("changes", (), lambda chunk: chunk.change_counts, "i8")
+        yield _plain("energy_lost", (), lambda chunk: chunk.energy_lost)
+        yield _plain("last_mode", switches, lambda chunk: chunk.modes, "i1")
+
+
+def _plain(name: str, shape: tuple[int, ...], value: Callable[[Chunk], np.ndarray], dtype: str = "f8") -> Field:
+    return Field(name, VARIABLES[name], shape, lambda chunk, _: value(chunk), dtype)
+
+
+def _whole(x: np.ndarray) -> np.ndarray:
+    """Whole numbers; NaN is none."""
+    return np.where(np.isnan(x), NONE, x).astype(np.int32)
