@@ -53,7 +53,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "cores", "part", "programs", "progress", "results", "select_run"},
+        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "select_run"}, {"programs", "results"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],

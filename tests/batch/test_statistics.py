@@ -135,6 +135,28 @@ def test_no_summary_depends_on_neighbours(fall: xr.Dataset) -> None:
             assert bits(alone[name])[1] == bits(fall[name].sel(run=[run]))[1]
 
 
+def test_quantities_at_events(fall: xr.Dataset) -> None:
+    """Where an event ends a run, that is its last state; elsewhere free fall says it."""
+    half = {"name": "half", "when": "at.z < -0.5*depth"}
+    output = {"every": 0.1, "at_events": ["push", "at.z", "velocity", "energy_residual"]}
+    ds = lienumba.run(FALL | {"events": [half, *FALL["events"]], "output": output})
+    assert ds["event_push.linear"].dims == ("run", "event", "axis")
+    assert ds.event_velocity.dims == ("run", "event", "body", "axis")
+    assert ds["event_at.z"].attrs["long_name"] == "position of a point, z, at the event"
+    depth, times = ds["parameters.depth"].values, ds.event_time.values
+    assert np.isnan(times[:, 1]).any()
+    assert np.isfinite(times).any(axis=0).all()
+    for n, deep in enumerate([0.5 * depth, depth]):
+        happened = np.isfinite(times[:, n])
+        push = ds["event_push.linear"].values[:, n, 2]
+        np.testing.assert_allclose(push[happened], -np.sqrt(2 * 9.81 * deep[happened]), rtol=1e-11)
+        np.testing.assert_allclose(ds["event_at.z"].values[happened, n], -deep[happened], rtol=1e-11)
+        assert np.isnan(push[~happened]).all()
+    ended = ds.status.values == 9
+    np.testing.assert_array_equal(ds.event_velocity.values[ended, 1], ds.last_velocity.values[ended])
+    assert abs(np.nan_to_num(ds.event_energy_residual)).max() < 1e-10
+
+
 def test_an_end_behind_the_stored_times_does_not_count() -> None:
     window = {"times": [0.02, 0.04], "summary": {"at.z": ALL}}
     ds = lienumba.run(FALL | {"output": window}, overrides={"sweep.runs": 3})
@@ -175,6 +197,12 @@ def test_a_sweep_of_summaries_without_any_course(tmp_path: Path) -> None:
         ({"summary": {"tip": ["max", "max"]}}, 'output.summary."tip": names "max" 2 times; name it once'),
         ({"mode": "summry"}, 'output.mode = "summry": must be "full" or "summary"; the nearest is "summary"'),
         ({"full_runs": "0:3"}, 'output.full_runs = "0:3": has no meaning in the mode "full"'),
+        ({"at_events": ["tipp"]}, 'output.at_events[0] = "tipp": is not known; the nearest known name is "tip"'),
+        (
+            {"at_events": ["tip"]},
+            'output.at_events[0] = "tip": has no event where it could be; add one, or leave it out',
+        ),
+        ({"max_changes": 0}, "output.max_changes = 0: must be "),
         ({"full_runs": "3:3", "mode": "summary"}, 'output.full_runs = 3:3: the range "3:3" is empty'),
         (
             {"full_runs": "all", "mode": "summary"},

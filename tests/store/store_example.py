@@ -29,6 +29,7 @@ def example(
     joints=("pivot",),
     efforts=("motor",),
     events=("far",),
+    switches=("latch", "stop"),
     seed=0,
     scenario="",
     shared=(),
@@ -38,6 +39,7 @@ def example(
     """Three constraint equations per joint, one per effort; `replaced` are arrays to put in; total: see `dataset`."""
     constraints = [*(f"{joint}[{k}]" for joint in joints for k in range(3)), *(f"{name}[0]" for name in efforts)]
     labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts, "event": events}
+    labels |= {"switch": switches}
     sizes = {dim: len(names) for dim, names in labels.items()}
     variables = arrays(seed, run=runs, time=len(times), **sizes) | replaced
     return dataset(
@@ -49,6 +51,8 @@ def example(
         constraints=constraints,
         efforts=efforts,
         events=events,
+        changes=3,
+        switches=switches,
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
         shared=shared,

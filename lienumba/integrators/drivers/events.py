@@ -95,6 +95,17 @@ def _note(
 
 
 @apart
+def _keep_state(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, event: int, source: int, lane: int
+) -> None:
+    """Keep the state of a lane, from the rows that begin at `source`, for the first time that an event happens."""
+    block, place = queue.block[lane], queue.lane[lane]
+    if runs.event_counts[block, event, place] == 0.0:
+        for row in range(layout.state_rows(sizes)):
+            runs.event_states[block, event, row, place] = rows[source + row, lane]
+
+
+@apart
 def start_events(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     stops: np.ndarray,
@@ -109,6 +120,8 @@ def start_events(
             for event in range(sizes.events):
                 true = rows[first.conditions + event, lane] > 0.0
                 rows[first.conditions + 2 * sizes.events + event, lane] = 0.0 if true else NEVER
+                if true and runs.event_states.shape[1] > 0:
+                    _keep_state(sizes, first, rows, runs, queue, event, first.state, lane)
             if _note(sizes, first, rows, runs, queue, stops, lane) < NEVER:
                 rows[first.lanes + STATUS, lane] = codes.STOPPED
 
@@ -137,6 +150,13 @@ def find_events(
             time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
             store(times, event, choose(turned, time, splat(NEVER)))
             happened = choose(turned, splat(1.0), happened)
+            if runs.event_states.shape[1] > 0:
+                between(kernels, at, fraction)
+                stages.commit(turned & (fraction == 1.0), at.now, at.new, layout.state_rows(sizes))
+                store(at.lanes, PICKED, choose(turned, splat(1.0), splat(0.0)))
+                for lane in range(W):
+                    if rows[first.lanes + PICKED, lane] != 0.0:
+                        _keep_state(sizes, first, rows, runs, queue, event, first.now, lane)
     stages.commit(good, at.conditions, new, count)
     store(at.lanes, PICKED, happened)
     for lane in range(W):

@@ -49,9 +49,7 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         if name not in parts:
             report.add(f"output.at_events[{i}]", "is not known", suggestion(name, parts), name)
         elif not lists["events"]:
-            report.add(
-                f"output.at_events[{i}]", "has no event to be stored at", "add [[events]], or leave it out", name
-            )
+            report.add(f"output.at_events[{i}]", "has no event where it could be", "add one, or leave it out", name)
         elif output.at_events.index(name) < i:
             report.add(f"output.at_events[{i}]", "is named before", "name it once", name)
     for name in output.precision if isinstance(output.precision, dict) else ():
