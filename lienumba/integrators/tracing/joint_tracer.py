@@ -25,6 +25,7 @@ from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.switches import permanent
 from lienumba.mechanics.tree import equations, reactions
 from lienumba.mechanics.tree.links import Tree, tree_of
+from lienumba.mechanics.tree.locking import locked
 from lienumba.mechanics.tree.motion import read_state, state_of
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
@@ -39,7 +40,7 @@ class JointTracer(Tracer):
     """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all permanent ones that do."""
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
-        tied = joints_of(ties_of(model))
+        tied = joints_of(ties_of(model)) | {lock.number for lock in locked(model, self.tree(model))}
         self.closing = kkt.Structure.closing(permanent(model), tied, selection.rows, (), selection.singular)
         masked, dropped = ((), selection.dropped) if fixed else (selection.rows, ())
         return kkt.Structure.closing(model, tied, masked, dropped, selection.singular)
@@ -67,7 +68,10 @@ class JointTracer(Tracer):
         angles = dict(zip(self.augmented.angles, augmented, strict=False))
         laws = self.law_states.apart(element[tree.state :])
         modes = self.augmented.modes(model, augmented)
-        return Posture(model, tree, element[: tree.state], t, angles, within, laws, self.waiting, modes)
+        mask, rows = self.augmented.mask(augmented, self.structure.rows), constraints.rows_of(model)
+        held = [range(rows[x.number].start, rows[x.number].stop) for x in locked(model, tree)]
+        locks = {row: mask[row] for own in held for row in own}
+        return Posture(model, tree, element[: tree.state], t, angles, within, laws, self.waiting, modes, locks)
 
     def _waiting(self, tree: Tree) -> int:
         """How many rates may wait in the elimination: where there are few, what takes the fewest operations. Behind a
@@ -83,7 +87,9 @@ class JointTracer(Tracer):
         graph, model = self.graph()
         free = replace(model, forces=(), drivers=())
         tree = self.tree(model)
-        posture = Posture(free, tree, graph.inputs("state", tree.state), waiting=waiting)
+        rows = constraints.rows_of(model)
+        locks = dict(enumerate(graph.inputs("extra", rows[-1].stop if model.locks else 0)))
+        posture = Posture(free, tree, graph.inputs("state", tree.state), waiting=waiting, locks=locks)
         rates = equations.accelerations(posture, kkt.Structure(0, 0, ()), []).rates
         return Kernel("count", tuple(rates), 0).counts()["operations"]
 
@@ -220,7 +226,8 @@ class JointTracer(Tracer):
 
     def levels(self) -> set[str]:
         model = self.graph()[1]
-        every, tied = constraints.constraints_of(model), self.tree(model).joints
+        every, tied = constraints.constraints_of(model), {*self.tree(model).joints}
+        tied |= {lock.number for lock in locked(model, self.tree(model))}
         return {constraint.level for n, constraint in enumerate(every) if n not in tied and constraint.rows}
 
     def shown(self, now: Instant) -> dict[str, list[Number]]:

@@ -122,7 +122,9 @@ def _observed(
         mu = [*least, *mu[tracer.whole.rows :]]
     force, torque = constraints.loads(model, now, mu)
     efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :][: len(model.drivers)]]
-    return quantities.Observed(accelerations, force, torque, efforts), mu
+    reactions = [-x for x in mu[constraints.permanent_rows(model) :]]
+    switches = {x.key: reactions[x.first : x.first + x.rows] for x in tracer.augmented.switches}
+    return quantities.Observed(accelerations, force, torque, efforts, switches), mu
 
 
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:

@@ -109,9 +109,9 @@ def resting(modes: Modes) -> Modes:
 
 
 def permanent(model: Model) -> Model:
-    """The same without its switched constraints; joints keep their numbers."""
+    """The same without its switched constraints, and without friction that sticks; joints keep their numbers."""
     joints = tuple(replace(j, active=j.active and not j.switched, switched=False) for j in model.joints)
-    return replace(model, joints=joints, locks=(), limits=(), contacts=())
+    return at_start(replace(model, joints=joints))
 
 
 def at_start(model: Model) -> Model:

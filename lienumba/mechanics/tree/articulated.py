@@ -61,9 +61,16 @@ class Reduction:
     """Rates are variables 0..n-1, constraints n + row. `matrix`, `right`: of what has not been eliminated; at the end
     -C H^-1 C^T of the constraints, lower triangle, and C of the accelerations without multipliers."""
 
-    def __init__(self, tree: Tree, moving: Sequence[Moving], loads: Loads, waiting: int = 0) -> None:
-        """waiting: so many rates may wait on the way to the root."""
-        self.tree, self.moving, self.loads, self.waiting = tree, moving, loads, waiting
+    def __init__(
+        self,
+        tree: Tree,
+        moving: Sequence[Moving],
+        loads: Loads,
+        waiting: int = 0,
+        free: Mapping[int, Number] | None = None,
+    ) -> None:
+        """waiting: so many rates may wait on the way to the root; free: 0 for rates that stand still, by rate."""
+        self.tree, self.moving, self.loads, self.waiting, self.free = tree, moving, loads, waiting, free or {}
         self.n = tree.freedoms
         self.matrix: dict[tuple[int, int], Any] = {}
         self.right: dict[int, Any] = {self.n + row: loads.resisting.get(row, 0.0) for row in loads.rows}
@@ -158,6 +165,7 @@ class Reduction:
     def _leaving(self, variable: int, y: Six, left: Iterable[int]) -> tuple[_Gone, dict[int, Any]]:
         """A variable out of the matrix and the right sides of those left; their entries times its inverse."""
         inverse, right = 1.0 / self.matrix.pop((variable, variable)), self.right.pop(variable)
+        inverse = self.free.get(variable, 1.0) * inverse
         others = {}
         for other in sorted(left):
             value = self.matrix.pop(_key(variable, other), 0.0)
@@ -178,6 +186,7 @@ class Reduction:
             return None
         S = link.move.columns(link.pitch)[variable - link.first_rate]
         held = self.loads.armatures is not None and not is_zero(self.loads.armatures[variable])
+        held = held or variable in self.free
         return None if held or list(S.values()) != [1.0] else next(iter(S))
 
     def _set(self, i: int, j: int, value: Number) -> None:

@@ -55,7 +55,7 @@ def accelerations(
     loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     if not structure.looped:
         return _solved(posture, structure, loads, xi, mask, leaning)
-    rates = list(expected or [0.0] * tree.freedoms)
+    rates = [posture.free.get(n, 1.0) * x for n, x in enumerate(expected or [0.0] * tree.freedoms)]
     there = carried(tree, posture.links, loads, rates)
     xi = _less(xi, rows, there)
     solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, leaning)
@@ -173,7 +173,8 @@ def constraint_matrix(
     posture: Posture, structure: kkt.Structure, mask: Sequence[Number], weights: Sequence[Body]
 ) -> dict[tuple[int, int], Any]:
     """-C A^-1 C^T of the constraints that close loops, its lower triangle by rows."""
-    reduction = Reduction(posture.tree, posture.links, _metric(posture, structure, mask, weights, False))
+    loads = _metric(posture, structure, mask, weights, False)
+    reduction = Reduction(posture.tree, posture.links, loads, free=posture.free)
     return {(i - reduction.n, j - reduction.n): x for (i, j), x in reduction.matrix.items()}
 
 
@@ -181,7 +182,7 @@ def _solved(
     posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number],
     leaning: Leaning | None = None,
 ) -> Solution:  # fmt: skip
-    reduction = Reduction(posture.tree, posture.links, loads, posture.waiting)
+    reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
     rows = structure.rows
     if not structure.order:
         rates, links = reduction.solution({})
@@ -215,7 +216,7 @@ def border(
     baumgarte: float | None,
 ) -> tuple[list[list[Any]], list[Any], Any]:  # fmt: skip
     """As `dynamics.border`."""
-    tree, structure = posture.tree, structure.bordered()
+    tree, structure, posture = posture.tree, structure.bordered(), replace(posture, locks={})
     mask = dynamics.unswitched(structure, mask)
     loads, rows, xi = _acting(posture, structure, structure.weights(mask, {}), baumgarte)
     if structure.looped:
@@ -231,6 +232,7 @@ def border(
 
 def kicked(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], impulses: Sequence[Number]) -> Solution:
     """As `dynamics.kicked`, of the rates."""
+    posture = replace(posture, locks={})
     mask = dynamics.unswitched(structure, mask)
     C = constraints.jacobian(posture.model, posture.now)
     loads = _metric(posture, structure, mask, posture.model.bodies, True)

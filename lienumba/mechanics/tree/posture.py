@@ -9,14 +9,15 @@ from lienumba.mechanics.mechanism.kinematics import Instant, Modes
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.switches import resting
 from lienumba.mechanics.tree.links import Tree
+from lienumba.mechanics.tree.locking import free
 from lienumba.mechanics.tree.motion import Moving, bodies_at, moving_links
 from lienumba.numerics.number import Number
 
 
 @dataclass(frozen=True)
 class Posture:
-    """A tree at an instant: z, the state of its moves; waiting: see `articulated.Reduction`; the rest as in
-    `kinematics.Instant`."""
+    """A tree at an instant: z, the state of its moves; waiting: see `articulated.Reduction`; locks: the masks of rows
+    of C that hold rates (see `locking`); the rest as in `kinematics.Instant`."""
 
     model: Model
     tree: Tree
@@ -27,6 +28,12 @@ class Posture:
     states: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     waiting: int = 0
     modes: Modes = field(default_factory=dict)
+    locks: Mapping[int, Any] = field(default_factory=dict)
+
+    @cached_property
+    def free(self) -> dict[int, Any]:
+        """See `locking.free`."""
+        return free(self.model, self.tree, self.locks)
 
     @cached_property
     def links(self) -> list[Moving]:

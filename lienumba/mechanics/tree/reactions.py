@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.tree.locking import locked
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.numerics.number import Number
 
@@ -28,23 +29,26 @@ def multipliers(posture: Posture, accelerations: Sequence[Number], closing: Sequ
     for tie in reversed(posture.tree.ties):
         if tie.joint is None:
             continue
-        own = rows[tie.joint]
+        locks = [x.number for x in locked(model, posture.tree) if posture.locks and x.joint == tie.joint]
+        own = [row for n in (tie.joint, *locks) for row in range(rows[n].start, rows[n].stop)]
         of_body = {
-            (row - own.start, column - 6 * tie.body): x
-            for row in range(own.start, own.stop)
+            (place, column - 6 * tie.body): x
+            for place, row in enumerate(own)
             for (_, column), x in entries.get(row, {}).items()
             if column // 6 == tie.body
         }
-        given = _least(of_body, own.stop - own.start, rest[6 * tie.body : 6 * tie.body + 6])
-        for row, value in zip(range(own.start, own.stop), given, strict=True):
+        mask = [posture.locks.get(row, 1.0) for row in own]
+        given = _least(of_body, mask, rest[6 * tie.body : 6 * tie.body + 6])
+        for row, value in zip(own, given, strict=True):
             mu[row] = value
             for (_, column), x in entries.get(row, {}).items():
                 rest[column] = rest[column] - x * value
     return mu
 
 
-def _least(C: kkt.Entries, rows: int, f: Sequence[Number]) -> list[Any]:
-    """mu with C^T mu = f, where there is one, and C has full rank."""
+def _least(C: kkt.Entries, mask: Sequence[Number], f: Sequence[Number]) -> list[Any]:
+    """mu with C^T mu = f, where there is one, and C has full rank in the rows in use."""
+    rows = len(mask)
     order = tuple(range(6 + rows))
     structure = kkt.Structure(1, rows, order, alike=tuple((row,) for row in range(rows)))
-    return kkt.solve(structure, {(i, i): 1.0 for i in range(6)}, C, f, [0.0] * rows).mu
+    return kkt.solve(structure, {(i, i): 1.0 for i in range(6)}, C, f, [0.0] * rows, mask).mu

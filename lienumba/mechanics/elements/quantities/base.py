@@ -6,7 +6,7 @@ only an observer has. Rates are derived by jets (`lienumba.mechanics.mechanism.k
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
@@ -64,12 +64,14 @@ class Part:
 @dataclass(frozen=True)
 class Observed:
     """What is known of a state beside positions and velocities: accelerations (6 per body), force and torque of every
-    joint (3 each; `constraints.loads`), and the efforts of each driver."""
+    joint (3 each; `constraints.loads`), the efforts of each driver, and the forces and torques along the rows of each
+    switched constraint (as `kinematics.Modes` knows it), such that a contact pushes with a positive one."""
 
     accelerations: list[Number]
     forces: list[Number]
     torques: list[Number]
     efforts: list[list[Number]]
+    switches: dict[tuple[str, str], list[Number]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

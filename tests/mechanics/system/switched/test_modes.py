@@ -7,7 +7,7 @@ import pytest
 
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switches import FRICTION
-from lienumba.mechanics.tree import equations
+from lienumba.mechanics.tree import equations, locking, reactions
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
 from tests.rigs import switching
 from tests.rigs.random_trees import close
@@ -38,6 +38,25 @@ def test_the_same_by_joints(seed):
     a, _ = switching.exact(case)
     found = equations.accelerations(case.posture, closing(case.model), case.mask)
     close(equations.body_accelerations(case.posture, found.links), a, 1e-9)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_locks_of_a_tree_are_rates_that_stand_still(seed):
+    """Whether rates wait in the elimination or not; their multipliers come from what bodies lack."""
+    case = cases(seed)
+    model, tree, rows = case.model, case.posture.tree, constraints.rows_of(case.model)
+    own = {lock.number for lock in locking.locked(model, tree)}
+    assert len(own) == len(model.locks)
+    locks = {row: case.mask[row] for n in own for row in range(rows[n].start, rows[n].stop)}
+    mask = [0.0 if row in locks else m for row, m in enumerate(case.mask)]
+    structure = kkt.Structure.closing(model, joints_of(ties_of(model)) | own)
+    a, mu = switching.exact(case)
+    for waiting in (0, 2, tree.freedoms):
+        posture = replace(case.posture, locks=locks, waiting=waiting)
+        found = equations.accelerations(posture, structure, mask)
+        accelerations = equations.body_accelerations(posture, found.links)
+        close(accelerations, a, 1e-9)
+    close(reactions.multipliers(posture, accelerations, found.mu), mu, 1e-8)
 
 
 def dense_border(case):
