@@ -33,10 +33,10 @@ class Case:
         return self.posture.now
 
 
-def mechanism(seed: int, friction: bool = True, closing: int = 0) -> Model:
+def mechanism(seed: int, friction: bool = True, closing: int = 0, kinds: list[str] = KINDS) -> Model:
     """A tree of joints with locks, stops, contacts and friction that sticks; with friction at the contacts, too."""
     rng = np.random.default_rng(100 + seed)
-    model = random_trees.tree(seed, KINDS, closing=closing + 1)
+    model = random_trees.tree(seed, kinds, closing=closing + 1)
     joints = [replace(j, switched=j.name == "c0") for j in model.joints]
     locks, limits, sticks = [], [], []
     for n, joint in enumerate(joints):

@@ -6,9 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lienumba.compiler.rows import W
+from lienumba.integrators import layout
+from lienumba.integrators.tracing import state_kernels
+from lienumba.integrators.tracing.joint_tracer import JointTracer
+from lienumba.integrators.tracing.row_selection import UNIQUE
+from lienumba.integrators.tracing.tracer import Method, Tracer, split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.switched import turning
+from tests.compiler.evaluation import machine_code
+from tests.rigs import switching
 from tests.rigs.modes import SLIDE, STICK, integrate
+from tests.rigs.random_trees import close
 
 G = 9.81
 UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))  # x, y, z of a frame whose axis is -y
@@ -139,3 +150,77 @@ def test_a_stop_holds_against_what_pulls() -> None:
     assert status == 0
     np.testing.assert_allclose(held["velocity"], 0.0, atol=1e-14)
     np.testing.assert_allclose(np.abs(held["joint_torque"][0]), [0.0, 3.0, 0.0], rtol=1e-12)
+
+
+@pytest.fixture(scope="module", params=["lie", "joint"])
+def traced(request: Any) -> Any:
+    """A small mechanism with all kinds of switches somewhere, its tracer, and its state as rows."""
+    case = switching.somewhere(switching.mechanism(1, kinds=["revolute", "prismatic"]), 1)
+    model, values = split(case.model)
+    make = JointTracer if request.param == "joint" else Tracer
+    tracer = make(model, Method("rk4", "local", "mass", coordinates=request.param), UNIQUE, True)
+    held, now = tracer.augmented, case.now
+    first = [float(x) for x in case.posture.z] if request.param == "joint" else [x for body in now.bodies for x in body]
+    behind = [now.angles[which] for which in held.angles] + [0.25] * held.work
+    modes = [mode.on for mode in now.modes.values()], [x for mode in now.modes.values() for x in mode.memory]
+    state = [*first, *behind, *case.mask[held.permanent :], *modes[0], *modes[1]]
+    arrays = {
+        "state": np.repeat(np.array(state)[:, None], W, 1),
+        "parameters": np.repeat(np.array(values)[:, None], W, 1),
+    }
+    clock = {"clock": np.zeros((layout.CLOCK, W))}
+    return case, tracer, {**arrays, **clock}
+
+
+def outputs(kernel: Any, arrays: Any) -> np.ndarray:
+    found: np.ndarray = machine_code(kernel.hoisted_from(len(arrays["parameters"])))(**arrays)[:, 0]
+    return found
+
+
+def test_what_the_kernels_say_lies_where_drivers_look(traced: Any) -> None:
+    case, tracer, arrays = traced
+    model, now, sizes, first = case.model, case.now, tracer.sizes, constraints.permanent_rows(case.model)
+    border = outputs(state_kernels.border(tracer), arrays)
+    assert len(border) == layout.border_rows(sizes)
+    S, b, sound = dynamics.border(model, kkt.Structure.of(model), case.posture.resting().now, case.mask)
+    for i in range(sizes.switched):
+        for j in range(i + 1):
+            close(border[layout.border_place(i, j)], S[i][j], 1e-9)
+
+    def part(start: Any, rows: int) -> np.ndarray:
+        return border[start(sizes) : start(sizes) + rows]
+
+    q = sizes.switched
+    close(part(layout.border_accelerations, q), b, 1e-9)
+    w = constraints.rates(model, now)[first:]
+    close(part(layout.border_rates, q), w)
+    close(part(layout.border_gaps, q), constraints.residual(model, now)[first:])
+    close(part(layout.border_numbers, 6 * sizes.switches), turning.numbers(model, now))
+    close(part(layout.border_memory, sizes.memory), turning.memory(model, now, w))
+    assert border[layout.border_sound(sizes)] == sound == 1.0
+
+    impulses = np.random.default_rng(3).standard_normal(q)
+    kick = outputs(state_kernels.kick(tracer), {**arrays, "extra": np.repeat(impulses[:, None], W, 1)})
+    assert len(kick) == layout.kick_rows(sizes)
+    dv = dynamics.kicked(model, kkt.Structure.of(model), now, case.mask, impulses).x
+    after = [
+        (*x[:12], *(u + d for u, d in zip(x[12:], dv[6 * i : 6 * i + 6], strict=True)))
+        for i, x in enumerate(now.bodies)
+    ]
+    there = replace(now, bodies=tuple(after))
+    gained = dynamics.energies(model, there)[0] - dynamics.energies(model, now)[0]
+    close(kick[layout.kick_energy(sizes)], gained, 1e-9)
+    close(kick[layout.kick_rates(sizes) : layout.kick_rates(sizes) + q], constraints.rates(model, there)[first:], 1e-9)
+    work = layout.element_rows(sizes) + len(tracer.augmented.angles)
+    close(kick[work], 0.25 + gained, 1e-9)
+    assert (
+        kick[layout.mask_row(sizes) : layout.state_rows(sizes)] == arrays["state"][layout.mask_row(sizes) :, 0]
+    ).all()
+
+
+def test_conditions_of_what_is_on(traced: Any) -> None:
+    case, tracer, arrays = traced
+    events = outputs(state_kernels.events(tracer), arrays)
+    mu = switching.exact(case)[1]
+    assert len(events) == layout.event_rows(tracer.sizes)
+    close(events, turning.conditions(case.model, case.now, mu.tolist()), 1e-8)
