@@ -59,7 +59,7 @@ INSIDE = {  # the floors of rooms, lowest first
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "importing", "running", "showing"}],
     "analysis": [
-        {"components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"changed", "components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip

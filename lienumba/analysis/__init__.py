@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from lienumba.analysis.changed import changes as changes
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
     from lienumba.analysis.statistics.covariance import covariance as covariance
     from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from lienumba.analysis.summary import summarise as summarise
 
 _MODULES = {  # of what needs xarray, which is imported when it is first asked for
+    "changes": "lienumba.analysis.changed",
     "covariance": "lienumba.analysis.statistics.covariance",
     "ellipsoid": "lienumba.analysis.statistics.covariance",
     "mean_interval": "lienumba.analysis.statistics.intervals",
@@ -30,6 +32,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "work_precision": "lienumba.analysis.studies.study",
 }
 __all__ = [
+    "changes",
     "covariance",
     "ellipsoid",
     "mean_interval",

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.changed import Changed, changed, told
 from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
@@ -51,8 +52,8 @@ class Summary:
     """`good` runs are those that reached the end or were stopped by an event; maxima are over these, None where the
     dataset has none or nothing was measured; `final`: quantiles at the final time over those that reached the end,
     `finished` runs; `ended`: those of the last states of the good ones that did not; `kept`: those of summaries, over
-    the good ones, which are `spread` runs; `events`: when each first happened in these. The nominal run is no part of
-    quantiles, unless it is the only one.
+    the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
+    The nominal run is no part of quantiles, unless it is the only one.
 
     stopped: what made the sweep end before all its runs were done; not_unique: the joints and drivers whose reactions
     are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
@@ -75,6 +76,8 @@ class Summary:
     stopped: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
+    changes: tuple[Changed, ...] = ()
+    changes_told: str = ""
 
     def __repr__(self) -> str:
         from lienumba.analysis.summary_text import text
@@ -121,6 +124,8 @@ def summarise(ds: xr.Dataset) -> Summary:
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
         ended=tuple(_ended(ds, good & ~finished & sampled)),
         events=tuple(_happened(ds, good & sampled)),
+        changes=tuple(changed(ds, good & sampled)) if "change_time" in ds else (),
+        changes_told=told(ds, good & sampled) if "change_time" in ds else "",
         max_position_violation=_maximum(ds, "max_position_violation", good),
         max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
         max_energy_drift=_maximum(ds, "max_energy_drift", good),

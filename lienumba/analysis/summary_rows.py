@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lienumba.analysis.text_table import NUMBER, WORD, TextTable
+
 if TYPE_CHECKING:
     from lienumba.analysis.summary import Happened, Quantiles, Summary
 
@@ -48,6 +50,19 @@ def happened_headings(summary: Summary) -> list[str]:
 def happened_times(summary: Summary, event: Happened) -> list[float]:
     """Those below its headings."""
     return [event.low, event.median, event.high] if summary.spread > 1 else [event.median]
+
+
+def change_table(summary: Summary) -> TextTable:
+    """What changed, how often, when, and by which impulses."""
+    headings = ["changed", "how", "runs", "times", "t: 5 %", "median", "95 %", "impulse", "largest", "energy lost"]
+    rows = [
+        [
+            x.what, x.kind.name, f"{x.runs:,}", f"{x.count:,}", *(f"{t:.6g}" for t in (x.low, x.median, x.high)),
+            *(f"{number:.4g}" for number in (x.impulse, x.largest_impulse, x.energy)),
+        ]
+        for x in summary.changes
+    ]  # fmt: skip
+    return TextTable(headings, [WORD, WORD, *[NUMBER] * 8], rows)
 
 
 def largest(summary: Summary) -> Iterator[tuple[str, float, str]]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.summary_rows import (
     QuantileRows,
+    change_table,
     happened_headings,
     happened_times,
     largest,
@@ -58,6 +59,10 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
         yield _quantiles(f"where an event ended {plural(ended, 'run', 'runs')}", quantile_rows(summary.ended, ended))
     if summary.events:
         yield _events(summary)
+    if summary.changes:
+        yield change_table(summary).on_terminal(summary.changes_told)
+    elif summary.changes_told:
+        yield summary.changes_told
     if summary.kept:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))

@@ -8,7 +8,7 @@ import numpy as np
 
 from lienumba.batch.statistics import Course
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import PROJECTIONS, element_rows, on_row, state_rows
+from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
 from lienumba.integrators.tracing.program import Outline
 from lienumba.integrators.tracing.tracer import BODIES
 from lienumba.mechanics.elements import quantities
@@ -136,10 +136,6 @@ class Record:
 
     def iterations(self, projection: int) -> np.ndarray:
         return self.rows[:, :, projection - PROJECTIONS]
-
-    def modes(self) -> np.ndarray:
-        first = on_row(self.program.sizes)
-        return self.rows[:, :, first : first + self.program.sizes.switches]
 
 
 def per_run(lanes: np.ndarray, runs: int) -> np.ndarray:

@@ -25,6 +25,7 @@ from lienumba.analysis.panels.run_windows import reached
 from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES, Style
+from lienumba.mechanics.system.output_variables import MODE
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -60,8 +61,10 @@ def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> PanelSeries | None:
     elif panel.over_time:
         course = reached(ds)
         shown = time_series(course, panel)
-        _time_series(ax, shown, panel.logarithmic)
+        _time_series(ax, shown, panel)
         ax.set(xlabel="time (s)", ylabel=label(course, panel))
+        if panel.steps:
+            ax.set_yticks(range(len(MODE.flags)), MODE.flags)
     else:
         _histograms(ax, histograms(ds, panel))
         ax.set(xlabel=label(ds, panel), ylabel="runs")
@@ -100,11 +103,14 @@ def explain(drawn: Figure, panels: Sequence[Panel], shown: Sequence[PanelSeries]
         )  # fmt: skip
 
 
-def _time_series(ax: Axes, shown: PanelSeries, logarithmic: bool) -> None:
+def _time_series(ax: Axes, shown: PanelSeries, panel: Panel) -> None:
     """Lines and bands over the time."""
+    logarithmic = panel.logarithmic
     alone = len(shown.lines) == 1
     for n, line in enumerate(shown.lines):
         style: Style = {"color": COLORS[n % len(COLORS)], "ls": STYLES[n // len(COLORS) % len(STYLES)]}
+        if panel.steps:
+            style["drawstyle"] = "steps-post"
         if shown.few:
             _each(ax, shown, line, style, alone)
         elif logarithmic:

@@ -18,7 +18,7 @@ from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
 from lienumba.batch.statuses import GOOD
-from lienumba.mechanics.system.output_variables import kept_largest
+from lienumba.mechanics.system.output_variables import MODE, kept_largest
 from lienumba.store.layout import FULL, VARIABLES
 from lienumba.words import plural
 
@@ -59,6 +59,11 @@ class Panel:
     angles: bool = False
     logarithmic: bool = False
     sampled: bool = False
+
+    @property
+    def steps(self) -> bool:
+        """Whether its values jump from one whole number to another."""
+        return self.name == MODE.name
 
     @property
     def name(self) -> str:
@@ -133,7 +138,8 @@ def _over_time(ds: xr.Dataset) -> Iterator[Panel]:
     """Of the scenario's own quantities, of efforts, and of the state: bodies from the last on, which is the tip of a
     chain."""
     timed = [str(x) for x in ds.data_vars if "time" in ds[x].dims and _has_runs(ds, str(x))]
-    for name in [name for name in timed if name not in VARIABLES] + ["driver_effort"] * ("driver_effort" in timed):
+    known = [name for name in ("driver_effort", MODE.name) if name in timed]
+    for name in [*(name for name in timed if name not in VARIABLES), *known]:
         yield from _panels(ds[name])
     last, *others = [*_bodies(ds, timed)][::-1] or [[]]
     yield from last[: len(POSE)]

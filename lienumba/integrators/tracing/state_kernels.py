@@ -12,13 +12,11 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
+from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switches import JOINT, LOCK, permanent
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum, where
-
-MODE = "mode"  # how each switched constraint is on
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -141,7 +139,7 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
         named |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
     named |= law_states.variables(model, now)
     if tracer.augmented.switches:
-        named[MODE] = [mode.on for mode in now.modes.values()]
+        named[MODE.name] = [mode.on for mode in now.modes.values()]
     named |= quantities.observe(model, now, seen.observed if _reads_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []

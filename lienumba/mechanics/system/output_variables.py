@@ -67,9 +67,6 @@ class Record(Protocol):
     def iterations(self, projection: int) -> np.ndarray:
         """Of the positions (0), of the velocities (1)."""
 
-    def modes(self) -> np.ndarray:
-        """How each switched constraint is on."""
-
 
 @dataclass(frozen=True)
 class OutputVariable:
@@ -177,8 +174,7 @@ for variable in (
 
 # Of a mechanism that changes: kept over the time without being asked for.
 MODE = OutputVariable(
-    "mode", "1", "how each switched constraint is on", dims=("switch",), count=True, flags=("off", "closed", "sliding"),
-    read=lambda record: record.modes(),
+    "mode", "1", "how each switched constraint is on", dims=("switch",), count=True, flags=("off", "closed", "sliding")
 )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from lienumba.analysis.outcomes import Counts, counts
 from lienumba.analysis.summary import Quantiles, Summary, summarise
 from lienumba.analysis.summary_rows import (
     QuantileRows,
+    change_table,
     happened_headings,
     happened_times,
     largest,
@@ -18,7 +19,7 @@ from lienumba.analysis.summary_rows import (
     quantile_rows,
 )
 from lienumba.present.html.chart import Section, section
-from lienumba.present.html.markup import Markup, element, folded, join, number, sentence, table
+from lienumba.present.html.markup import Markup, element, folded, join, number, sentence, table, text_table
 
 MOST_ROWS = 300  # of the folded table
 
@@ -29,7 +30,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
     parts += _quantiles(f"At t = {found.final_time:g} s", quantile_rows(found.final, found.finished))
     rows = quantile_rows(found.ended, found.spread - found.finished)
-    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
+    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found), *_changes(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
     parts += (element("p", sentence(text)) for text in (not_unique(found), found.stopped) if text)
     return section("summary", "Summary", *parts)
@@ -80,6 +81,15 @@ def _events(found: Summary) -> Iterator[Markup]:
         rows = [[x.name, f"{x.runs:,}", *map(number, happened_times(found, x)), "s"] for x in found.events]
         yield element("h3", "Events, the first of each run")
         yield table(happened_headings(found), rows, 1)
+
+
+def _changes(found: Summary) -> Iterator[Markup]:
+    """What changed in the mechanism, and when."""
+    if found.changes_told:
+        yield element("h3", "Changes")
+        yield element("p", sentence(found.changes_told), class_="quiet")
+    if found.changes:
+        yield text_table(change_table(found))
 
 
 def _table(found: QuantileRows, rows: Sequence[Quantiles]) -> Markup:

@@ -1,0 +1,101 @@
+"""Mechanisms that change: what changed in the runs of a dataset, when, by which impulse, and what energy it took."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from lienumba.batch.changes import KINDS, NONE, Kind
+from lienumba.errors import ScenarioError
+
+QUANTILES = (0.05, 0.5, 0.95)
+KIND_OF = {kind.code: kind for kind in KINDS}
+
+
+@dataclass(frozen=True)
+class Changed:
+    """One kind of change of one thing, an event or a switch: how often and in how many runs, quantiles of its times
+    (s), the median and the largest size of its impulse, and the median of the energy that was lost (J); told: of the
+    first changes of each run."""
+
+    what: str
+    kind: Kind
+    count: int
+    runs: int
+    low: float
+    median: float
+    high: float
+    impulse: float
+    largest_impulse: float
+    energy: float
+
+
+def changes(ds: xr.Dataset) -> xr.Dataset:
+    """What changed, an entry for each change that a dataset tells of; `.to_dataframe()` makes a table of it.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned of a mechanism that changes, or a selection of its runs.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimension entry, by run and time: run, time (s), kind ("impact", "locked", ...), what (the event or the
+        switch), impulse (N s, or N m s of an angle) and energy (lost, J).
+
+    Raises
+    ------
+    ScenarioError
+        Where nothing of the mechanism can change.
+    """
+    if "change_time" not in ds:
+        raise ScenarioError("the dataset tells of no changes: its mechanism has no locks, limits, contacts or actions")
+    run, n = np.nonzero(ds["change_kind"].values != NONE)
+    kinds, whats = (ds[name].values[run, n].astype(int) for name in ("change_kind", "change_what"))
+    columns = {
+        "run": ds["run"].values[run],
+        "kind": np.array([KIND_OF[kind].name for kind in kinds], dtype=str),
+        "what": np.array([_name(ds, KIND_OF[kind], what) for kind, what in zip(kinds, whats, strict=True)], dtype=str),
+        **{name: ds[f"change_{name}"].values[run, n] for name in ("time", "impulse", "energy")},
+    }
+    return xr.Dataset({name: ("entry", column) for name, column in columns.items()})
+
+
+def _name(ds: xr.Dataset, kind: Kind, what: int) -> str:
+    return str(ds["event" if kind.of_event else "switch"].values[what])
+
+
+def changed(ds: xr.Dataset, which: np.ndarray) -> Iterator[Changed]:
+    """Each kind of change that occurs in these runs (runs,), by the median of its times."""
+    kinds, whats = ds["change_kind"].values[which].astype(int), ds["change_what"].values[which].astype(int)
+    numbers = [ds[f"change_{name}"].values[which] for name in ("time", "impulse", "energy")]
+    found = []
+    for kind, what in {pair for pair in zip(kinds.flat, whats.flat, strict=True) if pair[0] != NONE}:
+        same = (kinds == kind) & (whats == what)
+        times, impulses, energies = (np.nan_to_num(x[same]) for x in numbers)
+        low, median, high = np.quantile(times, QUANTILES).tolist()
+        found.append(
+            Changed(
+                _name(ds, KIND_OF[kind], what), KIND_OF[kind], int(same.sum()), int(same.any(axis=1).sum()),
+                low, median, high, float(np.median(impulses)), float(impulses.max()),
+                float(np.median(energies)),
+            )
+        )  # fmt: skip
+    yield from sorted(found, key=lambda x: (x.median, x.what, x.kind.code))
+
+
+def told(ds: xr.Dataset, which: np.ndarray) -> str:
+    """How many changes these runs had, how much energy they lost, and whether all are told of, in words."""
+    counts, lost = ds["changes"].values[which], ds["energy_lost"].values[which]
+    if not counts.any():
+        return "no changes"
+    low, high = int(counts.min()), int(counts.max())
+    each = f"{low:,}" if low == high else f"{low:,} to {high:,}"
+    most = ds.sizes["change"]
+    first = f", of which the first {most} are told" if high > most else ""
+    energy = f"; energy lost: {np.nanmin(lost):.6g} to {np.nanmax(lost):.6g} J, median {np.nanmedian(lost):.6g} J"
+    return f"changes of each run: {each}{first}{energy}"
