@@ -22,6 +22,7 @@ from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.integrators.tracing.machine import ObjectCode
 from lienumba.integrators.tracing.program import Outline
 from lienumba.keys.registry import Registry
+from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.mechanics.elements.events import ACTIONS
 from lienumba.mechanics.elements.forces import FORCES
@@ -34,7 +35,7 @@ TRACING = (  # all that takes part; a test compares
     "errors.py", "words.py", "laws.py", "numerics", "groups", "keys", "compiler", "mechanics", "integrators",
 )  # fmt: skip
 REGISTRIES: tuple[Registry[Any], ...] = (
-    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, FORCES, JOINTS, QUANTITIES, OUTPUT_VARIABLES, WEIGHTS,
+    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, CONTACTS, FORCES, JOINTS, QUANTITIES, OUTPUT_VARIABLES, WEIGHTS,
 )  # fmt: skip
 
 

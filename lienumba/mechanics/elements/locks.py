@@ -1,7 +1,7 @@
 """Locks: which coordinates of joints events may hold as they are.
 
 A joint whose coordinates are only ever locked together has one lock, and one of which an event names a coordinate has
-one for each. A ball is locked as a whole.
+one for each that is. A ball is locked as a whole.
 """
 
 from collections.abc import Container, Iterable, Mapping
@@ -11,6 +11,7 @@ from lienumba.mechanics.elements.joints.freedoms import Freedom
 from lienumba.mechanics.mechanism.model import Lock
 
 LOCK = "lock"
+BALL = ("rx", "ry", "rz")  # coordinates that are locked together
 
 
 def lockable(kind: str) -> tuple[Freedom, ...]:
@@ -38,7 +39,9 @@ def locks_of(
         if every and (len(every) == 1 or named[name] == {None}):
             found.append(Lock(f"{name}.{LOCK}", index, every, name in locked))
         else:
-            found += [Lock(f"{name}.{x}.{LOCK}", index, (x,), name in locked) for x in every]
+            asked_for = every if None in named.get(name, ()) else named.get(name, ())
+            each = (x for x in every if x in asked_for)
+            found += [Lock(f"{name}.{x}.{LOCK}", index, (x,), name in locked) for x in each]
     return tuple(found)
 
 

@@ -26,6 +26,12 @@ class Names(Protocol):
     def ends(self, joint: str) -> tuple[int, ...]:
         """The bodies of a joint."""
 
+    def touching(self, contact: str) -> tuple[int, ...]:
+        """The bodies of a contact."""
+
+    def limited(self, limit: str) -> int:
+        """The joint of a limit."""
+
     def coordinate(self, joint: str, kind: str | None) -> Coordinate:
         """A coordinate of a joint: the first where its kind is omitted."""
 

@@ -169,7 +169,8 @@ class Quantity:
     bodies: what it is about; point: in the first body's frame; derivative: of the position of a point, 0, 1 or 2;
     relative_to: the body from which it is seen; frame: the body along whose axes it is given; target: rotation;
     joint, driver: indices; coordinate: that of the joint which an input asks for; about: the point (global) of a
-    moment, None for the mass centre; value: of an expression; numbers: others that a type needs.
+    moment, None for the mass centre; value: of an expression; points: of its bodies; of: the contact or limit that it
+    is about, by its name; numbers: others that a type needs.
     """
 
     name: str
@@ -186,6 +187,8 @@ class Quantity:
     about: Vec3 | None = None
     value: Timed = 0.0
     units: str = "1"
+    points: tuple[Vec3, ...] = ()
+    of: str = ""
     numbers: dict[str, Timed] = field(default_factory=dict)  # a tuple for a vector
 
 

@@ -102,6 +102,7 @@ def map_numbers(
                 target=None if quantity.target is None else vector(quantity.target),
                 about=None if quantity.about is None else vector(quantity.about),
                 value=law(quantity.value),
+                points=tuple(vector(p) for p in quantity.points),
                 numbers={key: law(x) for key, x in quantity.numbers.items()},
             )
             for quantity in model.quantities

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.locks import BALL
 from lienumba.mechanics.mechanism.kinematics import OFF, Mode, Modes
 from lienumba.mechanics.mechanism.model import Force, Lock, Model
 from lienumba.numerics.number import Number
@@ -15,7 +16,6 @@ from lienumba.numerics.operations import is_zero
 
 JOINT, LOCK, LIMIT, CONTACT, FRICTION = "joint", "lock", "limit", "contact", "friction"  # what a switch is
 KINDS = {JOINT: 0, LOCK: 0, LIMIT: 1, CONTACT: 1, FRICTION: 2}  # BILATERAL, UNILATERAL, FRICTION of `layout`
-BALL = ("rx", "ry", "rz")  # coordinates that are locked together
 MATRIX = 9
 
 

@@ -3,11 +3,13 @@
 import re
 
 from lienumba.keys.types import NAME, NAME_RULE
+from lienumba.mechanics.elements.events import LOCK
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
+from lienumba.mechanics.elements.quantities.switched import LockQuantity
 from lienumba.mechanics.system.discontinuities import SAME
 from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import Report, check_name, names_of, read
@@ -20,7 +22,7 @@ from lienumba.store.layout import COORDINATES as DIMENSIONS
 from lienumba.store.layout import VARIABLES
 from lienumba.words import listed
 
-SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver"}
+SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
 TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
 
 Lists = dict[str, list[Keys]]
@@ -46,7 +48,9 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
     checked = read(kind, quantity)
     if checked is None:
         return
-    if kind.reads_coordinates:
+    if isinstance(checked, LockQuantity):
+        _check_lock(place, checked, lists, report)
+    if kind.reads_coordinates and "joint" in quantity:
         _check_joint(place, str(quantity["joint"]), lists, report)
     for key in kind.rotations:
         check_rotation(f"{place}.{key}", getattr(checked, key), report)
@@ -83,6 +87,15 @@ def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:
         )
         kind = joint.get("type")
         report.add(f"{place}.joint", f"a {kind} joint has no coordinate", remedy, name)
+
+
+def _check_lock(place: str, quantity: LockQuantity, lists: Lists, report: Report) -> None:
+    """A joint must be locked at some time."""
+    joint = next((j for j in lists["joints"] if j["name"] == quantity.joint), None)
+    locked = any(x.get("action") == LOCK.name and x.get("joint") == quantity.joint for x in lists["events"])
+    if joint is not None and not locked and joint.get("locked") is not True:
+        remedy = f'give model.joints.{quantity.joint} locked = true, or an event action = "lock"'
+        report.add(f"{place}.joint", "is never locked", remedy, quantity.joint)
 
 
 def _has_coordinates(joint: Keys) -> bool:

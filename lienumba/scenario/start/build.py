@@ -11,9 +11,9 @@ import numpy as np
 
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
-from lienumba.mechanics.elements.contacts.compliant import forces_of
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK
 from lienumba.mechanics.elements.forces import law_of
+from lienumba.mechanics.elements.forces.compliant import forces_of
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
 from lienumba.mechanics.elements.locks import locks_of
@@ -114,6 +114,13 @@ class _Builder:
     # ---------------------------------------------------------------- what elements ask for
     def ends(self, joint: str) -> tuple[int, ...]:
         return self.data.joints[self.joints[joint]].ends(self)
+
+    def touching(self, contact: str) -> tuple[int, ...]:
+        found = next(x for x in self.data.contacts if x.name == contact)
+        return tuple(self.bodies[name] for name in found.bodies)
+
+    def limited(self, limit: str) -> int:
+        return self.joints[next(x.joint for x in self.data.limits if x.name == limit)]
 
     def coordinate(self, joint: str, kind: str | None) -> m.Coordinate:
         index = self.joints[joint]

@@ -1,6 +1,6 @@
 """What can be seen of a mechanism, by name: one class for each type. `QUANTITIES` knows them by name."""
 
-from lienumba.mechanics.elements.quantities import built_in
+from lienumba.mechanics.elements.quantities import built_in, switched
 from lienumba.mechanics.elements.quantities.base import (
     INPUT_FORMS,
     INPUTS,
@@ -33,5 +33,5 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 __all__ = [
     "INPUTS", "INPUT_FORMS", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part", "Readable",
     "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate", "is_input",
-    "joined", "kind_of", "level", "observe", "owner", "parts", "rows",
+    "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
 ]  # fmt: skip

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lienumba.mechanics.elements.contacts.compliant import CONTACT
+from lienumba.mechanics.elements.forces.compliant import CONTACT
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Force, Model
 from lienumba.mechanics.system import applied_forces

@@ -19,6 +19,7 @@ from lienumba.mechanics.elements.quantities import OBSERVED, POSITION, QUANTITIE
 from lienumba.mechanics.elements.quantities.base import QuantityType, name_of
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import Model, Quantity
+from lienumba.mechanics.system.switches import switches_of
 from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import sqrt
 from lienumba.scenario.formulas.formula_names import known_of
@@ -27,8 +28,13 @@ from lienumba.scenario.start.build import build
 from tests.mechanics.elements.force_cases import frame
 from tests.mechanics.elements.forces.test_every_type import scenario as rig
 
-NAMES = {"bodies": "b", "joints": "sleeve", "drivers": "turn"}
-SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver"}
+NAMES = {"bodies": "b", "joints": "sleeve", "drivers": "turn", "contacts": "floor", "limits": "stop"}
+SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
+LISTED = {"momentum": 1, "distance": 2}  # names of bodies
+FLOOR = {"name": "floor", "type": "point_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0], [0, 0, -9]],
+         "stiffness": 10.0}  # fmt: skip
+STOP = {"name": "stop", "joint": "sleeve", "coordinate": "displacement", "high": 90.0}
+HOLD = {"name": "hold", "when": "t > 9", "action": "lock", "joint": "sleeve", "coordinate": "displacement"}
 REFERENCES = [(name, key) for name, kind in QUANTITIES.items() for key in kind.references()]
 VELOCITIES = 12  # the first row of them in the state of a body
 
@@ -36,14 +42,20 @@ VELOCITIES = 12  # the first row of them in the state of a body
 def keys_of(name: str, **more: Any) -> dict[str, Any]:
     """The example of a type as a scenario has it."""
     kind = QUANTITIES[name]
-    named = {key: NAMES[x.to] for key, x in kind.references().items() if kind.model_fields[key].is_required()}
+    named: dict[str, Any] = {
+        key: NAMES[x.to] for key, x in kind.references().items() if kind.model_fields[key].is_required()
+    }
+    if name == "distance":
+        named = {"bodies": ["ground", NAMES["bodies"]]}
     return {"name": f"seen_{name}", "type": name, **named, **kind.example, **more}
 
 
 def scenario(*named: dict[str, Any], **more: Any) -> dict[str, Any]:
     data = rig(**more)
     data["model"]["drivers"] = [{"name": "turn", "joint": "sleeve", "coordinate": "angle", "value": "0.7 + 1.5*t"}]
-    return data | {"quantities": list(named)}
+    types = {x["type"] for x in named}
+    data["model"] |= {"contacts": [FLOOR] if "contact" in types else [], "limits": [STOP] if "limit" in types else []}
+    return data | {"quantities": list(named), "events": [HOLD] if "lock" in types else []}
 
 
 def model_of(name: str, **more: Any) -> Model:
@@ -65,7 +77,8 @@ def test_parts_have_the_numbers_that_rows_give_and_levels_say_what_they_read(nam
     (quantity,) = m.quantities
     now = Instant(tuple(tuple(graph.inputs("state", ELEMENT, ELEMENT * i)) for i in range(2)), graph.input("clock", 0))
     numbers = [graph.inputs("seen", n, 100 * n) for n in (12, 3, 3, 1)]
-    observed = Observed(numbers[0], numbers[1], numbers[2], [numbers[3]])
+    switches = {(x.what, x.name): graph.inputs("seen", x.rows, 500) for x in switches_of(m)}
+    observed = Observed(numbers[0], numbers[1], numbers[2], [numbers[3]], switches)
     found = dict(quantities.observe(m, now, observed))
     parts = quantities.parts(m, quantity)
     assert {quantities.joined(quantity.name, x.name): len(x.components) for x in parts} == {
@@ -92,10 +105,9 @@ def test_what_formulas_know_before_the_check_is_what_the_model_gives(name: str) 
 @pytest.mark.parametrize(("name", "key"), REFERENCES)
 def test_a_name_that_nothing_has_is_refused_at_its_place(name: str, key: str) -> None:
     kind = QUANTITIES[name].references()[key].to
-    listed = name == "momentum"
-    wrong = f"{NAMES[kind]}_"
+    listed, wrong = LISTED.get(name, 0), f"{NAMES[kind]}_"
     with pytest.raises(ScenarioError) as caught:
-        resolve(scenario(keys_of(name, **{key: [wrong] if listed else wrong})))
+        resolve(scenario(keys_of(name, **{key: [wrong, "ground"][:listed] if listed else wrong})))
     at = f"quantities.seen_{name}.{key}{'[0]' if listed else ''}"
     assert str(caught.value).startswith(f'{at} = "{wrong}": is not a {SINGULAR[kind]} of the model; ')
 
