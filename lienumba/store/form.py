@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
-NUMBERED = (RUN[0], FULL)  # dimensions whose labels are whole numbers
+NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique")  # attributes of variables
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")

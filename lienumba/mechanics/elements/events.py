@@ -15,6 +15,7 @@ from lienumba.keys.types import NAME_RULE, OR_FORMULA, Name, Positive, Section, 
 from lienumba.mechanics.elements.locks import chosen
 from lienumba.mechanics.mechanism import model
 from lienumba.numerics.expressions import Formula
+from lienumba.words import listed
 
 CLOSING = 0.02  # m or rad
 JOINT, COORDINATE, PARAMETERS, CLOSES, ONCE = "joint", "coordinate", "parameters", "closing", "once"
@@ -59,7 +60,7 @@ def ends_run(action: object) -> bool:
 
 def having(key: str) -> str:
     """The actions that have a key, in words."""
-    return " or ".join(f'"{action.name}"' for action in ACTIONS.values() if key in action.keys)
+    return listed([f'"{action.name}"' for action in ACTIONS.values() if key in action.keys], "or")
 
 
 class Event(Section):
@@ -70,7 +71,7 @@ class Event(Section):
         description='a condition of quantities, parameters and t, such as "pointing.angle > 20*deg"'
     )
     action: Annotated[str, NameOf(ACTIONS)] = Field(default=RECORD.name, description=described())
-    joint: str | None = Field(default=None, description="the name of the joint that is locked, released, ...")
+    joint: str | None = Field(default=None, description="the name of the joint that is locked, released or engaged")
     coordinate: str | None = Field(
         default=None, description="which of its coordinates is locked or unlocked (or omit it: all)"
     )

@@ -26,7 +26,7 @@ class Limit(Section):
     low: Number | None = Field(default=None, description="the least value in rad or m (or omit it: none)")
     high: Number | None = Field(default=None, description="the largest value in rad or m (or omit it: none)")
     restitution: Share = Field(
-        default=0.0, description="of an impact, from 0 (nothing comes back) to 1 (as fast as it came)"
+        default=0.0, description="the restitution, from 0 (nothing comes back of an impact) to 1 (as fast as it came)"
     )
     rest_speed: NotNegative | None = Field(
         default=None,

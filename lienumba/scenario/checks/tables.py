@@ -43,7 +43,7 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
                 formula.text,
             )
     for tokens, formula in parameters.places.items():
-        if tokens[0] == "drivers" and not formula.used & parameters.quantities and parameters.reads(formula):
+        if tokens[0] == "drivers" and not parameters.follows(formula) and parameters.reads(formula):
             at = paths.written(tokens)
             prescribes_rate = tokens[2] == "rate"
             check_function(at, formula.text, parameters.number(formula, values), prescribes_rate, report)
@@ -67,7 +67,7 @@ def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, For
     """The places where a table is read at a function of the time, with its name and argument."""
     for tokens, formula in parameters.places.items():
         for name, argument in formula.table_calls():
-            if not argument.used & parameters.quantities and "t" in argument.used:
+            if not parameters.follows(argument) and "t" in argument.used:
                 yield tokens, formula, name, argument
 
 

@@ -108,8 +108,11 @@ class Parameters:
 
     def reads(self, formula: Formula) -> bool:
         """Whether a formula depends on tables, quantities or what events set."""
-        stated = formula.used & (self.quantities | self.tables.keys())
-        return bool(stated or (self.held and self.all_used(formula) & self.held))
+        return bool(formula.used & self.tables.keys()) or self.follows(formula)
+
+    def follows(self, formula: Formula) -> bool:
+        """Whether a formula depends on what only a run decides: quantities, and what events set."""
+        return bool(formula.used & self.quantities or (self.held and self.all_used(formula) & self.held))
 
     def restore(self, model: Keys) -> None:
         """Put the texts of the formulas back into a model, in place."""

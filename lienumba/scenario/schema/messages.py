@@ -159,6 +159,8 @@ def _kind(kind: str, form: str) -> str:
         return f"{article} {form} joint"
     if kind == SHAPES:
         return f"{article} {form}"
+    if kind == "contacts":
+        return f"a {form} contact"
     if kind == "forces":
         return f"a force of type {form}"
     return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"

@@ -70,7 +70,7 @@ class ContactType(Section):
         default=[ZERO, ZERO], description="two points in m, each with 3 numbers in the frame of its own body"
     )
     restitution: Share = Field(
-        default=0.0, description="of an impact, from 0 (nothing comes back) to 1 (as fast as it came)"
+        default=0.0, description="the restitution, from 0 (nothing comes back of an impact) to 1 (as fast as it came)"
     )
     friction: AnyFriction = Field(
         default=0.0, description="the coefficient of friction, at least 0, or { static = ..., kinetic = ... }"

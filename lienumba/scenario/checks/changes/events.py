@@ -110,8 +110,8 @@ def _check_waiting(acting: list[Event], lists: Lists, report: Report) -> None:
         if not any(x.action == ENGAGE.name and x.joint == joint["name"] for x in acting):
             report.warn(f"{place}.active", "no event engages it", 'give one action = "engage"', False)
         kind = JOINTS.get(str(joint.get("type")))
-        freedoms = kind.freedoms() if kind is not None else ()
-        for key in (*(y for x in freedoms for y in (x.name, x.rate)), "locked"):
+        freedoms, together = (kind.freedoms(), kind.together or ()) if kind is not None else ((), ())
+        for key in (*(y for x in freedoms for y in (x.name, x.rate)), *together, "locked"):
             if key in joint:
                 rule, remedy = "is of the start, where the joint is not active", "leave it out"
                 report.add(f"{place}.{key}", rule, remedy, joint[key])
