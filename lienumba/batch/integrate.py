@@ -9,13 +9,18 @@ import numpy as np
 from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
-from lienumba.integrators.layout import on_row, record_rows, state_rows
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.layout import ACT_NUMBERS, SWITCH_NUMBERS, on_row, record_rows, state_rows
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
 COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are one
+NO_EVENTS = Plan(
+    np.zeros(0, np.int64), np.zeros((0, ACT_NUMBERS), np.int64), np.zeros(0, np.int64), np.zeros(0),
+    np.zeros((0, SWITCH_NUMBERS), np.int64),
+)  # fmt: skip
 SKIPPED = -1.0  # the code of lanes behind the last run
 
 
@@ -36,7 +41,7 @@ class Batch:
     parameters: floats, arrays (runs,), or a table's Numbers; states (runs, 18 k + augmented) at the start; codes
     (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
-    stops: of each event, whether it ends a run; changes: how many of a run are told; at_events: whether states at
+    plan: what events do; changes: how many of a run are told; at_events: whether states at
     events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
     those of the moves are read from them.
     """
@@ -52,7 +57,7 @@ class Batch:
     iterations: int
     discontinuities: tuple[Discontinuity, ...] = ()
     pace: Pace | None = None
-    stops: tuple[bool, ...] = ()
+    plan: Plan = NO_EVENTS
     changes: int = 0
     at_events: bool = False
     bodies: int = 0
@@ -165,7 +170,7 @@ class Told(NamedTuple):
     @staticmethod
     def of(batch: Batch, blocks: int) -> "Told":
         """Nothing yet."""
-        events = len(batch.stops)
+        events = len(batch.plan.stops)
         times, changes = np.full((blocks, events, W), np.nan), np.full((blocks, batch.changes, 5, W), np.nan)
         states = np.zeros((blocks, events * batch.at_events, state_rows(batch.machine.sizes), W))
         return Told(times, np.zeros_like(times), states, changes, *np.zeros((2, blocks, W)))
@@ -192,14 +197,13 @@ def _queued(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
     first = 0.0 if batch.pace is None else batch.pace.first
     firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
     ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
-    stops = np.array(batch.stops, np.int64)
     every = (  # a `lane_queue.ChunkRuns`
         states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, *told
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
-        machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, stops, batch.iterations, batch.tolerance,
-        machine.buffer(), np.zeros((5, W), np.int64), progress, stop,
+        machine.kernels, machine.nodes, machine.sizes, every, outputs, pace, batch.plan, batch.iterations,
+        batch.tolerance, machine.buffer(), np.zeros((5, W), np.int64), progress, stop,
     )  # fmt: skip
     return np.where(ends == pace[0], batch.end, ends), steps, rejected
 

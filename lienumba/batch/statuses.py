@@ -14,6 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED = 10, 11, 12, 13
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -56,4 +57,27 @@ STATUSES = (
         "integrator.min_step, or see whether a force jumps or is stiff",
     ),
     Status(STOPPED, "stopped_by_event", "ended by an event, as asked for"),
+    Status(
+        NOT_CLOSED,
+        "not_closed",
+        "a joint was to be engaged whose parts were further apart than events.closing; engage it where they meet, or "
+        "give a larger closing",
+    ),
+    Status(
+        CHATTERING,
+        "chattering",
+        "contacts, friction or events changed again and again without end at nearly one time; give contacts a "
+        "rest_speed, or events conditions that do not undo each other",
+    ),
+    Status(
+        PARADOX,
+        "friction_paradox",
+        "friction pushes a sliding contact into its partner, so that no acceleration fits (Painleve's paradox); give "
+        "less friction, or a compliant contact",
+    ),
+    Status(
+        UNSOLVED,
+        "contacts_not_solved",
+        "the impulses or forces of contacts were not found; give less friction, or fewer contacts that say the same",
+    ),
 )

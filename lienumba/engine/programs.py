@@ -97,6 +97,7 @@ def compiled_of(
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
+    from lienumba.batch.actions import plan
     from lienumba.batch.integrate import Batch
     from lienumba.integrators.tracing import joint_states
     from lienumba.integrators.tracing.tracer import split
@@ -120,7 +121,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         iterations=data.projection.max_iterations,
         discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
-        stops=tuple(event.stop for event in prepared.model.events),
+        plan=plan(prepared.model, program.held),
         changes=changes_told(prepared.model, data.output.max_changes),
         at_events=bool(data.output.at_events),
         bodies=len(prepared.model.bodies),

@@ -31,9 +31,10 @@ CLOCK = TOLERANCE + TOLERANCES
 # time; H: the step to be tried (s); JUMP: the next discontinuity, on which a step must end; GRID: the steps of one
 # length so far; UNTIL: the end of the step; DUE: the time that is stored next; BUSY: whether there is a run; FRESH:
 # whether it has just begun; STALE: whether F is not known at its state; TRIAL: the code of the step; STATUS: of the
-# run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes.
+# run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
+# of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, LANES = range(9, 18)
+FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, LANES = range(9, 22)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
@@ -49,6 +50,10 @@ SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_M
 BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
 OFF, STICK, SLIDE = range(3)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, CONTACT_NUMBERS = range(7)
+# What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
+# value, and whether it acts only once.
+ACTION, TARGET, TARGETS, VALUE, ONCE, ACT_NUMBERS = range(6)
+RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 
 
@@ -234,6 +239,28 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
+CHANGE_VECTORS = 12  # rows of numbers with which changes of one run are worked out
+
+
+@kernel
+def change_impulses(sizes: Sizes) -> int:
+    """The impulses of all switched rows, behind what `border` writes."""
+    return border_rows(sizes)
+
+
+@kernel
+def change_room(sizes: Sizes) -> int:
+    """Behind them, where one lane at a time is worked on: two matrices of q rows, and vectors."""
+    return change_impulses(sizes) + sizes.switched
+
+
+@kernel
+def change_rows(sizes: Sizes) -> int:
+    """Of all this; none without switches."""
+    q = sizes.switched
+    return change_room(sizes) - (-q * (2 * q + 1 + CHANGE_VECTORS) // W) if q > 0 else 0
+
+
 @kernel
 def record_rows(sizes: Sizes) -> int:
     """Of what is stored: a state, what is observed of it, and the iterations of the projections."""
@@ -278,7 +305,7 @@ class Workspace(NamedTuple):
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes, control: see
     above; now, following: iterates of a projection, for which there is room in `state` as well, and in `new` where the
     slopes are no longer needed; u: the argument of a stage; conditions: of events, at the start and
-    at the end of a step, and when they come true; work: of the kernels.
+    at the end of a step, and when they come true; change: what decides about modes; work: of the kernels.
     """
 
     state: int
@@ -292,6 +319,7 @@ class Workspace(NamedTuple):
     u: int
     conditions: int
     table: int
+    change: int
     parameters: int
     work: int
 
@@ -299,7 +327,9 @@ class Workspace(NamedTuple):
 @kernel
 def workspace(sizes: Sizes) -> Workspace:
     """The regions, one behind the other."""
-    iterate = max(state_rows(sizes) + sizes.correction + VERDICT + sizes.chord, sizes.events)
+    iterate = max(state_rows(sizes) + sizes.correction + VERDICT + sizes.chord, event_rows(sizes))
+    if sizes.switches > 0:
+        iterate = max(iterate, kick_rows(sizes))
     new = iterate
     slopes = new + first_slope(sizes)
     control = slopes + control_row(sizes)
@@ -308,8 +338,9 @@ def workspace(sizes: Sizes) -> Workspace:
     clock = following + iterate
     lanes = clock + CLOCK
     u = lanes + LANES
-    conditions = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = conditions + 3 * sizes.events
-    parameters = table + table_rows(sizes.exchangeable)
+    places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
+    table = places + 3 * conditions(sizes)
+    change = table + table_rows(sizes.exchangeable)
+    parameters = change + change_rows(sizes)
     work = parameters + sizes.parameters
-    return Workspace(0, new, slopes, control, now, following, clock, lanes, u, conditions, table, parameters, work)
+    return Workspace(0, new, slopes, control, now, following, clock, lanes, u, places, table, change, parameters, work)

@@ -66,7 +66,7 @@ def _push(p: Problem, row: int, change: float) -> None:
 
 
 @apart
-def _eliminate(matrix: np.ndarray, n: int, x: np.ndarray) -> None:
+def eliminate(matrix: np.ndarray, n: int, x: np.ndarray) -> None:
     """Solve a system of n rows, the right-hand side in column n, by complete pivoting; what nothing says is 0.
     The matrix is used up."""
     scale = 0.0
@@ -108,7 +108,7 @@ def _hold(p: Problem, first: int, rows: int) -> None:
         for j in range(rows):
             p.matrix[i, j] = p.S[first + i, first + j]
         p.matrix[i, rows] = -p.rates[first + i]
-    _eliminate(p.matrix, rows, p.step)
+    eliminate(p.matrix, rows, p.step)
     for i in range(rows):
         _push(p, first + i, p.step[i])
 
@@ -276,7 +276,7 @@ def _newton(p: Problem) -> float:
             break
         if worst <= EXACT * _largest(p) or not worst < np.inf:
             break
-        _eliminate(p.matrix, q, p.step)
+        eliminate(p.matrix, q, p.step)
         for i in range(q):
             p.x[i] += p.step[i]
     for i in range(q):

@@ -1,4 +1,8 @@
-"""Events: conditions that become true, located on the continuous extension of the open step."""
+"""Events: conditions that become true, located on the continuous extension of the open step.
+
+Where the mechanism changes, what the step was computed with is as good as the method at its ends alone: a step that has
+a change inside is tried again, to end on it. A series is as good everywhere.
+"""
 
 import numpy as np
 
@@ -8,12 +12,37 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.workspace import Rows
-from lienumba.integrators.layout import FRESH, PICKED, STATUS, UNTIL, Sizes, T, Workspace
+from lienumba.integrators.layout import (
+    ACTION,
+    BUSY,
+    CHANGED,
+    CUT,
+    FRESH,
+    LOCKS,
+    OFF,
+    ONCE,
+    OPENS,
+    PICKED,
+    RECORDS,
+    RELEASES,
+    SETS,
+    SLIDES,
+    STATUS,
+    SWITCH_KIND,
+    TARGET,
+    TARGETS,
+    UNILATERAL,
+    UNTIL,
+    Sizes,
+    T,
+    Workspace,
+)  # fmt: skip
 
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
 LONGEST_SEARCH = 200  # of tries
+EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
 
 
 @inlined
@@ -28,12 +57,13 @@ def _margin(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: La
 
 @apart
 def locate(
-    kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, before: Lanes, after: Lanes, lanes: Mask
-) -> Lanes:
+    kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, end: Lanes, before: Lanes, after: Lanes,
+    lanes: Mask,
+) -> Lanes:  # fmt: skip
     """The fraction of the open step at which a condition is true, directly behind one at which it is not, in these
-    lanes; before, after: what it is at the ends of the step. By Chandrupatla's method: inverse quadratic interpolation
-    where three values allow it, else halves."""
-    low, high, f_low, f_high = splat(0.0), splat(1.0), before, after
+    lanes; before, after: what it is at the start and at the fraction `end`. By Chandrupatla's method: inverse
+    quadratic interpolation where three values allow it, else halves."""
+    low, high, f_low, f_high = splat(0.0), end, before, after
     third, f_third = splat(0.0), before  # the end that was replaced last
     newest_low, part = (
         splat(1.0),
@@ -76,101 +106,167 @@ def _part(low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_
 
 
 @apart
-def _note(
-    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, stops: np.ndarray, lane: int
-) -> float:
-    """Note the events of a lane, up to the one that stops it; returns its time, infinite if there is none."""
-    block, place, times = queue.block[lane], queue.lane[lane], first.conditions + 2 * sizes.events
-    stop = NEVER
-    for event in range(sizes.events):
-        if stops[event] != 0 and rows[times + event, lane] < stop:
-            stop = rows[times + event, lane]
+def note(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, until: float) -> None:
+    """Note the events of a lane up to a time."""
+    block, place, times = queue.block[lane], queue.lane[lane], first.conditions + 2 * layout.conditions(sizes)
     for event in range(sizes.events):
         time = rows[times + event, lane]
-        if time <= stop and time < NEVER:
+        if time <= until and time < NEVER:
             if runs.event_counts[block, event, place] == 0.0:
                 runs.event_times[block, event, place] = time
             runs.event_counts[block, event, place] += 1.0
-    return stop
 
 
 @apart
-def _keep_state(
-    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, event: int, source: int, lane: int
-) -> None:
-    """Keep the state of a lane, from the rows that begin at `source`, for the first time that an event happens."""
+def keep_state(first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, event: int, source: int) -> None:
+    """Keep the state at an event that is the first of its kind, where they are wanted."""
     block, place = queue.block[lane], queue.lane[lane]
-    if runs.event_counts[block, event, place] == 0.0:
-        for row in range(layout.state_rows(sizes)):
+    if event < runs.event_states.shape[1] and runs.event_counts[block, event, place] == 0.0:
+        for row in range(runs.event_states.shape[2]):
             runs.event_states[block, event, row, place] = rows[source + row, lane]
+
+
+@inlined
+def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> tuple[float, float]:
+    """When an event stops the run of a lane, and when the mechanism changes before that; infinite if never."""
+    times, stop, change = first.conditions + 2 * layout.conditions(sizes), NEVER, NEVER
+    for event in range(sizes.events):
+        if plan.stops[event] != 0:
+            stop = min(stop, rows[times + event, lane])
+        elif plan.acts[event, ACTION] != RECORDS:
+            change = min(change, rows[times + event, lane])
+    for condition in range(sizes.events, layout.conditions(sizes)):
+        change = min(change, rows[times + condition, lane])
+    return stop, change if change < stop else NEVER
 
 
 @apart
 def start_events(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    stops: np.ndarray,
+    plan: Plan,
 ) -> None:  # fmt: skip
-    """The conditions of runs that begin; one that is true at once is an event at the start."""
+    """The conditions of runs that begin; one that is true at once is an event at the start. With switches runs begin
+    with a change: it says what touches."""
+    count = layout.conditions(sizes)
     fresh = load(at.lanes, FRESH) != 0.0
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
-    stages.commit(fresh, at.conditions, at.following, sizes.events)
+    stages.commit(fresh, at.conditions, at.following, count)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
-            for event in range(sizes.events):
-                true = rows[first.conditions + event, lane] > 0.0
-                rows[first.conditions + 2 * sizes.events + event, lane] = 0.0 if true else NEVER
-                if true and runs.event_states.shape[1] > 0:
-                    _keep_state(sizes, first, rows, runs, queue, event, first.state, lane)
-            if _note(sizes, first, rows, runs, queue, stops, lane) < NEVER:
-                rows[first.lanes + STATUS, lane] = codes.STOPPED
+            for condition in range(count):
+                true = condition < sizes.events and rows[first.conditions + condition, lane] > 0.0
+                rows[first.conditions + 2 * count + condition, lane] = 0.0 if true else NEVER
+                if true:
+                    keep_state(first, rows, runs, queue, lane, condition, first.state)
+            stop, change = _leaves(sizes, first, rows, plan, lane)
+            note(sizes, first, rows, runs, queue, lane, 0.0)
+            rows[first.lanes + STATUS, lane] = codes.STOPPED if stop < NEVER else 0.0
+            changes = stop == NEVER and (change < NEVER or sizes.switches > 0)
+            rows[first.lanes + CHANGED, lane] = 1.0 if changes else 0.0
+
+
+@apart
+def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, event: int) -> None:
+    """PICKED where an event would do something: what is locked is not locked again."""
+    action, on = plan.acts[event, ACTION], first.state + layout.on_row(sizes)
+    for lane in range(W):
+        turns, useful = LOCKS <= action <= RELEASES, action == SETS
+        for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+            if turns:
+                holds = rows[on + plan.targets[n], lane] != OFF
+                useful = useful or (holds if action == RELEASES else not holds)
+        if plan.acts[event, ONCE] != 0 and rows[first.lanes + BUSY, lane] != 0.0:
+            useful = useful and runs.event_counts[queue.block[lane], event, queue.lane[lane]] == 0.0
+        rows[first.lanes + PICKED, lane] = 1.0 if useful else 0.0
+
+
+@apart
+def _find(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, turned: Mask
+) -> None:  # fmt: skip
+    """When a condition becomes true in these lanes, to its time. Of an open gap that begins to grow it is looked for
+    the time at which it closed before, if it did."""
+    count = layout.conditions(sizes)
+    new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
+    before, after = load(at.conditions, n), load(new, n)
+    before = choose(before < 0.0, before, -after)  # at 0, where something has just closed or opened
+    fraction = locate(kernels, at, n, t, length, splat(1.0), before, after, turned)
+    switch = (n - sizes.events) // layout.CONDITIONS
+    second = n >= sizes.events and (n - sizes.events) % layout.CONDITIONS == SLIDES
+    if second and plan.switches[switch, SWITCH_KIND] == UNILATERAL:
+        gap, on = n - SLIDES + OPENS, load(at.state, layout.on_row(sizes) + switch)
+        deep = _margin(kernels, at, gap, t, length, fraction)
+        dips = turned & (on == float(OFF)) & (deep > 0.0) & (load(times, gap) == NEVER)
+        turned = turned & (on != float(OFF))
+        if any_lane(dips):
+            part = locate(kernels, at, gap, t, length, fraction, -deep, deep, dips)
+            store(times, gap, choose(dips, t + part * length, load(times, gap)))
+        store(at.clock, layout.TIME, t)
+    time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
+    store(times, n, choose(turned, time, load(times, n)))
 
 
 @apart
 def find_events(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, stops: np.ndarray, good: Mask, t: Lanes, length: Lanes,
+    queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
 ) -> Lanes:  # fmt: skip
-    """What happens within the step in the lanes `good`; returns the time at which an event stops a run, infinite where
-    none does, and the end of the step at least."""
-    count = sizes.events
+    """What happens within the step in the lanes `good`; returns the time at which it is left, because an event stops
+    the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
+    step is to be tried again, to end on a change, the time of that is its CUT, and -1 is returned."""
+    count, extended, happened = layout.conditions(sizes), False, splat(0.0)
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
+    store(at.lanes, CHANGED, splat(0.0))
     store(at.clock, layout.TIME, load(at.lanes, UNTIL))
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
-    happened, extended = splat(0.0), False
-    for event in range(count):
-        before, after = load(at.conditions, event), load(new, event)
-        turned = good & (after > 0.0) & (choose(before > 0.0, 1.0, 0.0) == 0.0)
-        store(times, event, splat(NEVER))
+    for n in range(count):
+        turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
+        store(times, n, splat(NEVER))
+        if n < sizes.events and plan.acts[n, ACTION] != RECORDS and any_lane(turned):
+            _acts(sizes, first, rows, runs, queue, plan, n)
+            turned = turned & (load(at.lanes, PICKED) != 0.0)
         if any_lane(turned):
             if not extended:
                 stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
                 extended = True
-            fraction = locate(kernels, at, event, t, length, before, after, turned)
-            time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
-            store(times, event, choose(turned, time, splat(NEVER)))
+            _find(kernels, sizes, at, plan, n, t, length, turned)
             happened = choose(turned, splat(1.0), happened)
-            if runs.event_states.shape[1] > 0:
-                between(kernels, at, fraction)
-                stages.commit(turned & (fraction == 1.0), at.now, at.new, layout.state_rows(sizes))
+            if n < runs.event_states.shape[1]:
+                between(kernels, at, (load(times, n) - t) / length)
+                ends = turned & (load(times, n) == load(at.lanes, UNTIL))
+                stages.commit(ends, at.now, at.new, layout.state_rows(sizes))
                 store(at.lanes, PICKED, choose(turned, splat(1.0), splat(0.0)))
                 for lane in range(W):
                     if rows[first.lanes + PICKED, lane] != 0.0:
-                        _keep_state(sizes, first, rows, runs, queue, event, first.now, lane)
-    stages.commit(good, at.conditions, new, count)
+                        keep_state(first, rows, runs, queue, lane, n, first.now)
     store(at.lanes, PICKED, happened)
+    exact = kernels[layout.EXPAND] != 0
     for lane in range(W):
-        stop = NEVER
+        leaves = NEVER
         if rows[first.lanes + PICKED, lane] != 0.0:
-            stop = _note(sizes, first, rows, runs, queue, stops, lane)
-        rows[first.lanes + PICKED, lane] = stop
-    return load(at.lanes, PICKED)
+            stop, change = _leaves(sizes, first, rows, plan, lane)
+            part = (change - rows[first.clock + layout.TIME, lane]) / rows[first.clock + layout.LENGTH, lane]
+            leaves = min(stop, change)
+            if change < NEVER and not exact and EDGE < part < 1.0 - EDGE:
+                rows[first.lanes + CUT, lane], leaves = change, -1.0
+            else:
+                note(sizes, first, rows, runs, queue, lane, leaves)
+                rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
+        rows[first.lanes + PICKED, lane] = leaves
+    left = load(at.lanes, PICKED)
+    stages.commit(good & (left >= 0.0), at.conditions, new, count)
+    return left
 
 
 @inlined
-def stop_runs(sizes: Sizes, at: Workspace, stop: Lanes, good: Mask) -> None:
-    """Runs that an event has stopped end there; where that is within the step, in the state that is in `now`."""
-    stopped = good & (stop < NEVER)
-    stages.commit(stopped & (stop < load(at.lanes, UNTIL)), at.state, at.now, layout.state_rows(sizes))
+def leave(sizes: Sizes, at: Workspace, left: Lanes, good: Mask) -> None:
+    """Runs that leave their step, in the state that is in `now` where that is within it; those that an event has
+    stopped end there."""
+    leaves = good & (left < NEVER)
+    stages.commit(leaves & (left < load(at.lanes, UNTIL)), at.state, at.now, layout.state_rows(sizes))
+    stopped = leaves & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(stopped, splat(codes.STOPPED), load(at.lanes, STATUS)))
-    store(at.lanes, T, choose(stopped, stop, load(at.lanes, T)))
+    t = choose(leaves, left, load(at.lanes, T))
+    store(at.lanes, T, t)
+    store(at.lanes, CUT, choose(good & (t >= load(at.lanes, CUT)), splat(NEVER), load(at.lanes, CUT)))

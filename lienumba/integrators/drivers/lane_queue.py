@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, store
-from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, apart, inlined
+from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, Integers2, apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.workspace import Rows
@@ -16,6 +16,7 @@ from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,
     BUSY,
+    CUT,
     DUE,
     FRESH,
     GRID,
@@ -66,6 +67,18 @@ class ChunkRuns(NamedTuple):
     energy_lost: Floats2
 
 
+class Plan(NamedTuple):
+    """What happens at events. stops (events,): whether it ends a run; acts (events, 6): see `layout.ACTION`; targets:
+    of all events; closing (events,): by how much (m or rad) rows may be violated that it turns on; switches (s, 6): see
+    `layout.SWITCH_KIND`."""
+
+    stops: Integers1
+    acts: Integers2
+    targets: Integers1
+    closing: Floats1
+    switches: Integers2
+
+
 class Queue(NamedTuple):
     """(W,): of each lane the block and the lane where its run is kept, its next output and discontinuity; next (1,):
     run."""
@@ -103,6 +116,7 @@ def fill(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue)
     rows[first.clock + layout.MEMORY, lane] = 0.0
     rows[own + H, lane] = runs.first_steps[block, place]
     rows[own + JUMP, lane] = runs.discontinuities[block, 0, place]
+    rows[own + CUT, lane] = NEVER
     return True
 
 
@@ -163,6 +177,7 @@ def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
         until = (load(lanes, GRID) + 1.0) * h
     grid = until
     until = choose(load(lanes, JUMP) < until, load(lanes, JUMP), until)
+    until = choose(load(lanes, CUT) < until, load(lanes, CUT), until)
     rest = until - t
     if h == 0.0:
         half = choose(2.0 * wanted > rest, t + 0.5 * rest, t + wanted)

@@ -7,13 +7,14 @@ and observed afterwards, block by block. With steps of one length it is for even
 
 import numpy as np
 
-from lienumba.compiler.lanes import Address, Mask, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats1, Integers1, Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import between, keep_between, keep_ends, observe
-from lienumba.integrators.drivers.events import find_events, start_events, stop_runs
+from lienumba.integrators.drivers.events import find_events, leave, start_events
 from lienumba.integrators.drivers.lane_queue import (
     END,
     LONGEST,
@@ -21,6 +22,7 @@ from lienumba.integrators.drivers.lane_queue import (
     STEP,
     TOLERANCE,
     ChunkRuns,
+    Plan,
     Queue,
     accept,
     fill,
@@ -37,6 +39,7 @@ from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,
     BUSY,
+    CHANGED,
     DUE,
     FRESH,
     GRID,
@@ -57,7 +60,7 @@ from lienumba.integrators.layout import (
 @apart
 def _next_runs(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    outputs: np.ndarray, stops: np.ndarray,
+    outputs: np.ndarray, plan: Plan, pace: np.ndarray, limit: int, tolerance: float, table: Rows,
 ) -> bool:  # fmt: skip
     """Give every lane without a run the next one, and store its start; whether any lane has a run."""
     fresh, busy = False, False
@@ -71,8 +74,11 @@ def _next_runs(
         store(at.clock, layout.TIME, splat(0.0))
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
         commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, layout.element_rows(sizes))
-    if sizes.events > 0:
-        start_events(kernels, sizes, at, first, rows, runs, queue, stops)
+    if layout.conditions(sizes) > 0:
+        store(at.lanes, CHANGED, splat(0.0))
+        start_events(kernels, sizes, at, first, rows, runs, queue, plan)
+        if any_lane(load(at.lanes, CHANGED) != 0.0):
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], table, limit, tolerance)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
             keep(lane, rows, first, sizes, runs, queue, outputs, first.state, True)
@@ -138,8 +144,10 @@ def _try(
 
 
 @inlined
-def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: Rows, pace: np.ndarray) -> None:
-    """The step is done in the lanes `good`."""
+def _move(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, left: Lanes, table: Rows, pace: np.ndarray
+) -> None:
+    """The step is done in the lanes `good`, which leave it at the time `left`, or at its end."""
     rows, lanes, x = layout.state_rows(sizes), at.lanes, at.state
     until, grid = load(lanes, UNTIL), load(lanes, GRID)
     store(at.clock, layout.TIME, until)
@@ -147,7 +155,7 @@ def _move(kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, table: R
     store(lanes, T, choose(good, until, load(lanes, T)))
     counted = good
     if pace[STEP] > 0.0:
-        counted = good & (until == (grid + 1.0) * pace[STEP])
+        counted = good & (until == (grid + 1.0) * pace[STEP]) & ((left >= until) | (load(lanes, CHANGED) == 0.0))
     store(lanes, GRID, choose(counted, grid + 1.0, grid))
     store(lanes, ACCEPTED, choose(counted, load(lanes, ACCEPTED) + 1.0, load(lanes, ACCEPTED)))
     _take(good, sizes, at.slopes)
@@ -183,14 +191,14 @@ def _end_on_discontinuity(
 
 def drive(
     kernels: Integers1, nodes: Floats1, sizes: Sizes, runs: ChunkRuns, outputs: Floats1, pace: Floats1,
-    stops: Integers1, limit: int, tolerance: float, buffer: Floats1, places: Integers2, progress: Integers1,
+    plan: Plan, limit: int, tolerance: float, buffer: Floats1, places: Integers2, progress: Integers1,
     stop: Integers1,
 ) -> None:  # fmt: skip
     """Integrate all runs.
 
     outputs: the times to be stored, from 0 on; pace: the end of the runs, the step where steps are of one length (else
-    0), the longest and the shortest step, and the numbers of a `step_control.Tolerance`; stops: of each event, whether
-    it ends a run; limit and tolerance: of the projections; places (5, W): room for a `Queue`; the rest as in
+    0), the longest and the shortest step, and the numbers of a `step_control.Tolerance`; limit and tolerance: of the
+    projections; places (5, W): room for a `Queue`; the rest as in
     `fixed_step.drive`.
     """
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
@@ -205,7 +213,9 @@ def drive(
         if stop[0] != 0:
             return
         if fresh:
-            if not _next_runs(kernels, sizes, at, first, rows, runs, queue, outputs, stops):
+            if not _next_runs(
+                kernels, sizes, at, first, rows, runs, queue, outputs, plan, pace, limit, tolerance, table
+            ):
                 break
             for n in range(pace.size - TOLERANCE):
                 store(at.clock, layout.TOLERANCE + n, splat(pace[TOLERANCE + n]))
@@ -218,29 +228,31 @@ def drive(
         given, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)
         busy = given & (load(lanes, STATUS) == 0.0)
         good = busy & (trial == 0.0)
+        left = splat(NEVER)
         if pace[STEP] > 0.0:
             store(lanes, STATUS, choose(busy, trial, load(lanes, STATUS)))
         else:
             good = good & (load(at.control, layout.ERROR) <= 1.0)
             store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))
             reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace)
+        if layout.conditions(sizes) > 0:
+            left = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+            good = good & (left >= 0.0)
+            until = choose(left < until, left, until)
+        if pace[STEP] == 0.0:
             accept(lanes, at.control, length, good, pace[LONGEST])
             store(
                 at.clock,
                 layout.MEMORY,
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
-        stopped = splat(NEVER)
-        if sizes.events > 0:
-            stopped = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, stops, good, t, length)
-            until = choose(stopped < until, stopped, until)
         due, end = load(lanes, DUE), load(lanes, UNTIL)
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
-        if any_lane(good & (stopped < end)):
-            between(kernels, at, (stopped - t) / length)
-        _move(kernels, sizes, at, good, table, pace)
-        stop_runs(sizes, at, stopped, good)
+        if any_lane(good & (left < end)):
+            between(kernels, at, (left - t) / length)
+        _move(kernels, sizes, at, good, left, table, pace)
+        leave(sizes, at, left, good)
         reached = good & (load(lanes, T) == load(lanes, JUMP))
         if any_lane(reached):
             store(at.clock, layout.TIME, load(lanes, T))
@@ -249,6 +261,8 @@ def drive(
         ended = good & (due == load(lanes, T)) & (due == end)
         if any_lane(ended):
             keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
+        if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], table, limit, tolerance)
         over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
         if any_lane(over):
             store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))

@@ -1,0 +1,41 @@
+"""What events do, as drivers know it (`lienumba.integrators.layout.ACTION`)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.layout import ACT_NUMBERS, ENGAGES, LOCKS, RECORDS, RELEASES, SETS, SWITCH_NUMBERS
+from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
+from lienumba.mechanics.mechanism.model import Event, Model
+from lienumba.mechanics.system import switches
+from lienumba.mechanics.system.switches import switches_of
+
+ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.name: ENGAGES, SET.name: SETS}
+
+
+def plan(model: Model, held: Sequence[int]) -> Plan:
+    """Of all events; held: the rows of a state in which held numbers are."""
+    acts, targets, value = [], list[int](), 0
+    for event in model.events:
+        of = _targets(model, event, held)
+        acts.append((ACTS.get(event.action, RECORDS), len(targets), len(of), value, int(event.once)))
+        targets += of
+        value += len(event.values)
+    return Plan(
+        np.array([event.stop for event in model.events], np.int64),
+        np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
+        np.array(targets, np.int64),
+        np.array([np.max(event.closing) for event in model.events], float),
+        np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
+    )
+
+
+def _targets(model: Model, event: Event, held: Sequence[int]) -> list[int]:
+    """The switches that an event turns, or the rows of a state that it sets."""
+    if event.action == SET.name:
+        return [held[place] for place, _ in event.values]
+    wanted = [(switches.LOCK, lock) for lock in event.locks]
+    if event.action in (RELEASE.name, ENGAGE.name):
+        wanted = [(switches.JOINT, event.joint)]
+    return [n for n, switch in enumerate(switches_of(model)) if (switch.what, switch.index) in wanted]

@@ -1,0 +1,307 @@
+"""What happens at a change: actions of events, impacts, and how everything goes on from there.
+
+A change is worked out in rounds at one time. In each of them events act, positions that are to close are closed, a
+complementarity problem of velocities gives impulses, and one of accelerations says what stays closed, sticks or slides
+(`reactions`). Conditions that become true by that are the next round's.
+"""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.rows import ROW, W
+from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers import complementarity, reactions, stages
+from lienumba.integrators.drivers.events import note
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.reactions import Reactions
+from lienumba.integrators.drivers.workspace import Places, Rows
+from lienumba.integrators.layout import (
+    ACTION,
+    BILATERAL,
+    CHANGED,
+    ENGAGES,
+    FRESH,
+    FRICTION,
+    ITERATIONS,
+    LOCKS,
+    MANY,
+    OFF,
+    PICKED,
+    RECENT,
+    RELEASES,
+    SETS,
+    STALE,
+    STATUS,
+    STICK,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    SWITCH_MEMORIES,
+    SWITCH_MEMORY,
+    SWITCH_ROWS,
+    TARGET,
+    TARGETS,
+    UNILATERAL,
+    VALUE,
+    Sizes,
+    T,
+    Workspace,
+)  # fmt: skip
+
+ROUNDS = 64  # at one time
+WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
+
+
+@apart
+def change(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
+    plan: Plan, end: float, table: Rows, limit: int, tolerance: float,
+) -> None:  # fmt: skip
+    """Change the runs that are CHANGED, at their time T and state. Afterwards these have other modes, velocities and
+    conditions, or a status."""
+    x, p, lanes, switched = at.state, at.parameters, at.lanes, sizes.switches > 0
+    border, impulses = at.change, at.change + ROW * layout.change_impulses(sizes)
+    store(at.clock, layout.TIME, load(lanes, T))
+    _project(kernels, sizes, at, table, limit, tolerance)
+    for n in range(ROUNDS):
+        pending = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
+        if not any_lane(pending):
+            return
+        store(lanes, CHANGED, choose(pending, splat(1.0), splat(0.0)))
+        call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+        if switched:
+            call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
+        for lane in range(W):
+            rows[first.lanes + PICKED, lane] = 0.0
+            if rows[first.lanes + CHANGED, lane] != 0.0:
+                _remember(sizes, first, rows, lane, n == 0)
+                _act(sizes, first, rows, runs, queue, plan, lane)
+        if switched:
+            r = reactions.room(at, sizes, plan.switches)
+            closing = load(lanes, PICKED) != 0.0
+            if any_lane(closing):
+                for lane in range(W):
+                    if rows[first.lanes + PICKED, lane] != 0.0:
+                        reactions.read(r, rows, first, sizes, lane)
+                        reactions.choose_rows(r, rows, first, sizes, lane)
+                _close(kernels, sizes, at, closing, table, limit, tolerance)
+                call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
+            for lane in range(W):
+                hit = rows[first.lanes + CHANGED, lane] != 0.0
+                hit = hit and _hit(r, sizes, first, rows, runs, queue, plan, lane)
+                rows[first.lanes + PICKED, lane] = 1.0 if hit else 0.0
+            hits = load(lanes, PICKED) != 0.0
+            if any_lane(hits):
+                call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
+                stages.commit(hits, x, at.now, layout.state_rows(sizes))
+                call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
+            for lane in range(W):
+                if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
+                    _go_on(r, sizes, first, rows, runs, queue, plan, lane)
+        call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+        for lane in range(W):
+            if rows[first.lanes + CHANGED, lane] != 0.0:
+                _renew(sizes, first, rows, runs, queue, plan, lane, end)
+    endless = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
+    store(lanes, STATUS, choose(endless, splat(codes.CHATTERING), load(lanes, STATUS)))
+
+
+@apart
+def _project(kernels: np.ndarray, sizes: Sizes, at: Workspace, table: Rows, limit: int, tolerance: float) -> None:
+    """States read off within a step, onto the constraints."""
+    lanes, state = at.lanes, layout.state_rows(sizes)
+    going = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0) & (load(lanes, FRESH) == 0.0)
+    stages.copy(at.new, at.state, state)
+    places, status = Places(at.new, at.now, at.following), lanes + ROW * STATUS
+    stages.project(
+        kernels, sizes, at.parameters, places, False, at, status, going, lanes + ROW * ITERATIONS, table, limit,
+        tolerance,
+    )  # fmt: skip
+    stages.commit(going & (load(status, 0) == 0.0), at.state, at.new, state)
+
+
+@apart
+def _close(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, closing: Mask, table: Rows, limit: int, tolerance: float
+) -> None:
+    """Positions of what is to close, onto the constraints."""
+    state, status = layout.state_rows(sizes), at.lanes + ROW * STATUS
+    if kernels[layout.POSITION] == 0:
+        return
+    stages.copy(at.new, at.state, state)
+    places = Places(at.new, at.now, at.following)
+    stages.project_positions(
+        kernels, sizes, at.parameters, places, False, at, status, closing & (load(status, 0) == 0.0), table, limit,
+        tolerance,
+    )  # fmt: skip
+    stages.commit(closing & (load(status, 0) == 0.0), at.state, at.new, state)
+
+
+@inlined
+def _remember(sizes: Sizes, first: Workspace, rows: Rows, lane: int, begins: bool) -> None:
+    """What held directly before a change, for what becomes true by it."""
+    if begins:
+        for event in range(sizes.events):
+            rows[first.conditions + event, lane] = rows[first.following + event, lane]
+
+
+@inlined
+def _fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
+    """Whether a condition has become true now."""
+    return rows[first.conditions + 2 * layout.conditions(sizes) + condition, lane] == rows[first.lanes + T, lane]
+
+
+@apart
+def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int) -> None:
+    """Do what events do that come true now; PICKED where joints are to close. What locks a run as it begins remembers
+    how it begins."""
+    for s in range(sizes.switches):
+        on = rows[first.state + layout.on_row(sizes) + s, lane] != OFF
+        if rows[first.lanes + FRESH, lane] != 0.0 and on and plan.switches[s, SWITCH_KIND] == BILATERAL:
+            _turn_on(sizes, first, rows, plan, lane, s)
+    for event in range(sizes.events):
+        action = plan.acts[event, ACTION]
+        if _fired(sizes, first, rows, lane, event):
+            for n in range(plan.acts[event, TARGETS]):
+                target = plan.targets[plan.acts[event, TARGET] + n]
+                if action == SETS:
+                    value = first.following + layout.conditions(sizes) + plan.acts[event, VALUE] + n
+                    rows[first.state + target, lane] = rows[value, lane]
+                if action == RELEASES:
+                    rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
+                if LOCKS <= action <= ENGAGES:
+                    _turn_on(sizes, first, rows, plan, lane, target)
+                if action == ENGAGES:
+                    rows[first.lanes + PICKED, lane] = 1.0
+                    row = first.change + layout.border_gaps(sizes) + plan.switches[target, SWITCH_FIRST]
+                    for i in range(row, row + plan.switches[target, SWITCH_ROWS]):
+                        if max(rows[i, lane], -rows[i, lane]) > plan.closing[event]:
+                            rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
+            if action >= RELEASES:
+                tells = codes.RELEASED if action == RELEASES else codes.SET
+                _book(rows, first, runs, queue, lane, tells, event, 0.0, 0.0)
+
+
+@inlined
+def _turn_on(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, switch: int) -> None:
+    """A lock or a joint holds from now on."""
+    rows[first.state + layout.on_row(sizes) + switch, lane] = float(STICK)
+    memory = plan.switches[switch, SWITCH_MEMORY]
+    for n in range(memory, memory + plan.switches[switch, SWITCH_MEMORIES]):
+        measured = rows[first.change + layout.border_memory(sizes) + n, lane]
+        rows[first.state + layout.memory_row(sizes) + n, lane] = measured
+
+
+@apart
+def _book(
+    rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue, lane: int, kind: int, what: int, impulse: float,
+    energy: float,
+) -> None:  # fmt: skip
+    """A change, to the books."""
+    block, place = queue.block[lane], queue.lane[lane]
+    n = int(runs.change_counts[block, place])
+    if n < runs.changes.shape[1]:
+        told = runs.changes[block, n]
+        told[0, place], told[1, place], told[2, place] = rows[first.lanes + T, lane], float(kind), float(what)
+        told[3, place], told[4, place] = impulse, energy
+    runs.change_counts[block, place] += 1.0
+    runs.energy_lost[block, place] += energy
+
+
+@apart
+def _hit(
+    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
+) -> bool:
+    """Impulses of a lane, to where `kick` reads them, and to the books with what events do; whether there are any."""
+    reactions.read(r, rows, first, sizes, lane)
+    p, hit = r.problem, False
+    for s in range(sizes.switches):
+        row, on = p.switches[s, SWITCH_FIRST], rows[first.state + layout.on_row(sizes) + s, lane] != OFF
+        if p.switches[s, SWITCH_KIND] == BILATERAL and on:
+            for i in range(row, row + p.switches[s, SWITCH_ROWS]):
+                hit = hit or max(r.rates[i], -r.rates[i]) > reactions.STILL
+        if p.switches[s, SWITCH_KIND] == UNILATERAL:
+            touches = on or reactions.touches(rows, first, sizes, lane, row)
+            hit = hit or (touches and r.rates[row] < -reactions.STILL)
+    if hit and reactions.impulses(r, rows, first, sizes, lane) != complementarity.SOLVED:
+        rows[first.lanes + STATUS, lane] = codes.UNSOLVED
+    for i in range(sizes.switched):
+        rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
+    for event in range(sizes.events):
+        action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
+        if LOCKS <= action <= ENGAGES and _fired(sizes, first, rows, lane, event):
+            for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+                impulse += reactions.impulse(r, plan.targets[n])
+                energy += reactions.energy_lost(r, plan.targets[n])
+            tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
+            _book(rows, first, runs, queue, lane, tells, event, impulse, energy)
+    for s in range(sizes.switches):
+        if p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > 0.0:
+            impulse, energy = reactions.impulse(r, s), reactions.energy_lost(r, s)
+            _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
+    return hit
+
+
+@apart
+def _go_on(
+    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
+) -> None:
+    """Modes of a lane from now on, and what of that is a change, to the books."""
+    p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + 2 * layout.conditions(sizes)
+    reactions.read(r, rows, first, sizes, lane)
+    for s in range(sizes.switches):  # what was, where only events' times are of use
+        rows[before + sizes.events + s, lane] = rows[on + s, lane]
+    said = reactions.modes(r, rows, first, sizes, lane)
+    if said != complementarity.SOLVED:
+        paradox = said == complementarity.PARADOX
+        rows[first.lanes + STATUS, lane] = codes.PARADOX if paradox else codes.UNSOLVED
+    for s in range(sizes.switches):
+        was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]
+        if kind != BILATERAL and was != now:
+            tells = codes.STUCK if now == STICK else codes.SLID
+            if kind == UNILATERAL and was == OFF:
+                tells = codes.CLOSED
+            if kind == UNILATERAL and now == OFF:
+                tells = codes.OPENED
+            if kind != FRICTION or was != OFF:
+                _book(rows, first, runs, queue, lane, tells, s, 0.0, 0.0)
+
+
+@inlined
+def _decided(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
+    """Whether a condition of a switch is about what a change decides, and not the rate of an open gap."""
+    on = rows[first.state + layout.on_row(sizes) + condition // layout.CONDITIONS, lane]
+    return on != OFF or condition % layout.CONDITIONS == layout.OPENS
+
+
+@apart
+def _renew(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, end: float
+) -> None:
+    """Conditions after a change; those of events that became true by it happen now, those of switches say nothing of
+    what has just been decided."""
+    own, count = first.lanes, layout.conditions(sizes)
+    t, again = rows[own + T, lane], False
+    for n in range(count):
+        fired = n < sizes.events and _fired(sizes, first, rows, lane, n)
+        old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
+        turned = n < sizes.events and new > 0.0 and not old > 0.0 and not fired
+        rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
+        again = again or (turned and plan.acts[n, ACTION] >= LOCKS)
+        if fired:
+            new = max(new, 1e-300)
+        if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
+            new = min(new, 0.0)
+        rows[first.conditions + n, lane] = new
+    note(sizes, first, rows, runs, queue, lane, t)
+    rows[own + CHANGED, lane] = 1.0 if again else 0.0
+    rows[own + STALE, lane] = 1.0
+    rows[first.clock + layout.MEMORY, lane] = 0.0
+    if t - rows[own + RECENT, lane] > WINDOW * end:
+        rows[own + RECENT, lane], rows[own + MANY, lane] = t, 0.0
+    rows[own + MANY, lane] += 1.0
+    if rows[own + MANY, lane] > MOST:
+        rows[own + STATUS, lane] = codes.CHATTERING
+    for n in range(sizes.events):
+        if plan.stops[n] != 0 and rows[first.conditions + 2 * count + n, lane] == t:
+            rows[own + STATUS, lane] = codes.STOPPED

@@ -1,0 +1,340 @@
+"""What switched constraints do at a change, of one run: impulses, which contacts close, stick or slide, and which of
+the rows that say the same are used. Read from what the kernel `border` wrote."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lienumba.compiler.lanes import matrix
+from lienumba.compiler.routines.marks import Integers2, apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.complementarity import (
+    BOUNDED,
+    DEPENDENT,
+    FREE,
+    HOLDS,
+    PRESSES,
+    SLIDES,
+    Problem,
+    eliminate,
+    size,
+    solve,
+)
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    BILATERAL,
+    CONTACT_NUMBERS,
+    FRICTION,
+    KINETIC,
+    KINETIC_EFFORT,
+    OFF,
+    REST_SPEED,
+    RESTITUTION,
+    SLIDE,
+    STATIC,
+    STATIC_EFFORT,
+    STICK,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    SWITCH_MEMORY,
+    SWITCH_ROWS,
+    SWITCH_TANGENTS,
+    UNILATERAL,
+    Sizes,
+    Workspace,
+)  # fmt: skip
+
+TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
+STILL = 1e-9  # m/s or rad/s: what moves no faster than this is at rest
+SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
+INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
+
+
+class Reactions(NamedTuple):
+    """rates (q,): of the switched rows before; on, taken (q,): which of the rows may be used, and which are."""
+
+    problem: Problem
+    rates: np.ndarray
+    wanted: np.ndarray
+    taken: np.ndarray
+
+
+@apart
+def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
+    """Where one run at a time is worked on."""
+    q, s = sizes.switched, sizes.switches
+    address = at.change + ROW * layout.change_room(sizes)
+    v = matrix(address, q + layout.CHANGE_VECTORS, q)
+    system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
+    p = Problem(
+        v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
+        v[q + 8], system,
+    )  # fmt: skip
+    return Reactions(p, v[q + 9], v[q + 10], v[q + 11])
+
+
+@apart
+def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """S and the rates of a lane; no laws, and no impulses."""
+    p, n = r.problem, first.change
+    for i in range(sizes.switched):
+        for j in range(i + 1):
+            p.S[i, j] = p.S[j, i] = rows[n, lane]
+            n += 1
+    for i in range(sizes.switched):
+        r.rates[i] = rows[first.change + layout.border_rates(sizes) + i, lane]
+        p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
+    for s in range(sizes.switches):
+        p.law[s], p.friction[s], p.bound[s] = float(FREE), 0.0, 0.0
+
+
+@inlined
+def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> float:
+    """A coefficient of a switch."""
+    return rows[first.change + layout.border_numbers(sizes) + CONTACT_NUMBERS * switch + which, lane]
+
+
+@inlined
+def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, row: int) -> bool:
+    """Whether a contact with this normal row does."""
+    return rows[first.change + layout.border_gaps(sizes) + row, lane] <= TOUCH
+
+
+@apart
+def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
+    """Of what is hit or closed, to x; see `complementarity.solve`."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for s in range(sizes.switches):
+        kind, row, closed = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
+        if kind == BILATERAL and closed:
+            p.law[s] = float(HOLDS)
+        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, row)):
+            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, KINETIC)
+            rebound = -number(rows, first, sizes, lane, s, RESTITUTION) * p.free[row]
+            if p.free[row] < -STILL and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
+                p.free[row] -= rebound
+    return solve(p)
+
+
+@inlined
+def energy_lost(r: Reactions, switch: int) -> float:
+    """(J), by the impulses of a switch."""
+    p, total = r.problem, 0.0
+    for i in range(
+        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    ):
+        after = r.rates[i]
+        for j in range(p.free.size):
+            after += p.S[i, j] * p.x[j]
+        total -= 0.5 * p.x[i] * (r.rates[i] + after)
+    return total
+
+
+@inlined
+def impulse(r: Reactions, switch: int) -> float:
+    """(N s or N m s), of a switch: the length of those of its rows."""
+    p, total = r.problem, 0.0
+    for i in range(
+        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    ):
+        total += p.x[i] * p.x[i]
+    return np.sqrt(total)
+
+
+@inlined
+def _speed(r: Reactions, switch: int) -> float:
+    """Of the sliding of a switch."""
+    p, total = r.problem, 0.0
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        total += r.rates[i] * r.rates[i]
+    return np.sqrt(total)
+
+
+@apart
+def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """The laws of what holds, rests or slides, with the accelerations that all else gives."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for i in range(sizes.switched):
+        p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
+    for s in range(sizes.switches):
+        kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
+        closed, speed = rows[on + s, lane] != OFF, _speed(r, s)
+        if kind == BILATERAL and closed:
+            p.law[s] = float(HOLDS)
+        if kind == UNILATERAL and r.rates[row] <= STILL and (closed or touches(rows, first, sizes, lane, row)):
+            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, STATIC)
+            if speed > STILL:
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+        if kind == FRICTION:
+            p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, STATIC_EFFORT)
+            if speed > STILL:
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+
+
+@inlined
+def _slide(
+    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, along: np.ndarray, scale: float
+) -> None:
+    """A switch slides along `scale * along`; the friction of a joint is a load."""
+    p = r.problem
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        p.direction[i] = scale * along[i]
+    if p.law[switch] == BOUNDED:
+        row = p.switches[switch, SWITCH_FIRST]
+        p.law[switch], p.x[row] = float(FREE), 0.0
+        load = -number(rows, first, sizes, lane, switch, KINETIC_EFFORT) * p.direction[row]
+        for i in range(p.free.size):
+            p.free[i] += p.S[i, row] * load
+    else:
+        p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, KINETIC)
+
+
+@apart
+def _slips(r: Reactions, switch: int, largest: float) -> bool:
+    """Whether what was at rest begins to slide."""
+    p, total, scale = r.problem, 0.0, 0.0
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        total += p.rates[i] * p.rates[i]
+        scale += p.S[i, i]
+    return total > 0.0 and np.sqrt(total) > SLIGHT * largest * scale
+
+
+@apart
+def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
+    """How every switch goes on, to the state; see `complementarity.solve`."""
+    p, on, largest = r.problem, first.state + layout.on_row(sizes), 0.0
+    _may_act(r, rows, first, sizes, lane)
+    for i in range(sizes.switched):
+        if p.S[i, i] > 0.0:
+            largest = max(largest, size(p.free[i]) / p.S[i, i])
+    for _ in range(sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
+        said = solve(p)
+        if said != 0:
+            return said
+        slipped = False
+        for s in range(sizes.switches):
+            resting = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
+            pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+            if resting and pressed and _slips(r, s, largest):
+                speed = 0.0
+                end = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS]
+                for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
+                    speed += p.rates[i] * p.rates[i]
+                _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / np.sqrt(speed))
+                slipped = True
+        if not slipped:
+            break
+    for s in range(sizes.switches):
+        kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
+        how = rows[on + s, lane]
+        if kind == FRICTION:
+            how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
+        if kind == UNILATERAL:
+            pressed = p.law[s] >= PRESSES and p.rates[row] <= SLIGHT * largest * p.S[row, row]
+            bare = p.switches[s, SWITCH_TANGENTS] == 0
+            how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
+        rows[on + s, lane] = how
+        if how == SLIDE:
+            end = row + p.switches[s, SWITCH_ROWS]
+            for n in range(p.switches[s, SWITCH_TANGENTS]):
+                memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
+                rows[memory, lane] = p.direction[end - p.switches[s, SWITCH_TANGENTS] + n]
+    choose_rows(r, rows, first, sizes, lane)
+    return 0
+
+
+@apart
+def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Masks of independent rows, to the state: what holds first, then normals, those that press most first, then
+    tangents."""
+    p, on, q = r.problem, first.state + layout.on_row(sizes), sizes.switched
+    for i in range(q):
+        r.taken[i], r.wanted[i] = 0.0, -1.0
+    for s in range(sizes.switches):
+        row, how, kind = p.switches[s, SWITCH_FIRST], rows[on + s, lane], p.switches[s, SWITCH_KIND]
+        for i in range(row, row + p.switches[s, SWITCH_ROWS]):
+            if kind == BILATERAL and how != OFF:
+                r.wanted[i] = 0.0
+            if kind == UNILATERAL and how != OFF:
+                r.wanted[i] = 1.0 if i == row else 2.0 if how == STICK else -1.0
+            if kind == FRICTION and how == STICK:
+                r.wanted[i] = 2.0
+    for phase in range(3):
+        if phase == 2:
+            _lift(r)
+        _take(r, float(phase))
+    for i in range(q):
+        rows[first.state + layout.mask_row(sizes) + i, lane] = r.taken[i]
+
+
+@apart
+def _take(r: Reactions, phase: float) -> None:
+    """Take rows of this phase as long as they are independent of those that are taken."""
+    p, q = r.problem, r.taken.size
+    for i in range(q):
+        for j in range(q):
+            p.matrix[i, j] = p.S[i, j]
+    for i in range(q):
+        if r.taken[i] != 0.0:
+            _remove(p, i)
+    while True:
+        best = -1
+        for i in range(q):
+            if r.wanted[i] == phase and r.taken[i] == 0.0 and p.matrix[i, i] > INDEPENDENT * p.S[i, i]:
+                stronger = phase != 1.0 and best >= 0 and p.matrix[i, i] > 2.0 * p.matrix[best, best]
+                if best < 0 or stronger or (phase == 1.0 and p.x[i] > p.x[best]):
+                    best = i
+        if best < 0:
+            return
+        r.taken[best] = 1.0
+        _remove(p, best)
+
+
+@inlined
+def _remove(p: Problem, row: int) -> None:
+    """What a row leaves of the others."""
+    pivot = p.matrix[row, row]
+    for i in range(p.free.size):
+        if i != row:
+            factor = p.matrix[i, row] / pivot
+            for j in range(p.free.size):
+                p.matrix[i, j] -= factor * p.matrix[row, j]
+
+
+@apart
+def _lift(r: Reactions) -> None:
+    """Forces of normals that are not taken go over to those that are, which change places with them where one would
+    begin to pull (Caratheodory)."""
+    p, q = r.problem, r.taken.size
+    for extra in range(q):
+        if r.wanted[extra] == 1.0 and r.taken[extra] == 0.0 and p.x[extra] > 0.0:
+            n = 0
+            for i in range(q):
+                if r.taken[i] != 0.0:
+                    m = 0
+                    for j in range(q):
+                        if r.taken[j] != 0.0:
+                            p.matrix[n, m] = p.S[i, j]
+                            m += 1
+                    p.matrix[n, m] = p.S[i, extra]
+                    n += 1
+            eliminate(p.matrix, n, p.step)
+            n, most, leaves = 0, p.x[extra], extra
+            for i in range(q):
+                if r.taken[i] != 0.0:
+                    share = p.step[n]
+                    if r.wanted[i] == 1.0 and share < -DEPENDENT and p.x[i] < -share * most:
+                        most, leaves = -p.x[i] / share, i
+                    n += 1
+            n = 0
+            for i in range(q):
+                if r.taken[i] != 0.0:
+                    p.x[i] += p.step[n] * most
+                    n += 1
+            p.x[extra] -= most
+            if leaves != extra:
+                r.taken[extra], r.taken[leaves], p.x[leaves] = 1.0, 0.0, 0.0
