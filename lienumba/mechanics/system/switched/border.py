@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import where
+from lienumba.numerics.operations import divide, where
 
 SINGULAR = 1e-12  # a pivot below this fraction of the diagonal counts as zero
 DEPENDENT, PARADOX = 0.0, -1.0  # in the place of 1: rows depend on each other; friction leaves no solution, or many
@@ -50,7 +50,7 @@ class Border:
             leans = any(n == k for _, n in T)
             lost = where(B[k][k] < -least, PARADOX, DEPENDENT) if leans else DEPENDENT
             sound = where(B[k][k] > least, sound, where(sound < lost, sound, lost))  # NaN is not
-            inverse.append(1.0 / B[k][k])
+            inverse.append(divide(1.0, B[k][k]))
             for i in size[k + 1 :]:
                 B[i][k] = B[i][k] * inverse[k]
                 for j in size[k + 1 :]:

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lienumba.mechanics.mechanism.kinematics import Instant, Mode
+from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.switched.border import DEPENDENT, PARADOX
 from lienumba.mechanics.system.switches import FRICTION
 from lienumba.mechanics.tree import equations, locking, reactions
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
@@ -100,3 +103,32 @@ def centrifugal(case):
     n = len(case.posture.tree.links)
     weightless = replace(case.posture, model=replace(case.model, gravity=(0.0,) * 3))
     return np.array(equations.body_accelerations(weightless, [(0.0,) * 6] * n))
+
+
+def rod(friction, turned=1.0, contacts=1):
+    """A slender rod of 2 m on a floor, 60 degrees upright, leaning to the side to which its end slides, or away."""
+    tilt = np.pi / 3.0
+    body = Body("rod", 3.0, (1e-3, 1.0, 1.0, 0.0, 0.0, 0.0))
+    c, s = float(np.cos(tilt)), float(np.sin(tilt))
+    R = (c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c)  # its x axis points up along it
+    low, still = (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    tip = Contact("tip", "point_plane", (0, GROUND), (low, still), (0.0, 0.0, 1.0), static=friction, kinetic=friction)
+    every = tuple(replace(tip, name=f"tip {n}") for n in range(contacts))
+    model = Model((0.0, 0.0, -9.81), (body,), contacts=every)
+    state = (c, 0.0, s, *R, turned, 0.0, 0.0, 0.0, 0.0, 0.0)
+    modes = {("contact", contact.name): Mode(2.0, (turned, 0.0)) for contact in every}
+    return model, Instant((state,), modes=modes)
+
+
+def test_painleves_paradox_is_told():
+    """1 + 3 cos a (cos a - mu sin a) < 0: a rod whose end is driven into the floor by its friction."""
+    limit = (1.0 + 3.0 * 0.25) / (3.0 * 0.5 * 0.75**0.5)
+    for friction, turned, sound in ((0.99, -1.0, 1.0), (1.01, -1.0, PARADOX), (1.01, 1.0, 1.0)):
+        model, now = rod(friction * limit, turned)
+        assert dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0]).sound == sound
+
+
+def test_rows_that_say_the_same_are_told():
+    model, now = rod(0.2, contacts=2)
+    solution = dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    assert solution.sound == DEPENDENT
