@@ -12,7 +12,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import complementarity, reactions, stages
-from lienumba.integrators.drivers.events import note
+from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
@@ -281,7 +281,10 @@ def _renew(
     """Conditions after a change; those of events that became true by it happen now, those of switches say nothing of
     what has just been decided."""
     own, count = first.lanes, layout.conditions(sizes)
-    t, again = rows[own + T, lane], False
+    t, again, noise = rows[own + T, lane], False, 0.0
+    for s in range(sizes.switches):
+        force = rows[first.following + sizes.events + layout.CONDITIONS * s + layout.OPENS, lane]
+        noise = max(noise, SLIGHT * max(force, -force))
     for n in range(count):
         fired = n < sizes.events and _fired(sizes, first, rows, lane, n)
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
@@ -291,7 +294,7 @@ def _renew(
         if fired:
             new = max(new, 1e-300)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
-            new = min(new, 0.0)
+            new = new if new > noise else min(new, 0.0)
         rows[first.conditions + n, lane] = new
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0

@@ -28,6 +28,7 @@ from lienumba.integrators.layout import (
     RECORDS,
     RELEASES,
     SETS,
+    SLIDE,
     SLIDES,
     STATUS,
     SWITCH_KIND,
@@ -39,9 +40,11 @@ from lienumba.integrators.layout import (
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.numerics.operations import absolute, maximum
 
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
 LONGEST_SEARCH = 200  # of tries
+SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
 EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
 
 
@@ -207,6 +210,15 @@ def _find(
     store(times, n, choose(turned, time, load(times, n)))
 
 
+@inlined
+def _closed(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Mask:
+    """Where a condition is about the forces of a contact that is closed, and sticks if it is about its friction."""
+    switch = (n - sizes.events) // layout.CONDITIONS
+    on, second = load(at.state, layout.on_row(sizes) + switch), (n - sizes.events) % layout.CONDITIONS == SLIDES
+    contact = 1.0 if plan.switches[switch, SWITCH_KIND] == UNILATERAL else 0.0
+    return (on > float(OFF)) & (on < (float(SLIDE) if second else 3.0)) & (splat(contact) > 0.0)
+
+
 @apart
 def find_events(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
@@ -220,8 +232,12 @@ def find_events(
     store(at.lanes, CHANGED, splat(0.0))
     store(at.clock, layout.TIME, load(at.lanes, UNTIL))
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
+    noise = splat(0.0)
+    for s in range(sizes.switches):
+        noise = maximum(noise, SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS)))
     for n in range(count):
-        turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
+        least = choose(noise > 0.0, noise, 0.0) if n >= sizes.events else splat(0.0)
+        turned = good & (load(new, n) > least) & (choose(load(at.conditions, n) > least, 1.0, 0.0) == 0.0)
         store(times, n, splat(NEVER))
         if n < sizes.events and plan.acts[n, ACTION] != RECORDS and any_lane(turned):
             _acts(sizes, first, rows, runs, queue, plan, n)
@@ -240,6 +256,10 @@ def find_events(
                 for lane in range(W):
                     if rows[first.lanes + PICKED, lane] != 0.0:
                         keep_state(first, rows, runs, queue, lane, n, first.now)
+        if n >= sizes.events:  # forces of redundant contacts do not tell: look again
+            doubtful = good & _closed(sizes, at, plan, n) & (load(new, n) > least) & (load(times, n) == NEVER)
+            store(times, n, choose(doubtful, load(at.lanes, UNTIL), load(times, n)))
+            happened = choose(doubtful, splat(1.0), happened)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
     for lane in range(W):
