@@ -68,6 +68,15 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
+def readable(text: str) -> str:
+    """A text of several lines, without what a terminal would obey."""
+    return "".join(c if c in "\n\t" else printable(c) for c in text) if not _is_plain(text) else text
+
+
+def _is_plain(text: str) -> bool:
+    return text.replace("\n", "").replace("\t", "").isprintable()
+
+
 class Written(str):
     """A value that is written already."""
 

@@ -157,7 +157,7 @@ def _ended(ds: xr.Dataset, which: np.ndarray) -> Iterator[Quantiles]:
 
 def _happened(ds: xr.Dataset, which: np.ndarray) -> Iterator[Happened]:
     """When each event first happened in these runs, if it did in any."""
-    for name, times in zip(ds["event"].values, ds["event_time"].values.T, strict=True) if "event" in ds.dims else ():
+    for name, times in zip(ds["event"].values, ds["event_time"].values.T, strict=True) if "event_time" in ds else ():
         found = times[which & ~np.isnan(times)]
         if len(found):
             yield Happened(str(name), len(found), *np.quantile(found, QUANTILES).tolist())

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from itertools import repeat
 from typing import TYPE_CHECKING, Literal
 
+from lienumba.words import readable
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -33,15 +35,21 @@ class TextTable:
     def on_terminal(self, title: str | None = None) -> Table:
         """The table as rich prints it."""
         from rich import box
-        from rich.markup import escape
         from rich.table import Table
 
-        table = Table(title=None if title is None else escape(title), box=box.SIMPLE_HEAD, title_justify="left")
+        table = Table(title=None if title is None else _safe(title), box=box.SIMPLE_HEAD, title_justify="left")
         for heading, kind in zip(self.headings, self.kinds, strict=True):
-            table.add_column(heading, justify="right" if kind == NUMBER else "left", no_wrap=kind == WORD)
+            table.add_column(_safe(heading), justify="right" if kind == NUMBER else "left", no_wrap=kind == WORD)
         for row in self.rows:
-            table.add_row(*map(escape, row))
+            table.add_row(*map(_safe, row))
         return table
+
+
+def _safe(text: str) -> str:
+    """A text that neither rich nor a terminal obeys."""
+    from rich.markup import escape
+
+    return escape(readable(text))
 
 
 def number_text(value: float, form: str) -> str:

@@ -14,11 +14,12 @@ import typer
 
 from lienumba.cli.checking import doctor, info, sample, schema, validate
 from lienumba.cli.importing import import_
-from lienumba.cli.options import FLAG
+from lienumba.cli.options import Command, Group
 from lienumba.cli.running import merge, replay, run
 from lienumba.cli.showing import analyse, animate, plot, report
 
 app = typer.Typer(
+    cls=Group,
     name="lienumba",
     help="Monte-Carlo simulation of rigid multibody systems: a TOML scenario in, one netCDF file out.",
     epilog="Start with: lienumba run scenarios/heavy_top.toml",
@@ -40,15 +41,15 @@ def _version(wanted: bool) -> None:
 def _main(
     version: Annotated[
         bool,
-        typer.Option("--version", metavar=FLAG, callback=_version, is_eager=True, help="Show the version and exit."),
+        typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit."),
     ] = False,
 ) -> None:
     pass
 
 
 for command in (run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor):
-    app.command()(command)
-app.command("import")(import_)
+    app.command(cls=Command)(command)
+app.command("import", cls=Command)(import_)
 
 
 def main() -> None:

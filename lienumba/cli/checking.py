@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from lienumba.cli.options import (
-    FLAG,
     AllowScenarioCodeOption,
     RunsOption,
     ScenarioArgument,
@@ -31,7 +30,7 @@ def sample(
     settings: SetOption = None,
     runs: RunsOption = None,
     allow_code: AllowScenarioCodeOption = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing table.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing table.")] = False,
 ) -> None:
     """Draw the samples of a sweep and write them as a table, without running anything."""
     with console.exit_codes():
@@ -70,16 +69,16 @@ def validate(
         from lienumba.scenario.start.study_start import check_starts
 
         nominal = check_starts(resolved)
-        typer.echo(f"{scenario} is valid: {resolved.headline()}")
+        console.say(f"{scenario} is valid: {resolved.headline()}")
         if nominal is not None and (told := hint(nominal)):
-            typer.echo(f"hint: {told}")
+            console.say(f"hint: {told}")
 
 
 def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
     cite: Annotated[
         bool,
-        typer.Option("--cite", metavar=FLAG, help="Print a paragraph for a section on methods, and BibTeX, instead."),
+        typer.Option("--cite", help="Print a paragraph for a section on methods, and BibTeX, instead."),
     ] = False,
     allow_code: AllowScenarioCodeOption = False,
 ) -> None:
@@ -87,7 +86,7 @@ def info(
     with console.exit_codes():
         from lienumba.present import info
 
-        typer.echo(info.cite(file, allow_code) if cite else info.describe(file, allow_code))
+        console.say(info.cite(file, allow_code) if cite else info.describe(file, allow_code))
 
 
 def schema() -> None:
@@ -97,7 +96,7 @@ def schema() -> None:
 
         from lienumba.scenario.schema.scenario import json_schema
 
-        typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+        console.say(json.dumps(json_schema(), indent=2, ensure_ascii=False))
 
 
 def doctor() -> None:
@@ -105,8 +104,8 @@ def doctor() -> None:
     with console.exit_codes():
         from lienumba.present.doctor import environment, self_test
 
-        typer.echo(environment())
+        console.say(environment())
         passed, sentence = self_test()
-        typer.echo(sentence)
+        console.say(sentence)
         if not passed:
             raise typer.Exit(console.SOME_FAILED)

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 import typer
 
-from lienumba.cli.options import FLAG
 from lienumba.present.terminal import console
 
 
@@ -20,17 +19,13 @@ def import_(
         Literal["fixed", "free"] | None,
         typer.Option(help="Weld the root to the ground, or let it float (default: as the file has it)."),
     ] = None,
-    keep_limits: Annotated[
-        bool, typer.Option("--keep-limits", metavar=FLAG, help="Make stops of the limits of joints.")
-    ] = False,
+    keep_limits: Annotated[bool, typer.Option("--keep-limits", help="Make stops of the limits of joints.")] = False,
     qpos: Annotated[
         str | None, typer.Option(metavar="NUMBERS", help='Where it starts, as MuJoCo orders it: "0 0.5 -1".')
     ] = None,
     keyframe: Annotated[str | None, typer.Option(metavar="NAME", help="The keyframe at which it starts.")] = None,
-    strict: Annotated[
-        bool, typer.Option("--strict", metavar=FLAG, help="Refuse what has no counterpart here.")
-    ] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing scenario.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse what has no counterpart here.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing scenario.")] = False,
 ) -> None:
     """Make a scenario of a robot in URDF or MJCF (needs the extra `import`)."""
     with console.exit_codes():
@@ -49,5 +44,5 @@ def import_(
             if output is not None:
                 system.write(own)
         with console.unheard():
-            typer.echo(system.summary(), err=output is None)
-            typer.echo(system.to_toml() if output is None else f"wrote {output}; try: lienumba validate {output}")
+            console.say(system.summary(), err=output is None)
+            console.say(system.to_toml() if output is None else f"wrote {output}; try: lienumba validate {output}")

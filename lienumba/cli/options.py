@@ -1,11 +1,29 @@
 """Arguments and options that commands share."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-FLAG = ""  # what stands in the help where an option has no value
+
+class _Flags:
+    """Options without a value stand in the help without one, `--help` too."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        found: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for option in (option for option in found if getattr(option, "is_flag", False)):
+            option.metavar = ""
+        return found
+
+
+class Command(_Flags, TyperCommand):
+    """A command."""
+
+
+class Group(_Flags, TyperGroup):
+    """All commands."""
+
 
 ScenarioArgument = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="The scenario, a TOML file.", show_default=False)
@@ -23,17 +41,13 @@ RunsOption = Annotated[
     str | None,
     typer.Option("--runs", metavar="LABELS", help="Only these runs, such as 3,17 or 0:500 (-1: nominal)."),
 ]
-AllowCodeOption = Annotated[
-    bool, typer.Option("--allow-code", metavar=FLAG, help="Run the Python code that the dataset brings.")
-]
+AllowCodeOption = Annotated[bool, typer.Option("--allow-code", help="Run the Python code that the dataset brings.")]
 AllowScenarioCodeOption = Annotated[
     bool,
-    typer.Option(
-        "--allow-code", metavar=FLAG, help="Run Python code that the scenario brings, or names outside its folder."
-    ),
+    typer.Option("--allow-code", help="Run Python code that the scenario brings, or names outside its folder."),
 ]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", metavar=FLAG, help="Show errors only.")]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", metavar=FLAG, help="Replace an existing dataset.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")]
 DatasetArgument = Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)]
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)]

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lienumba.cli.options import (
-    FLAG,
     AllowCodeOption,
     AllowScenarioCodeOption,
     DatasetArgument,
@@ -50,7 +49,7 @@ def run(
     ] = None,
     resume: Annotated[
         bool,
-        typer.Option("--resume", metavar=FLAG, help="Go on with an interrupted sweep, or add runs to a finished one."),
+        typer.Option("--resume", help="Go on with an interrupted sweep, or add runs to a finished one."),
     ] = False,
     allow_code: AllowScenarioCodeOption = False,
     overwrite: OverwriteOption = False,

@@ -39,7 +39,7 @@ def plot(
         target = output if output is not None else Path(file.stem + ".png")
         with reading(file) as (dataset, _):
             save(dataset, target, variables or ())
-        typer.echo(f"written to {target}")
+        console.say(f"written to {target}")
 
 
 def animate(
@@ -95,7 +95,7 @@ def animate(
             with console.drawing(quiet) as frame:
                 draw(seen, own, title, fps, duration, frame)
         if not quiet:
-            typer.echo(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
+            console.say(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
 
 
 def report(
@@ -117,7 +117,7 @@ def report(
         with console.progress(quiet) as tell:
             report(file, target, allow_code=allow_code, progress=tell)
         if not quiet:
-            typer.echo(f"written to {target}, {target.stat().st_size / 1e6:.1f} MB; open it in a browser")
+            console.say(f"written to {target}, {target.stat().st_size / 1e6:.1f} MB; open it in a browser")
 
 
 def analyse(
@@ -160,4 +160,4 @@ def analyse(
         with console.unheard():
             print_sensitivity(found)
             if output is not None:
-                typer.echo(f"written to {output}")
+                console.say(f"written to {output}")

@@ -223,21 +223,22 @@ def resolve(
 
 
 def written_tables(ds: "xr.Dataset", where: str) -> Keys:
-    """The scenario that a dataset brings, as tables of the shape that one has; none if it brings none, and no code of
-    it runs. where: what the dataset is called."""
+    """The scenario that a dataset brings, as tables with every default; none if it brings none, and no code of it runs.
+    where: what the dataset is called."""
     found = scenario_tables(ds, where)
-    if found:
-        try:
-            raw = load({key: x for key, x in found.items() if key != "study"})  # whose reference may be gone
-            _, wrong = take(raw)
-            ScenarioData.model_validate(raw)
-        except ValidationError as error:
-            wrong = messages.problems(error, raw)
-        except ScenarioError as error:
-            wrong = list(error.problems)
-        if wrong:
-            raise damaged(where, f"its attribute scenario is none: {wrong[0]}")
-    return copy.deepcopy(found)
+    if not found:
+        return {}
+    try:
+        raw = load({key: x for key, x in found.items() if key != "study"})  # whose reference may be gone
+        raw |= {key: copy.deepcopy(x) for key, x in found.items() if key == "study"}
+        parameters, wrong = take(raw)
+        if not wrong:
+            return Scenario(ScenarioData.model_validate(raw), [], None, parameters).to_dict()
+    except ValidationError as error:
+        wrong = messages.problems(error, raw)
+    except ScenarioError as error:
+        wrong = list(error.problems)
+    raise damaged(where, f"its attribute scenario is none: {wrong[0]}")
 
 
 def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()) -> Scenario:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS
 from lienumba.engine.select_run import check_run, worst
+from lienumba.mechanics.elements.quantities import XYZ
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.scenario.resolve import Scenario
@@ -126,7 +127,9 @@ def _poses(ds: "xr.Dataset") -> tuple[tuple[str, ...], str]:
 
 
 def has_bodies(ds: "xr.Dataset", scenario: Scenario) -> bool:
-    """Whether a dataset, which may be a selection, has all bodies of its scenario."""
+    """Whether a dataset, which may be a selection, has all bodies of its scenario, and all of their axes."""
+    if any(ds.sizes.get(dim) != len(XYZ) for dim in ("axis", "body_axis")):
+        return False
     return "body" in ds.dims and ds["body"].values.tolist() == [body.name for body in scenario.data.model.bodies]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
-from lienumba.store.layout import CHUNK_BYTES, FULL
+from lienumba.store.form import NUMERIC, damaged
+from lienumba.store.layout import CHUNK_BYTES, FULL, LABEL
 
 if TYPE_CHECKING:
     import netCDF4
@@ -59,6 +61,17 @@ class Finished:
             small_caches(self.file)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}
             self.tables = {dim: FinishedTable(self.file, dim) for dim in ("run", FULL) if dim in self.file.variables}
+
+    def check(self, dtypes: Mapping[str, np.dtype[Any]], where: str) -> None:
+        """Refuse tables that lack fields of these types, or have them in another shape; where: what the file is
+        called."""
+        for table, dtype in dtypes.items():
+            for name in (name for name in dtype.names or () if name != LABEL and table in self.tables):
+                variable = self.file.variables.get(name)
+                if variable is None or variable.dimensions[:1] != (table,) or variable.shape[1:] != dtype[name].shape:
+                    raise damaged(where, f"it lacks {name} as its scenario stores it")
+                if getattr(variable.dtype, "kind", "") not in NUMERIC:
+                    raise damaged(where, f"{name} has no numbers")
 
     @property
     def inputs(self) -> dict[str, np.ndarray]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique")  # attributes of variables
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped")  # attributes of the whole
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep
@@ -40,6 +41,8 @@ def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",)) 
     for name, x in ds.variables.items():
         _check_variable(ds, str(name), x, where)
     _check_statuses(ds["status"], where)
+    if study_layout.is_study(ds):
+        _check_study(ds, where)
 
 
 def scenario_tables(ds: xr.Dataset | Mapping[str, Any], where: str) -> Tables:
@@ -88,13 +91,13 @@ def _check_selection(ds: xr.Dataset, where: str, needed: Sequence[str]) -> None:
                 f"{where}: does not say {name} of each run; select runs and variables of what lienumba run wrote, and "
                 f"keep {' and '.join(needed)}"
             )
-    if not ds.sizes["run"]:
-        raise ScenarioError(f"{where}: has no run; select at least one")
+    for dim in (dim for dim in COORDINATES if dim != FULL and ds.sizes.get(dim) == 0):
+        raise ScenarioError(f"{where}: has no {dim}; select at least one")
 
 
 def _check_attributes(ds: xr.Dataset, where: str) -> None:
     for name, value in ds.attrs.items():
-        if name.endswith(("_version", "_sha256")) and not isinstance(value, str):
+        if (name in SAID or name.endswith("_version")) and not isinstance(value, str):
             raise damaged(where, f"its attribute {name} is no text")
     scenario_tables(ds, where)
 
@@ -122,6 +125,18 @@ def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, where: str) -> No
             raise damaged(where, f"{name} is not {' by '.join(spec.dims) or 'one number'}")
     for dim in (str(dim) for dim in x.dims if dim in COORDINATES and dim not in ds.coords):
         raise damaged(where, f"{dim} has no labels")
+
+
+def _check_study(ds: xr.Dataset, where: str) -> None:
+    """What belongs together in the dataset of a study."""
+    known = [name for name in study_layout.ERRORS if f"{name}_error" in ds or f"reference_{name}_error" in ds]
+    needed = [f"{of}{name}_error" for name in known for of in ("", "reference_")]
+    lost = [name for name in [*needed, "time_per_run"] if name not in ds.data_vars]
+    if lost:
+        raise damaged(where, f"it has lost {lost[0]}")
+    grid = {dim for name in study_layout.grid_of(ds) for dim in ds[name].dims}
+    if any(not ds.sizes[dim] for dim in grid) or not {*ds["status"].dims} - {RUN[0]} <= grid:
+        raise damaged(where, "its grid has no points")
 
 
 def _check_labels(name: str, x: xr.Variable, where: str) -> None:

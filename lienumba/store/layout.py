@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 SERIES = ("run", "time")
 RUN = ("run",)
 CHANGE = ("run", "change")
+LABEL = "label"  # the field of records that says which run they are of
 FULL = "full_run"  # the dimension of the runs whose course is stored where that of others is not
 CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to write, quick to read run by run
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.store.deflate import checksum
+from lienumba.store.layout import LABEL as LABEL
 from lienumba.store.outputs import LostError, Output, WriteError, folder_of, room, stamp_of, to_disk
 from lienumba.sweep.design import NOMINAL_RUN
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 MANIFEST = "sweep.json"
 NAME = re.compile(r"(?P<table>\w+)-(?P<first>-?\d+)-(?P<last>-?\d+)-(?P<sum>[0-9a-f]{8})\.npy")
-LABEL = "label"  # the field that says which run a record is of
 PAUSE = 1.0  # s: so much work at most is not yet on the disk
 SHARD_BYTES = 16 * 2**20  # a shard is written when there is so much of it
 

@@ -79,7 +79,7 @@ def test_the_nominal_run_and_the_farthest_come_first():
     data["sweep"]["nominal"] = True
     ds = lienumba.run(data)
     shown = scene(ds, count=4)
-    body = geometry(lienumba.engine.replay.scenario_of(ds), {})[0].bodies[0]
+    body = geometry(lienumba.engine.replay.scenario_of(ds, "the dataset"), {})[0].bodies[0]
     points = np.random.default_rng(1).normal(size=(20_000, 3))  # mass points with the moments of the body
     second = 0.5 * sum(body.inertia[:3]) - np.array(body.inertia[:3])
     points = points * np.sqrt(np.maximum(second, 0.0) / body.mass)

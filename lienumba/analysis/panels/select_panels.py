@@ -149,8 +149,8 @@ def _over_time(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _bodies(ds: xr.Dataset, timed: Sequence[str]) -> Iterator[list[Panel]]:
     """The panels of the state of each body."""
-    names = [name for name in (*POSE, *MOTION) if name in timed]
-    yield from map(list, zip(*(_panels(ds[name]) for name in names), strict=True))
+    found = [list(_panels(ds[name])) for name in (*POSE, *MOTION) if name in timed]
+    yield from map(list, zip(*filter(None, found), strict=True))  # of a selection of axes there is no attitude
 
 
 def _energy(ds: xr.Dataset) -> Iterator[Panel]:

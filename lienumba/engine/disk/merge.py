@@ -25,6 +25,7 @@ from lienumba.scenario.resolve import resolve, written_tables
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.files import read
 from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.form import damaged, scenario_tables
 from lienumba.store.outputs import Output
 from lienumba.store.shards import Shards
 from lienumba.store.stream import Stream, slices
@@ -130,7 +131,8 @@ class PartialDataset:
         with read(path) as dataset:  # which refuses what is none
             if is_study(dataset):
                 raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
-            scenario = written_tables(dataset, str(path))
+            written_tables(dataset, str(path))  # which refuses what is none
+            scenario = scenario_tables(dataset, str(path))
         file = Finished(path)
         try:
             return cls(path, file.attributes, scenario, {dim: x.labels for dim, x in file.tables.items()}, file.inputs)
@@ -202,6 +204,8 @@ def _check(parts: Sequence[PartialDataset]) -> None:
         )
     for part in parts[1:]:
         check_parts(part.attributes, first.attributes, str(part.path), str(first.path))
+        if part.inputs.keys() != first.inputs.keys() or part.labels.keys() != first.labels.keys():
+            raise damaged(str(part.path), f"it has other inputs or tables than {first.path}")
     labels = np.concatenate([part.labels["run"] for part in parts])
     owners = np.repeat(np.arange(len(parts)), [len(part.labels["run"]) for part in parts])
     order = np.argsort(labels, kind="stable")
@@ -223,6 +227,8 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
     results = Results(resolved, check_initial(resolved))
     opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), output, usable_cores())
     try:
+        for part in parts:
+            opened(part.path).check({table: results.dtype(table) for table in results.tables}, str(part.path))
         columns = results.labels(labels[order])
         for dim, own in columns.items():
             sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]

@@ -104,6 +104,7 @@ def sweep_files(output: Output, results: Results, resume: bool) -> Iterator[Swee
             read(output.path).close()  # which refuses what is none
             finished = Finished(output.path)
             check_same(finished.attributes, resolved, str(output.path))
+            finished.check({table: results.dtype(table) for table in results.tables}, str(output.path))
         there = SweepFiles(resolved, output, shards, finished)
         _check_room(there, resolved)
         yield there

@@ -13,6 +13,7 @@ import typer
 
 from lienumba.engine.progress import ProgressLines, bar, silent
 from lienumba.errors import ClusterError, ScenarioError
+from lienumba.words import readable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,6 +22,26 @@ if TYPE_CHECKING:
     from lienumba.engine.replay import Replay
 
 SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+
+def say(text: object, err: bool = False) -> None:
+    """Print a text, of which a terminal obeys nothing; if it is a result, a WriteError where it cannot be."""
+    try:
+        typer.echo(readable(str(text)), err=err)
+    except BrokenPipeError:  # whoever listened has heard enough
+        _speak_to_nobody()
+    except (OSError, ValueError) as error:
+        from lienumba.store.outputs import WriteError
+
+        _speak_to_nobody()
+        if not err:
+            why = getattr(error, "strerror", None) or error
+            raise WriteError(f"what is to be printed cannot be ({why}); make room, or print it elsewhere") from None
+
+
+def _speak_to_nobody() -> None:
+    with suppress(Exception):
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
 
 
 @contextmanager
@@ -33,30 +54,36 @@ def exit_codes() -> Iterator[None]:
         yield
     except ScenarioError as error:
         for line in str(error).splitlines():
-            typer.echo(f"error: {line}", err=True)
+            say(f"error: {line}", err=True)
         raise typer.Exit(BAD_INPUT) from None
     except ClusterError as error:
-        typer.echo(f"error: {error}", err=True)
+        say(f"error: {error}", err=True)
         raise typer.Exit(SOME_FAILED) from None
     except OSError as error:
         from lienumba.store.outputs import WriteError
 
-        if not isinstance(error, WriteError):
-            raise
-        typer.echo(f"error: {error}", err=True)
+        told = str(error) if isinstance(error, WriteError) else _of_system(error)
+        say(f"error: {told}", err=True)
         raise typer.Exit(SOME_FAILED) from None
     except MemoryError as error:
         remedy = "close other programs, give fewer workers (-j 1), or store fewer times or variables"
-        typer.echo(f"error: there is not enough memory ({error}); {remedy}", err=True)
+        say(f"error: there is not enough memory ({error}); {remedy}", err=True)
         raise typer.Exit(SOME_FAILED) from None
     except KeyboardInterrupt as error:
-        typer.echo(str(error) or "interrupted: no dataset was written", err=True)
+        say(str(error) or "interrupted: no dataset was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _of_system(error: OSError) -> str:
+    """What the operating system refuses."""
+    files = " and ".join(str(name) for name in (error.filename, error.filename2) if name is not None)
+    why = error.strerror or str(error) or type(error).__name__
+    return f"{files}: {why}; see to it, and try again" if files else f"the system says: {why}; see to it, and try again"
 
 
 def print_warnings(warnings: Iterable[object]) -> None:
     for warning in warnings:
-        typer.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}", err=True)
 
 
 @contextmanager
@@ -75,8 +102,7 @@ def unheard() -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError, AttributeError):
-        with suppress(Exception):
-            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
+        _speak_to_nobody()
 
 
 @contextmanager
@@ -92,14 +118,23 @@ def drawing(quiet: bool) -> Iterator[Callable[[int, int], None]]:
             task = bar.add_task("drawing", total=None)
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
-        yield lambda done, total: typer.echo(f"drawing {total:,} frames", err=True) if done == 1 else None
+        yield lambda done, total: say(f"drawing {total:,} frames", err=True) if done == 1 else None
 
 
 def wide_output(width: int) -> "Console":
     """Where tables are printed; width: if that is no terminal."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else width, highlight=False, soft_wrap=True)
+    class Output(Console):
+        """Obeys nothing that a dataset says, and does not end the program where nobody listens."""
+
+        def print(self, *objects: Any, **more: Any) -> None:
+            super().print(*(readable(x) if isinstance(x, str) else x for x in objects), **more)
+
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError
+
+    return Output(width=None if sys.stdout.isatty() else width, highlight=False, soft_wrap=True)
 
 
 def print_replay(replay: "Replay", why: str, target: Path) -> None:
@@ -112,8 +147,8 @@ def print_replay(replay: "Replay", why: str, target: Path) -> None:
     fate += "" if status.code in GOOD else f": {status.sentence}"
     for line in (why, fate, replay.sentence if replay.same else ""):
         if line:
-            typer.echo(line)
-    typer.echo(f"written to {target}, with {ds.sizes['time']:,} stored times")
+            say(line)
+    say(f"written to {target}, with {ds.sizes['time']:,} stored times")
 
 
 def print_summary(summary: "Summary", target: Path) -> None:
