@@ -42,8 +42,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
     ],
     "store": [
-        {"deflate", "layout", "provenance"}, {"study_layout", "windows"}, {"form"}, {"files"}, {"outputs"},
-        {"columns", "finished", "targets"}, {"stream"}, {"shards"},
+        {"deflate", "layout", "provenance"}, {"components", "study_layout", "windows"}, {"form"}, {"files"},
+        {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
@@ -59,7 +59,7 @@ INSIDE = {  # the floors of rooms, lowest first
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "importing", "running", "showing"}],
     "analysis": [
-        {"changed", "components", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"changed", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"panels"},
     ],
 }  # fmt: skip

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -225,9 +226,25 @@ class Results:
         return {name: runs[self.in_full(runs)] if name == FULL else runs for name in self.tables}
 
     @property
-    def numbers(self) -> list[str]:
-        """The numbers that there is one of for each run."""
-        return [field.name for field in self.tables["run"] if field.shape == () and field.dtype == "f8"]
+    def numbers(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """The numbers that there is one of for each run, by their names: in which variable they are, and where."""
+        labels = {
+            "event": [event.name for event in self.model.events],
+            "body": [body.name for body in self.model.bodies],
+            "switch": self.layout.switches,
+            "coordinate": [*self.layout.coordinates],
+            **dict.fromkeys(("axis", "body_axis"), XYZ),
+        }
+        found = {}
+        for field in self.tables["run"]:
+            if field.name != "status" and all(dim in labels for dim in field.spec.dims[1:]):
+                each = [enumerate(labels[dim]) for dim in field.spec.dims[1:]]
+                for place in product(*each):
+                    found[".".join([field.name, *(label for _, label in place)])] = (
+                        field.name,
+                        tuple(n for n, _ in place),
+                    )
+        return found
 
     def dtype(self, table: str) -> np.dtype[Any]:
         """Of the records of a table."""

@@ -10,6 +10,7 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
+from lienumba.store.components import components, dims_of, matching
 from lienumba.store.layout import FULL, RUN, remedy
 from lienumba.store.windows import windows
 from lienumba.words import plural, show
@@ -80,7 +81,7 @@ def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
     peak = max((_peak(ds, variable) for variable in names), key=lambda found: found.size)
     if peak.size < 0.0:
         raise ScenarioError(f"--worst {name}: no run has a value of it; choose another variable, or a run with --run")
-    dim = str(ds[names[0]].dims[0])
+    dim = str(ds[_whole(ds, names[0])].dims[0])
     time = _time(ds, name, peak)
     rest = [str(label) for key, label in peak.place.items() if key not in (dim, "time")]
     unit = str(ds[peak.variable].attrs.get("units", "1"))
@@ -104,6 +105,8 @@ def _variables(ds: "xr.Dataset", name: str) -> list[str]:
         raise ScenarioError("--worst status: says how a run ended, not how large something is; choose with --run")
     if name in names and not (peaks and ds[name].dims[0] == FULL):
         return [name]
+    if not peaks and any(name.startswith(f"{x}.") for x in names):
+        return [name]  # a component, or several
     if not peaks:
         stems = [x.removesuffix(end) for x in names for end in PEAKS if x.endswith(end)]
         raise ScenarioError(f"--worst {show(name)}: the dataset has no such variable; {remedy(name, [*names, *stems])}")
@@ -115,12 +118,22 @@ def _peak(ds: "xr.Dataset", variable: str) -> Peak:
     return max(_peaks(ds, variable), key=lambda found: found.size)
 
 
-def _peaks(ds: "xr.Dataset", variable: str) -> Iterator[Peak]:
-    """That of each window of runs; below 0 where all are NaN."""
-    dims = [str(dim) for dim in ds[variable].dims]
+def _whole(ds: "xr.Dataset", name: str) -> str:
+    """The variable of this name, or of which this is a component."""
+    return name if name in ds else max((str(x) for x in ds if name.startswith(f"{x}.")), key=len)
+
+
+def _peaks(ds: "xr.Dataset", name: str) -> Iterator[Peak]:
+    """That of each window of runs; below 0 where all are NaN. name: of a variable, or of components of one."""
+    variable = _whole(ds, name)
+    dims, every = [str(dim) for dim in ds[variable].dims], components(ds[variable])
+    wanted = [*every] if name == variable else matching(name, {variable: every}, "variable")
+    others = [n for n, component in enumerate(every) if component not in wanted]
+    first = len(dims) - len(dims_of(ds[variable]))
     for window in windows(ds, [variable], dims[0]):
         sizes = abs(window[variable].values.astype(float))
         sizes[np.isnan(sizes)] = -1.0
+        sizes.reshape(*sizes.shape[:first], -1)[..., others] = -1.0
         place = np.unravel_index(int(sizes.argmax()), sizes.shape)
         labels = {dim: window[dim].values[n] for dim, n in zip(dims, place, strict=True)}
         yield Peak(float(sizes[place]), labels, variable)

@@ -1,9 +1,10 @@
 """Ends a sweep where it has runs enough: decided after every so many runs in the order of their labels, whatever order
 they finish in, so that the same sweep always ends at the same run."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -31,10 +32,14 @@ class Interval:
 
 class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
-    as long as that is not known; interval: of these. Without a rule there are never enough."""
+    as long as that is not known; interval: of these. Without a rule there are never enough. at: of which variable, and
+    where in it, the number is that the rule is about."""
 
-    def __init__(self, rule: Stop | None, runs: int, nominal: bool) -> None:
+    def __init__(
+        self, rule: Stop | None, runs: int, nominal: bool, at: tuple[str, tuple[int, ...]] | None = None
+    ) -> None:
         self.rule = rule
+        self.variable, self.place = at or ("" if rule is None else rule.variable, ())
         self._waiting = nominal  # for the nominal run, which is not counted
         self.end: int | None = None
         self.interval: Interval | None = None
@@ -48,15 +53,16 @@ class Stopping:
             yield piece
             if self.rule is not None:
                 records = piece.tables["run"]
-                self._take(records[LABEL], records[self.rule.variable])
+                values: Any = records[self.variable]
+                self._take(records[LABEL], values[(..., *self.place)])
                 if self.end is not None and not self._waiting:
                     pieces.close()
                     return
 
-    def know(self, labels: np.ndarray, column: Callable[[str], np.ndarray]) -> None:
+    def know(self, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]) -> None:
         """Take runs that are there already."""
         if self.rule is not None and len(labels):
-            self._take(labels, column(self.rule.variable))
+            self._take(labels, column(self.variable, self.place))
 
     def kept(self, labels: np.ndarray) -> np.ndarray:
         """Which of these runs are among those that are enough (runs,)."""
@@ -97,16 +103,18 @@ class Stopping:
         )
 
 
-def stopping_of(resolved: Scenario, numbers: list[str]) -> Stopping:
-    """The rule of a scenario; a ScenarioError if the dataset has no such number for each run."""
+def stopping_of(resolved: Scenario, numbers: Mapping[str, tuple[str, tuple[int, ...]]]) -> Stopping:
+    """The rule of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
     data = resolved.data
     rule = data.sweep.stop
-    if rule is not None and rule.variable not in numbers:
+    if rule is None:
+        return Stopping(rule, data.sweep.runs, data.sweep.nominal)
+    if rule.variable not in numbers:
         raise ScenarioError(
             f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "
             f"{suggestion(rule.variable, numbers)}, or ask for it in output.summary"
         )
-    return Stopping(rule, data.sweep.runs, data.sweep.nominal)
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal, numbers[rule.variable])
 
 
 def interval(values: np.ndarray, rule: Stop) -> Interval:

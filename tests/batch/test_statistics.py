@@ -157,6 +157,22 @@ def test_quantities_at_events(fall: xr.Dataset) -> None:
     assert abs(np.nan_to_num(ds.event_energy_residual)).max() < 1e-10
 
 
+@pytest.mark.parametrize("output", [None, "out.nc"], ids=["memory", "disk"])
+def test_a_sweep_ends_by_a_number_in_a_variable(output: str | None, tmp_path: Path) -> None:
+    """A time of an event, by its name; on a disk with runs that are there already."""
+    stop = {"variable": "event_time.impact", "width": 0.8, "every": 8}
+    data = FALL | {"sweep": FALL["sweep"] | {"runs": 200}}
+    whole = lienumba.run(data, overrides={"sweep.runs": 64})
+    more: dict[str, Any] = {}
+    if output is not None:
+        lienumba.run(data, output=tmp_path / output, runs=range(9)).close()
+        more = {"output": tmp_path / output, "resume": True}
+    with lienumba.run(data, overrides={"sweep.stop": stop}, **more) as ds:
+        assert ds.attrs["stopped"].startswith(f"enough after {len(ds.run)} runs: the mean of event_time.impact is ")
+        assert 8 < len(ds.run) < 64
+        assert bits(ds.event_time)[1] == bits(whole.event_time.isel(run=slice(0, len(ds.run))))[1]
+
+
 def test_an_end_behind_the_stored_times_does_not_count() -> None:
     window = {"times": [0.02, 0.04], "summary": {"at.z": ALL}}
     ds = lienumba.run(FALL | {"output": window}, overrides={"sweep.runs": 3})
@@ -327,7 +343,7 @@ def test_runs_may_finish_in_any_order() -> None:
     for labels in (np.arange(400), np.arange(400)[::-1], order):
         stopping = Stopping(rule, 400, False)
         for part in np.array_split(labels, 60):
-            stopping.know(part, lambda name, part=part: values[part])
+            stopping.know(part, lambda name, place, part=part: values[part])
         ends.add(stopping.end)
     assert len(ends) == 1
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.components import components, dims_of, matching, places, unit
 from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
 from lienumba.batch.statuses import GOOD
 from lienumba.mechanics.system.output_variables import MODE, kept_largest
+from lienumba.store.components import components, dims_of, matching, places, unit
 from lienumba.store.layout import FULL, VARIABLES
 from lienumba.words import plural
 

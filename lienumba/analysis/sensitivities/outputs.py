@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.components import components, dims_of, matching, places, unit
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
+from lienumba.store.components import components, dims_of, matching, places, unit
 from lienumba.store.layout import VARIABLES
 
 FAILED = "failed"

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -49,13 +50,14 @@ class SweepFiles:
         """The runs of the dataset that was finished before."""
         return self.finished.tables["run"].labels if self.finished else np.empty(0, np.int64)
 
-    def column(self, name: str) -> np.ndarray:
-        """What these runs have of a variable."""
+    def column(self, name: str, place: tuple[int, ...] = ()) -> np.ndarray:
+        """What these runs have of a variable, at a place of it."""
         labels = self.labels
         found = np.empty(len(labels))
         for source in reversed(self.of("run")):
             own = np.isin(source.labels, labels)
-            found[np.searchsorted(labels, source.labels[own])] = source.column(name)[own]
+            numbers: Any = source.column(name)[own]
+            found[np.searchsorted(labels, source.labels[own])] = numbers[(..., *place)]
         return found
 
     def samples(self, runs: Runs) -> Runs:

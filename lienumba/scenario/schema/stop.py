@@ -14,7 +14,7 @@ class Stop(Section):
 
     variable: str = Field(
         description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
-        "for, or max_energy_drift"
+        "for, event_time.impact, energy_lost, or max_energy_drift"
     )
     statistic: Literal["mean", "quantile"] = Field(default="mean", description='"mean" or "quantile"')
     probability: Share | None = Field(
