@@ -1,13 +1,17 @@
 """Errors that a user of lienumba meets, and the problems that they tell of: data, made into sentences at the end."""
 
+import re
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final, Literal, Self
 
-from lienumba.words import show
+from lienumba.words import plural, show
 
 MISSING = "is missing"
 UNKNOWN = "is not a known key"
+MOST, MOST_ALIKE = 100, 20  # sentences of an error
 
 
 class Nothing(Enum):
@@ -71,6 +75,22 @@ class BadValueError(ValueError):
         return problem if self.problem.place else replace(problem, value=value)
 
 
+def _read(problems: Iterable[Problem]) -> list[str]:
+    """Sentences, as many as somebody reads: of problems that differ in numbers alone, the first ones."""
+    found: list[str] = []
+    alike: Counter[str] = Counter()
+    left = 0
+    for problem in problems:
+        kind = re.sub(r"\d[\d.e+-]*", "#", f"{problem.verb} {problem.rule}")
+        alike[kind] += 1
+        if alike[kind] > MOST_ALIKE or len(found) == MOST:
+            left += 1
+        else:
+            found.append(str(problem))
+    more = f"{plural(left, 'more problem', 'more problems')} like these; correct these first"
+    return [*found, more] if left else found
+
+
 class ScenarioError(Exception):
     """Bad input: `str(error)` has a sentence for each problem, in a line of its own.
 
@@ -107,7 +127,7 @@ class ScenarioError(Exception):
         return cls(Problem(place, rule, remedy, value))
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.problems))
+        return "\n".join(_read(self.problems))
 
     def inside(self, place: str) -> Self:
         """The same, where all of which it tells is a part of something else.

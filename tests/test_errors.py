@@ -73,6 +73,17 @@ def test_a_scenario_error_has_its_problems_as_data():
     assert 'model.bodies.top.mass = "m" = -2.0: must be above 0; give the mass in kg, above 0' in str(caught.value)
 
 
+def test_as_many_sentences_as_somebody_reads() -> None:
+    alike = [Problem(f"bodies.b{i}.mass", f"is {i}e-3, too small", "raise it") for i in range(200)]
+    error = ScenarioError(*alike, Problem("title", "is bad"))
+    lines = str(error).splitlines()
+    assert len(error.problems) == 201
+    assert lines[0] == "bodies.b0.mass: is 0e-3, too small; raise it"
+    assert lines[20:] == ["title: is bad", "180 more problems like these; correct these first"]
+    different = [Problem("title", "is " + "x" * i) for i in range(150)]
+    assert str(ScenarioError(*different)).splitlines()[100:] == ["50 more problems like these; correct these first"]
+
+
 @pytest.mark.parametrize("room", ["scenario", "engine", "sweep", "keys", "numerics"])
 def test_no_sentence_is_mended(room):
     """The text of an error, a problem, a warning is only ever handed on."""

@@ -91,10 +91,13 @@ def run(
                 progress=report,
             )
         failed = int((~dataset["status"].isin(GOOD)).sum())
+        total, too_many = dataset["status"].size, failed > allowed(dataset["status"].size)
         if not quiet:
             with console.unheard():
                 _tell(dataset, target)
-        if failed > allowed(dataset["status"].size):
+        elif too_many:
+            typer.echo(f"error: {failed} of {total} runs failed; lienumba info {target} says how", err=True)
+        if too_many:
             raise typer.Exit(console.SOME_FAILED)
 
 

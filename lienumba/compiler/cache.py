@@ -14,8 +14,10 @@ import hashlib
 import os
 import platform
 import shutil
+import stat
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -62,16 +64,38 @@ _state = functools.cache(lambda: state())  # that of this process
 
 @functools.cache
 def folder() -> Path:
-    """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be."""
+    """The folder of this state of package, libraries and interpreter; made if need be, temporary if it cannot be, or
+    if it is not the user's own: who can write there could plant machine code."""
     path = root() / _state()
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            return path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.mkdir(mode=0o700, exist_ok=True)
+        foreign = _foreign(path)
+        if not foreign:
+            with tempfile.TemporaryFile(dir=path):
+                return path
+        warnings.warn(
+            f"the cache {path} {foreign}, so its machine code is not trusted and is made anew for this process; delete "
+            "that folder, or name one of your own in LIENUMBA_CACHE_DIR",
+            stacklevel=2,
+        )
     except OSError:
-        path = Path(tempfile.mkdtemp(prefix="lienumba-cache-"))
-        atexit.register(shutil.rmtree, path, ignore_errors=True)
-        return path
+        pass
+    path = Path(tempfile.mkdtemp(prefix="lienumba-cache-"))
+    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    return path
+
+
+def _foreign(path: Path) -> str:
+    """Why others could have written into a folder; empty if they could not."""
+    if not hasattr(os, "geteuid"):
+        return ""  # on Windows the user's folder is the user's
+    at = path.lstat()
+    if stat.S_ISLNK(at.st_mode):
+        return "is a link"
+    if at.st_uid != os.geteuid():
+        return "belongs to another user"
+    return "may be written by others" if at.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else ""
 
 
 def name_of(key: str, kind: str = "o") -> str:

@@ -9,7 +9,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.words import show
 
 
-def share_of(labels: Sequence[int], given: object, resolved: Scenario) -> list[int]:
+def share_of(labels: Sequence[int], given: object, resolved: Scenario) -> Sequence[int]:
     """Those of the labels that belong to a part, if a scenario has any."""
     part, data = SweepPart.parse(given), resolved.data
     if resolved.plan is not None:
@@ -50,7 +50,7 @@ class SweepPart:
         """What keeps the files of parts apart."""
         return f".part{self.number}of{self.of}"
 
-    def share(self, labels: Sequence[int]) -> list[int]:
+    def share(self, labels: Sequence[int]) -> Sequence[int]:
         """The labels of this part: consecutive ones."""
         if self.of > len(labels):
             raise ScenarioError(
@@ -58,4 +58,4 @@ class SweepPart:
                 f"{len(labels)} parts at most"
             )
         first, last = (len(labels) * n // self.of for n in (self.number - 1, self.number))
-        return list(labels[first:last])
+        return labels[first:last]

@@ -11,7 +11,7 @@ from lienumba.engine.results import Results
 from lienumba.engine.runner import check_workers, in_memory
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.arguments import check_labels
+from lienumba.scenario.base.arguments import check_count, labels_of
 from lienumba.scenario.reading.loading import MODEL_KEYS
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import check_initial, design
@@ -92,8 +92,8 @@ class Prepared:
 
         check_workers(workers)
         resolved = self._with(dict(parameters or {}), samples)
-        labels = list(resolved.labels if runs is None else runs)
-        check_labels(labels, resolved.data.sweep.runs)
+        labels = labels_of(runs, resolved.labels)
+        check_count(len(labels), len(resolved.data.sweep.vary))
         nominal = self._start(resolved, labels)
         wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
         results = self._results.with_numbers(resolved, nominal)
@@ -171,7 +171,7 @@ def prepare(
     for sentence in resolved.warnings:
         warnings.warn(str(sentence), stacklevel=2)
     prepared = Prepared(resolved)
-    compiled_of(resolved, prepare_runs(resolved, list(resolved.labels)[:1], nominal=prepared._nominal), True)
+    compiled_of(resolved, prepare_runs(resolved, list(resolved.labels[:1]), nominal=prepared._nominal), True)
     return prepared
 
 

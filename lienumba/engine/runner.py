@@ -13,7 +13,7 @@ from lienumba.engine.cores import usable_cores
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
 from lienumba.errors import ClusterError, ScenarioError
-from lienumba.scenario.base.arguments import check_labels
+from lienumba.scenario.base.arguments import check_count, labels_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Nominal, check_initial, design, prepare
 from lienumba.store.outputs import TakenError, WriteError
@@ -106,12 +106,11 @@ def run(
     if told:
         for warning in resolved.warnings:
             warnings.warn(str(warning), stacklevel=2)
-    data = resolved.data
-    labels = list(resolved.labels if runs is None else runs)
     check_workers(workers)
-    check_labels(labels, data.sweep.runs)
+    labels = labels_of(runs, resolved.labels)
     if part is not None:
         labels = share_of(labels, part, resolved)
+    check_count(len(labels), len(resolved.data.sweep.vary))
     if resolved.plan is not None:
         _check_study(resume, dask)
     if dask is not None:

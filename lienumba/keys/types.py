@@ -3,7 +3,7 @@
 A key's description is also the remedy in its error messages, which read "give <description>".
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
@@ -48,6 +48,7 @@ ZERO: Any = [0.0, 0.0, 0.0]
 BodyPair = Annotated[list[str], Field(min_length=2, max_length=2)]
 Two = Annotated[list[Vec3], Field(min_length=2, max_length=2)]
 CoordinateKind = Literal["angle", "displacement"]
+COORDINATE_KINDS: tuple[str, ...] = get_args(CoordinateKind)
 Axes = Literal["global", "body"]
 AXES: Any = Field(default="global", description='the axes of the value: "global" or "body"')
 

@@ -34,6 +34,7 @@ from lienumba.scenario.reading.loading import apply_overrides, load, name_unname
 from lienumba.scenario.reading.start_file import read_in
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
+from lienumba.scenario.schema.skeleton import broken
 from lienumba.scenario.study_points import Plan, plan_of
 from lienumba.store.form import damaged, scenario_tables
 from lienumba.sweep.design import NOMINAL_RUN
@@ -243,6 +244,8 @@ def written_tables(ds: "xr.Dataset", where: str) -> Keys:
 
 def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: Set[str] = frozenset()) -> Scenario:
     """Check a scenario that has its files; problems: those known already; elsewhere: parameters that are used there."""
+    if misshapen := broken(raw):
+        raise ScenarioError(*problems, *misshapen)
     parameters, wrong = take(raw)
     if wrong and not parameters.places:  # nothing else can be judged without them
         raise ScenarioError(*problems, *wrong)

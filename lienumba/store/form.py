@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -38,8 +38,9 @@ def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",)) 
     """
     _check_selection(ds, where, needed)
     _check_attributes(ds, where)
+    grid = {str(dim) for x in ds.coords.values() if x.attrs.get("role") == "grid" for dim in x.dims}
     for name, x in ds.variables.items():
-        _check_variable(ds, str(name), x, where)
+        _check_variable(ds, str(name), x, grid, where)
     _check_statuses(ds["status"], where)
     if study_layout.is_study(ds):
         _check_study(ds, where)
@@ -102,7 +103,7 @@ def _check_attributes(ds: xr.Dataset, where: str) -> None:
     scenario_tables(ds, where)
 
 
-def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, where: str) -> None:
+def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, grid: Set[str], where: str) -> None:
     for key in TEXTS:
         if not isinstance(x.attrs.get(key, ""), str):
             raise damaged(where, f"the attribute {key} of {name} is no text")
@@ -118,7 +119,6 @@ def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, where: str) -> No
         if x.dims != RUN or x.dtype.kind != "f":
             raise damaged(where, f"the input {name} is not one number for each run")
     elif (spec := VARIABLES.get(name) or study_layout.VARIABLES.get(name)) is not None:
-        grid = {str(dim) for y in ds.coords.values() if y.attrs.get("role") == "grid" for dim in y.dims}
         own = [FULL if dim == RUN[0] and FULL in x.dims else dim for dim in spec.dims]
         kept = [dim for dim in own if dim in x.dims or dim in DIMENSIONS]
         if [dim for dim in x.dims if dim not in grid] != kept or x.dtype.kind not in NUMERIC:

@@ -144,6 +144,41 @@ def test_a_copy_that_is_not_edited_shares_the_folder(tmp_path, folder):
     assert compiled(folder, PYTHONPATH=str(other), SCRIPTS=str(other)) == (0, first)
 
 
+# ---------------------------------------------------------------- whose it is
+def test_a_new_folder_is_the_users_alone(here):
+    old = os.umask(0o002)
+    try:
+        path = cache.folder()
+    finally:
+        os.umask(old)
+    assert path.parent == here
+    assert path.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs owners")
+@pytest.mark.parametrize("why", ["is a link", "belongs to another user", "may be written by others"])
+def test_what_others_could_have_planted_is_not_loaded(here, why, monkeypatch):
+    cache.keep("entry", b"planted")
+    path = cache.folder()
+    assert cache.recall("entry") == b"planted"
+    if why == "is a link":
+        path.rename(here / "elsewhere")
+        path.symlink_to(here / "elsewhere")
+    elif why == "belongs to another user":
+        owner = os.geteuid()
+        monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+    else:
+        path.chmod(0o770)
+    cache.folder.cache_clear()
+    with pytest.warns(UserWarning, match=f"the cache {path} {why}, so its machine code is not trusted .* delete that"):
+        other = cache.folder()
+    assert other != path
+    assert other.stat().st_mode & 0o777 == 0o700
+    assert cache.recall("entry") is None
+    cache.keep("entry", b"own")
+    assert cache.recall("entry") == b"own"
+
+
 # ---------------------------------------------------------------- entries
 def counted(value: bytes) -> tuple[Callable[[], bytes], list[int]]:
     calls: list[int] = []

@@ -3,7 +3,7 @@
 import glob
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -176,6 +176,8 @@ class LazyTable:
 
 def _paths(files: Paths) -> list[Path]:
     """The files that are named; a pattern that the shell has left as it is names all that match."""
+    if not isinstance(files, Iterable) or not all(isinstance(file, str | os.PathLike) for file in files):
+        raise ScenarioError.at("files", "must be paths in a list", 'give such as ["a.nc", "b.nc"]', files)
     found: list[Path] = []
     for name in (os.fspath(file) for file in files):
         matching = [name] if os.path.exists(name) or not glob.has_magic(name) else sorted(glob.glob(name))

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
+from lienumba.keys.types import COORDINATE_KINDS
 from lienumba.mechanics.mechanism.model import Code, Coordinate
 
 
@@ -32,8 +33,8 @@ class Names(Protocol):
     def limited(self, limit: str) -> int:
         """The joint of a limit."""
 
-    def coordinate(self, joint: str, kind: str | None) -> Coordinate:
-        """A coordinate of a joint: the first where its kind is omitted."""
+    def coordinate(self, joint: str, kind: str | None, among: Sequence[str] = COORDINATE_KINDS) -> Coordinate:
+        """A coordinate of a joint: the first, among those of these kinds, where its own is omitted."""
 
     def code(
         self,

@@ -1,9 +1,12 @@
 """What the command line gives as text: run labels (`3,17` or `0:500`) and settings (`path=value`)."""
 
+import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from lienumba.errors import ScenarioError
+
+BYTES = 100  # of memory for the label of a run, at least
 
 
 def parse_labels(text: str, runs: int) -> list[int]:
@@ -29,6 +32,33 @@ def parse_ranges(text: str, at: str) -> list[range]:
             raise ScenarioError.at(f"{at}{text}", f'the range "{part}" is empty', "put its end above its start")
         ranges.append(range(start, start + 1 if end is None else int(end)))
     return ranges
+
+
+def labels_of(given: object, every: range) -> Sequence[int]:
+    """The labels of the runs that are asked for; for None all of the sweep, every."""
+    if given is None:
+        return every
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ScenarioError.at("runs", "must be labels in a list", "give such as [3, 17] or range(500)", given)
+    labels = list(given)
+    check_labels(labels, every.stop)
+    return labels
+
+
+def check_count(runs: int, inputs: int) -> None:
+    """A ScenarioError for runs whose labels and samples, so many of each, this machine has no memory for."""
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return
+    needed = runs * (BYTES + 8 * inputs)
+    if needed > memory:
+        raise ScenarioError.at(
+            f"{runs:,} runs",
+            f"their labels and samples alone take {needed / 2**30:,.0f} GiB of memory, and there are "
+            f"{memory / 2**30:,.0f}",
+            f"run parts of them, one after the other: --part 1/{2 * needed // memory + 1}",
+        )
 
 
 def check_labels(labels: Sequence[int], runs: int) -> None:

@@ -54,8 +54,8 @@ class _Walk:
             if len(key) > LONGEST_KEY:
                 rule = f"is {len(key):,} characters long, at most {LONGEST_KEY} are allowed"
                 raise ScenarioError.at(f"the key {_text((*place, key))}", rule, "give a shorter one")
-            if CONTROL.search(key):
-                rule = "has a control character in its name"
+            if not key.isprintable():
+                rule = "has a character in its name that cannot be seen"
                 raise ScenarioError.at(f"the key {_text((*place, key))}", rule, "take it out")
         return {str(key): self.value(item, (*place, key)) for key, item in table.items() if item is not None}
 

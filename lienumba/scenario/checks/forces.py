@@ -59,7 +59,7 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
 
 
 def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, report: Report) -> None:
-    found = find_coordinate(place, "joint", force.joint, "coordinate", force.coordinate, joints, report)
+    found = find_coordinate(place, "joint", force.joint, "coordinate", force.coordinate, joints, report, force.kinds)
     if found is None or found[1] in force.kinds:
         return
     wanted, type_of_joint = force.kinds[0], joints[force.joint]["type"]

@@ -1,6 +1,6 @@
 """What is wrong with a joint: the names it refers to, where it is placed, its directions, one sentence each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lienumba.errors import missing
@@ -169,9 +169,17 @@ def _check_coupling(place: str, joint: Coupling, joints: Tables, report: Report)
 
 
 def find_coordinate(
-    place: str, key: str, name: str, kind_key: str, kind: str | None, joints: Tables, report: Report
+    place: str,
+    key: str,
+    name: str,
+    kind_key: str,
+    kind: str | None,
+    joints: Tables,
+    report: Report,
+    among: Sequence[str] = (),
 ) -> tuple[str, str] | None:
-    """The joint's name and the kind of its coordinate; None, and a problem, if there is none such."""
+    """The joint's name and the kind of its coordinate; None, and a problem, if there is none such. among: the kinds
+    that suit, if not all do."""
     at = f"{place}.{key}"
     if name not in joints:
         having = [joint for joint, table in joints.items() if coordinate_kinds(table.get("type"))]
@@ -191,6 +199,8 @@ def find_coordinate(
         )
         return None
     its = f"{name} is a {type_of_joint} joint, which has"
+    if kind is None and len(suiting := [x for x in kinds if x in among]) == 1:
+        return name, suiting[0]
     if kind is None and len(kinds) > 1:
         names = " or ".join(f'"{own}"' for own in kinds)
         report.problems.append(missing(f"{place}.{kind_key}", f"give {names}", f"{its} {len(kinds)}"))

@@ -58,7 +58,7 @@ def check_table(sweep: Keys, vary: Mapping[str, Distribution], report: "Report")
 def no_path(name: str, error: paths.PathError) -> Problem:
     """What is wrong with a column whose name is no path."""
     verb, remedy = error.problem.verb, error.problem.remedy
-    other = f", or say in sweep.vary what varies with it: {{ column = {show(name)} }}"
+    other = f", or let another path vary with it in sweep.vary: {{ column = {show(name)} }}"
     verb, remedy = (verb, remedy + other) if remedy else (verb + other, "")
     return Problem(_taken(name), "", remedy, verb=verb, within=("sweep.table",))
 

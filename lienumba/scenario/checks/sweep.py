@@ -1,5 +1,6 @@
 """Every path of `sweep.vary` must lead to a number of the model that its distribution suits."""
 
+import re
 from functools import cache
 from sys import float_info
 from typing import TYPE_CHECKING, Any
@@ -51,6 +52,7 @@ def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Rep
         report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
+    parts: dict[str, str] = {}
     kinds: dict[str, Distribution] = {}
     before = len(report.problems)
     for path, entry in vary.items():
@@ -61,8 +63,7 @@ def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Rep
         try:
             nominal = _nominal(path, model, parameters, shape)
             name = paths.canonical(path, model)
-            _refuse_overlap(name, seen)
-            seen[name] = path
+            _refuse_overlap(name, path, seen, parts)
         except paths.PathError as error:
             shown = printable(path)
             unmapped = isinstance(entry, dict) and entry.get("column") == path
@@ -92,16 +93,18 @@ def _kind(entry: object) -> Distribution | None:
     return None if form is None else read(DISTRIBUTIONS[form], entry)
 
 
-def _refuse_overlap(name: str, seen: dict[str, str]) -> None:
-    """A number varies once: neither under two names, nor alone and as a part."""
+def _refuse_overlap(name: str, path: str, seen: dict[str, str], parts: dict[str, str]) -> None:
+    """A number varies once: neither under two names, nor alone and as a part. seen: the paths so far by their names;
+    parts: by the names of all that they are parts of."""
     if name in seen:
         raise paths.PathError(f'is the same number as "{seen[name]}"', "vary it once")
-    for other, written in seen.items():
-        inner, outer = sorted((name, other), key=len, reverse=True)
-        if inner.startswith((f"{outer}[", f"{outer}.")):
-            raise paths.PathError(
-                f'varies together with "{written}", of which one is a part of the other', "vary it once"
-            )
+    around = [name[: match.start()] for match in re.finditer(r"[.\[]", name)]
+    other = parts.get(name) or next((seen[outer] for outer in around if outer in seen), None)
+    if other is not None:
+        raise paths.PathError(f'varies together with "{other}", of which one is a part of the other', "vary it once")
+    seen[name] = path
+    for outer in around:
+        parts.setdefault(outer, path)
 
 
 def _check_intervals(vary: Keys, parameters: "Parameters", report: "Report") -> None:

@@ -24,10 +24,11 @@ GROUND, SHAPES = "ground_shapes", "shapes"
 
 def problems(error: "ValidationError", raw: object) -> list[Problem]:
     """One problem per error of pydantic."""
-    return [_problem(item, raw) for item in error.errors(include_url=False)]
+    return [problem(item, raw) for item in error.errors(include_url=False)]
 
 
-def _problem(item: "ErrorDetails", raw: object) -> Problem:
+def problem(item: "ErrorDetails", raw: object) -> Problem:
+    """That of one error."""
     loc, kind, value, context = item["loc"], item["type"], item["input"], item.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(loc, raw)

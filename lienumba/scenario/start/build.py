@@ -11,6 +11,7 @@ import numpy as np
 
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
+from lienumba.keys.types import COORDINATE_KINDS
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK
 from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.forces.compliant import forces_of
@@ -122,9 +123,9 @@ class _Builder:
     def limited(self, limit: str) -> int:
         return self.joints[next(x.joint for x in self.data.limits if x.name == limit)]
 
-    def coordinate(self, joint: str, kind: str | None) -> m.Coordinate:
+    def coordinate(self, joint: str, kind: str | None, among: Sequence[str] = COORDINATE_KINDS) -> m.Coordinate:
         index = self.joints[joint]
-        return m.Coordinate(index, kind or self.data.joints[index].coordinate_kinds[0])
+        return m.Coordinate(index, kind or next(x for x in self.data.joints[index].coordinate_kinds if x in among))
 
     def code(
         self,

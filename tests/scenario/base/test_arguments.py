@@ -3,7 +3,7 @@
 import pytest
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.base.arguments import check_labels, parse_assignments, parse_labels
+from lienumba.scenario.base.arguments import check_count, check_labels, labels_of, parse_assignments, parse_labels
 
 
 @pytest.mark.parametrize(
@@ -46,3 +46,17 @@ def test_assignments() -> None:
         "c": "[1, 2]",
         "d": "x=y",
     }
+
+
+def test_labels_of_python() -> None:
+    assert labels_of(None, range(-1, 10)) == range(-1, 10)
+    assert labels_of((x for x in (3, 1)), range(10)) == [3, 1]
+    for given in (5, "3"):
+        with pytest.raises(ScenarioError, match=r"runs = .*: must be labels in a list; give such as \[3, 17\]"):
+            labels_of(given, range(10))
+
+
+def test_more_runs_than_a_machine_has_memory_for() -> None:
+    check_count(10**6, 10)
+    with pytest.raises(ScenarioError, match=r"1,000,000,000,000 runs: their labels and samples alone take 93,\d* GiB"):
+        check_count(10**12, 0)

@@ -52,7 +52,7 @@ def cycle() -> list[Any]:
         ({"a": cycle()}, "a[0][0]: nests more than 32 tables and lists in one another; take brackets"),
         ({"a": WHOLE}, "a = 9223372036854775808: is a whole number that 64 bits cannot hold; write it with a"),
         ({"a": [0, 10**5000]}, "a[1] = a number of thousands of digits: is a whole number that 64 bits cannot"),
-        ({"a\x1b[2J": 1}, "the key a\\x1b[2J: has a control character in its name; take it out"),
+        ({"a\x1b[2J": 1}, "the key a\\x1b[2J: has a character in its name that cannot be seen; take it out"),
         ({"a": "b\0"}, 'a = "b\\x00": has a control character in it; take it out'),
         ({"a": "\ud800"}, 'a = "\\ud800": has a control character in it; take it out'),
         ({"files": {"a.py": "\0"}}, 'files.a.py = "\\x00": has a control character in it; take it out'),

@@ -428,15 +428,15 @@ def test_default_names_avoid_given_ones(tmp_path: Path) -> None:
     assert warning.startswith("model.forces.drag_4.linear = -1.0: is negative")
 
 
-def test_all_of_a_thousand_errors(tmp_path: Path) -> None:
+def test_as_many_of_a_thousand_errors_as_somebody_reads(tmp_path: Path) -> None:
     rods = [
         joint('type = "distance"', "points = [[0, 0, 0], [0, 0]]", f"length = {-i}", name=f"rod_{i}")
         for i in range(500)
     ]
     messages = refused_by_both(tmp_path, rig(*rods))
-    assert len(messages) == 1000
-    assert len(set(messages)) == 1000
-    assert messages[-1].startswith("model.joints.rod_499.length = -499: must be above 0")
+    assert len(set(messages)) == len(messages) == 41
+    assert messages[39].startswith("model.joints.rod_19.length = -19: must be above 0")
+    assert messages[40] == "960 more problems like these; correct these first"
 
 
 def test_a_force_without_a_coefficient_is_a_warning(tmp_path: Path) -> None:

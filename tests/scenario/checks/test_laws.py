@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import lienumba
 from tests.scenario.checks.refusal import VARY, accepted, driver, force, joint, refused_by_both, rig
 
 PIVOTED = 'joint = "pivot"'
@@ -128,11 +129,6 @@ FORCES = {
     "torsion_spring of a displacement": (
         rig(TUBE, force('type = "torsion_spring"', 'joint = "tube"', 'coordinate = "displacement"')),
         'model.forces.push.coordinate = "displacement": a torsion_spring acts on an angle; give "angle"',
-    ),
-    "torsion_spring of an ambiguous coordinate": (
-        rig(TUBE, force('type = "torsion_spring"', 'joint = "tube"', "stiffness = 1")),
-        'model.forces.push.coordinate is missing: tube is a cylindrical joint, which has 2; give "angle" '
-        'or "displacement"',
     ),
     "torsion_spring of a spherical joint": (
         rig(BALL, force('type = "torsion_spring"', 'joint = "ball"', "stiffness = 1")),
@@ -322,6 +318,26 @@ CASES = FORCES | {f"sweep of {name}": case for name, case in SWEEPS.items()}
 def test_wrong_argument(tmp_path: Path, case: tuple[str, ...]) -> None:
     text, *messages = case
     assert refused_by_both(tmp_path, text) == messages
+
+
+@pytest.mark.parametrize("kind", ["cylindrical", "screw"])
+def test_a_torsion_spring_takes_the_angle(kind: str) -> None:
+    """Which it has to be told of by nobody, though the joint has a displacement, too."""
+    joint = {
+        "name": "tube",
+        "type": kind,
+        "bodies": ["ground", "b"],
+        "points": [[0, 0, 0]] * 2,
+        "axes": [[0, 0, 1]] * 2,
+    }
+    joint |= {"pitch": 0.1} if kind == "screw" else {}
+    spring = {"name": "push", "type": "torsion_spring", "joint": "tube", "stiffness": 2.0, "free_angle": 0.5}
+    model = {"bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1]}], "joints": [joint], "forces": [spring]}
+    data = {"model": model | {"gravity": [0, 0, 0]}, "integrator": {"step": 0.01, "end_time": 0.02}}
+    ds = lienumba.run(data, workers=1)
+    assert ds.angular_velocity.values[0, -1, 0, 2] > 0.01
+    spring["coordinate"] = "angle"
+    assert (lienumba.run(data, workers=1).rotation == ds.rotation).all()
 
 
 # ------------------------------------------------------------------------------------------------ warnings

@@ -220,7 +220,7 @@ CASES = {
     "no path in the table": (
         sweep(MASS, keys='sampler = "table"\ntable = { columns = { m = [1, 2] } }'),
         'sweep.table: its column "m", taken as a path, does not exist; numeric paths are such as "gravity[0]", or '
-        'say in sweep.vary what varies with it: { column = "m" }',
+        'let another path vary with it in sweep.vary: { column = "m" }',
     ),
     "unequal columns": (
         sweep(

@@ -22,7 +22,7 @@ from lienumba.scenario.reading.toml_text import parse_value, read_toml
         ("a = 07:32:00", "a: is a time, which no scenario can hold; give a number, a text in quotes"),
         ('a = "x\x1b[2J"', "{}, line 1, column 7: not valid TOML: Illegal character '\\x1b', in `a = \"x\\x1b[2J\"`"),
         ('a = "\\u001b"', 'a = "\\x1b": has a control character in it; take it out'),
-        ('"a\\u0000" = 1', "the key a\\x00: has a control character in its name; take it out"),
+        ('"a\\u0000" = 1', "the key a\\x00: has a character in its name that cannot be seen; take it out"),
     ],
     ids=range(10),
 )  # fmt: skip

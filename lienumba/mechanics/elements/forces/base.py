@@ -18,7 +18,7 @@ from lienumba.groups import so3
 from lienumba.keys.conversions import timed, vec3
 from lienumba.keys.facts import facts
 from lienumba.keys.registry import Registry, literal
-from lienumba.keys.types import NAME_RULE, ZERO, BodyPair, CoordinateKind, Name, Section, Two, Vec3
+from lienumba.keys.types import COORDINATE_KINDS, NAME_RULE, ZERO, BodyPair, CoordinateKind, Name, Section, Two, Vec3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.forces.numbers import ForceNumber
 from lienumba.mechanics.elements.names import Names
@@ -191,7 +191,7 @@ class BetweenPoints(ForceLaw):
 class AlongJoint(ForceLaw):
     """Along a coordinate of a joint, of one of `kinds`; otherwise: what to use for another one."""
 
-    kinds: ClassVar[tuple[str, ...]] = ("angle", "displacement")
+    kinds: ClassVar[tuple[str, ...]] = COORDINATE_KINDS
     otherwise: ClassVar[str] = "name another joint"
 
     joint: str = Field(description="the name of the joint")
@@ -206,7 +206,7 @@ class AlongJoint(ForceLaw):
         return (joints.coordinate(given.model, given.force.coordinate, view),)
 
     def to_model(self, names: Names) -> Force:
-        return self._force(names.ends(self.joint), coordinate=names.coordinate(self.joint, self.coordinate))
+        return self._force(names.ends(self.joint), coordinate=names.coordinate(self.joint, self.coordinate, self.kinds))
 
 
 def apart(force: Force, view: View) -> tuple[Motion, Motion, so3.Vec3]:
