@@ -11,6 +11,7 @@ from fuzzing.drawing import HOSTILE_TEXTS, Drawing
 from fuzzing.mutations import Tree, copied, mutated, names_of, number_paths
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import toml
+from lienumba.scenario.base.paths import LISTS
 from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
 
@@ -109,7 +110,7 @@ def _made(draw: Drawing) -> Tree:
         tree["integrator"]["coordinates"] = random.choice(
             draw.at("integrator", "coordinates").get("enum", ["lie", "joint"])
         )
-    for kind in ("joints", "joints", "drivers", "forces", "quantities", "events", "forces", "quantities"):
+    for kind in ("joints", *LISTS[1:], "forces", "quantities"):
         if random.random() < (0.8 if kind == "joints" else 0.3):
             tree = _changed(tree, draw, 6, kind)
     return tree

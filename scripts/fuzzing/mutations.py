@@ -4,11 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from fuzzing.drawing import HOSTILE_NUMBERS, Drawing, Names, every, nested
+from lienumba.scenario.base.paths import BESIDE, LISTS
 
 Tree = dict[str, Any]
 Place = tuple[Any, Any]  # a table or list, and a key in it
-LISTS = ("bodies", "joints", "drivers", "forces", "quantities", "events")
-BESIDE = ("quantities", "events", "inputs", "start")
 
 
 def copied(tree: Any) -> Any:
