@@ -1,10 +1,13 @@
 """The units of a scenario's numbers, by their paths."""
 
+from lienumba.keys.facts import Unit, facts
+from lienumba.mechanics.elements.contacts.base import ContactType
 from lienumba.mechanics.elements.drivers import DriverType, JointDriver
 from lienumba.mechanics.elements.forces.base import AlongJoint, ForceLaw
-from lienumba.mechanics.elements.joints import coordinate_kinds
+from lienumba.mechanics.elements.joints import coordinate_kinds, named
 from lienumba.mechanics.elements.joints.base import JointType
 from lienumba.mechanics.elements.joints.couplings import Coupling
+from lienumba.mechanics.elements.limits import Limit
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 
@@ -13,6 +16,7 @@ UNITS = {
     "angular_velocity": "rad s-1", "points": "m", "point": "m", "angle": "rad", "angles": "rad",
     "rotation_vector": "rad", "size": "m", "radius": "m", "radii": "m", "length": "m", "ends": "m",
 }  # fmt: skip
+OWN = ("joints", "drivers", "forces", "contacts", "limits")  # whose elements know their units
 SETTINGS = {
     "integrator.step": "s",
     "integrator.end_time": "s",
@@ -32,7 +36,13 @@ def units(path: str, model: Keys) -> str:
         return _of_coordinate(keys[1], keys[2], [token for token in tokens if isinstance(token, int)], model)
     if keys[0] == paths.INPUTS:
         return "s" if len(keys) > 2 and key in ("filter", "delay") else "1"
-    item = paths.get(model, tokens[:2]) if keys[0] in ("joints", "drivers", "forces") else None
+    item = paths.get(model, tokens[:2]) if keys[0] in OWN else None
+    if isinstance(item, ContactType):
+        own = facts(type(item), Unit)
+        return own[key].symbol if key in own else "1"
+    if isinstance(item, Limit):
+        kind = _coordinate(item.joint, item.coordinate, model)
+        return {"low": named(kind).unit, "high": named(kind).unit, "rest_speed": named(kind).rate_unit}.get(key, "1")
     if isinstance(item, Coupling):
         kinds = item.coordinates or (None, None)
         return item.unit(key, tuple(_coordinate(*x, model) for x in zip(item.joints, kinds, strict=True)))

@@ -14,6 +14,7 @@ from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.schema.scenario import section_of
 from lienumba.sweep.distributions.base import Distribution, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
@@ -103,6 +104,13 @@ def refused_below(path: str, model: Keys) -> Refused | None:
         if own is not None and is_positive(kind, key):
             return Refused(own.refused)
         return Refused("no rotor has", zero=False) if is_not_negative(kind, key) else None
+    if tokens[0] in ("contacts", "limits") and len(tokens) == 3:
+        stop = section_of(str(tokens[0]), paths.get(model, tokens[:2]))
+        if stop is None or tokens[2] not in stop.model_fields:
+            return None
+        positive, not_negative = is_positive(stop, str(tokens[2])), is_not_negative(stop, str(tokens[2]))
+        words = f"no {str(tokens[0]).removesuffix('s')} has"
+        return Refused(words, zero=positive) if positive or not_negative else None
     if tokens[0] == paths.INPUTS and tokens[2:] == ["filter"]:
         return Refused("no input follows with")
     return MASS if tokens[0] == "bodies" and tokens[2:] == ["mass"] else None

@@ -219,6 +219,15 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
             x = force.numbers.get(key)
             if number.sign is not None and number.sign.refused and x is not None and not callable(x):
                 bad |= number.sign.broken(np.asarray(x)) | np.isnan(x)
+    touching = [*model.contacts, *(force.contact for force in model.forces if force.contact is not None)]
+    stops: list[m.Limit | m.Contact] = [*model.limits, *touching]
+    for stop in stops:
+        bad |= ~((np.asarray(stop.restitution) >= 0.0) & (np.asarray(stop.restitution) <= 1.0))
+        bad |= ~(np.asarray(stop.rest_speed) >= 0.0)
+    for contact in touching:
+        bad |= ~((np.asarray(contact.kinetic) >= 0.0) & np.asarray(contact.static >= contact.kinetic))
+        for number in contact.numbers.values():
+            bad |= ~(np.asarray(number) > 0.0)
     for quantity in model.quantities:
         if is_input(quantity.name) and "filter" in quantity.numbers:
             bad |= ~(np.asarray(quantity.numbers["filter"]) > 0.0)

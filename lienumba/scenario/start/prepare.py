@@ -36,7 +36,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.invalid import refuse_invalid
-from lienumba.scenario.start.stops import problems_of_stops
+from lienumba.scenario.start.stops import begin_beyond, problems_of_stops
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
 
@@ -284,18 +284,24 @@ def prepare(
     whole = 1 < runs == asked and asked >= data.sweep.runs
     if whole and bad.all():
         refuse_invalid(scenario, samples)
-    good = done.good & _same_rank(done, nominal.lasting)
+    apart = ~begin_beyond(done.model, Instant(_rows(done.state), 0.0, {**done.angles}), runs)
+    good = done.good & apart & _same_rank(done, nominal.lasting)
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
         unmet = violations(done, start, 0)
-        why = unmet[0] if unmet else "its state is not finite, or its joints lock it"
+        why = unmet[0] if unmet else "its state is not finite, its joints lock it, or it begins beyond a stop"
         rule = f"no sampled run can be assembled with {varied} varied"
         remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
         raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
     states = np.where(np.isfinite(done.state), done.state, 0.0)
     model = with_ways(done.model, tuple(tuple(body.T) for body in states.transpose(1, 0, 2)), nominal.model)
     return Prepared(list(labels), samples, model, states.reshape(runs, -1), done.angles, codes, nominal)
+
+
+def _rows(state: np.ndarray) -> tuple[tuple[np.ndarray, ...], ...]:
+    """The states of bodies (runs, k, 18) as an Instant has them: of each body 18 arrays (runs,)."""
+    return tuple(tuple(body.T) for body in state.transpose(1, 0, 2))
 
 
 def _same_rank(done: Assembly, nominal: Rank) -> np.ndarray:
@@ -307,7 +313,6 @@ def _same_rank(done: Assembly, nominal: Rank) -> np.ndarray:
     good = np.flatnonzero(done.good)
     if len(good):
         model = map_numbers(permanent(done.model), lambda x, _: x[good] if np.ndim(x) else x)
-        bodies = tuple(tuple(body.T) for body in done.state[good].transpose(1, 0, 2))
-        now = Instant(bodies, 0.0, {which: angle[good] for which, angle in done.angles.items()})
+        now = Instant(_rows(done.state[good]), 0.0, {which: angle[good] for which, angle in done.angles.items()})
         same[good] = rank.ranks(model, now, len(good)) <= nominal.rank
     return same
