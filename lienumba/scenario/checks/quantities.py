@@ -54,6 +54,8 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
         _check_joint(place, str(quantity["joint"]), lists, report)
     for key in kind.rotations:
         check_rotation(f"{place}.{key}", getattr(checked, key), report)
+    if isinstance(value := getattr(checked, "value", None), str):
+        check_start(f"{place}.value", value, 1, report)
     if isinstance(checked, Momentum):
         _check_mass(place, checked, lists, report)
     for fault in checked.faults():
@@ -74,7 +76,7 @@ def _check_references(at: str, value: object, named: list[str], refers: Refers, 
 
 def with_states(lists: Lists) -> list[str]:
     """The forces whose states are stored by their names."""
-    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and f.get("name") not in VARIABLES]
+    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and str(f.get("name")) not in VARIABLES]
 
 
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:

@@ -126,3 +126,14 @@ def test_messages_do_not_speak_of(tmp_path: Path, case: str) -> None:
 def test_a_body_counts_once_in_a_momentum(tmp_path: Path) -> None:
     (message,) = refused_by_both(tmp_path, rig(seen("swing", "momentum", 'bodies = ["arm", "arm"]')))
     assert message.startswith("quantities.swing.bodies")
+
+
+def test_an_expression_of_the_time_has_numbers_from_the_start() -> None:
+    from lienumba.errors import ScenarioError
+    from lienumba.scenario.resolve import resolve
+    from tests.rigs.scenario_example import EXAMPLE
+
+    told = {"name": "d", "type": "expression", "value": "t/t"}
+    with pytest.raises(ScenarioError, match=r"quantities.d.value = \"t/t\": its value at t = 0 is nan; give a formula"):
+        resolve(EXAMPLE | {"quantities": [told]})
+    assert resolve(EXAMPLE | {"quantities": [told | {"value": "t*t"}]})
