@@ -56,6 +56,8 @@ def compare(data: dict[str, Any]) -> Comparison:
             if now.unique or quantity["type"] not in REACTIONS:
                 for part, x in SEEN[quantity["type"]](m, now, quantity).items():
                     full = f"{quantity['name']}.{part}" if part else quantity["name"]
+                    if quantity["type"] == "joint" and "angle" in part:  # whose turns are counted there
+                        x = x + 2 * np.pi * np.round((float(there[full]) - x) / (2 * np.pi))
                     same(f"{quantity['type']} {part}".strip(), x, there[full])
     size = max(1.0, *(float(np.abs(ds[name]).max()) for name in ("kinetic_energy", "work")))
     tolerance = data["integrator"]["tolerance"]

@@ -20,12 +20,18 @@ from tests.oracles.mechanisms.quantities import SEEN
 
 Table = dict[str, Any]
 END = 0.3  # s
-ELSEWHERE = {"python"}  # laws of one's own have oracles of their own
+ELSEWHERE = {  # laws of one's own, and what switches: tests of their own
+    "joints": {"python"},
+    "forces": {"python"},
+    "quantities": {"limit", "lock", "contact", "distance"},
+    "drivers": set(),
+}
 LEAST = 0.02  # of the singular values of C at the start: nearer to a singular position errors grow
 ROWS = {  # how many a joint has
     "spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "planar": 3,
     "point_on_line": 2, "point_in_plane": 1, "distance": 1, "parallel_axes": 2, "perpendicular_axes": 1, "screw": 5,
 }  # fmt: skip
+FORMS = ("value", "rate", "point", "orientation", "angular_velocity")  # of drivers
 LOOSE = ("distance", "point_in_plane", "point_on_line", "perpendicular_axes", "parallel_axes", "spherical", "universal")
 
 
@@ -36,9 +42,9 @@ def unknown() -> dict[str, set[str]]:
         "joints": (set(JOINTS), {*held.HELD, *held.COUPLED}),
         "forces": (set(FORCES), {*ON_BODIES, *ALONG_JOINTS}),
         "quantities": (set(QUANTITIES), set(SEEN)),
-        "drivers": (forms, {"value", "rate", "point", "orientation", "angular_velocity"}),
+        "drivers": (forms, set(FORMS)),
     }
-    return {what: found for what, (every, here) in known.items() if (found := every - here - ELSEWHERE)}
+    return {what: found for what, (every, here) in known.items() if (found := every - here - ELSEWHERE[what])}
 
 
 class Drawing:
@@ -176,7 +182,8 @@ class Drawing:
 
     # ------------------------------------------------------------ drivers
     def driver(self) -> None:
-        form, name = self.one(motion for kind in DRIVERS.values() for motion in kind.motions), f"d{len(self.drivers)}"
+        every = [motion for kind in DRIVERS.values() for motion in kind.motions]
+        form, name = self.one(x for x in every if x in FORMS), f"d{len(self.drivers)}"
         free = list(self.coordinates())
         if form in ("value", "rate") and free and self.freedom > 1:
             joint, kind = self.one(free)
@@ -367,10 +374,10 @@ def _drawn(d: Drawing) -> Table | None:
     for _ in range(int(d.rng.integers(0, 3))):
         d.driver()
     for _ in range(int(d.rng.integers(0, 4))):
-        if table := d.force(d.one(name for name in FORCES if name not in ELSEWHERE)):
+        if table := d.force(d.one(name for name in FORCES if name in ON_BODIES or name in ALONG_JOINTS)):
             d.forces.append(table)
     for _ in range(int(d.rng.integers(1, 4))):
-        if table := d.quantity(d.one(name for name in QUANTITIES if name not in ELSEWHERE)):
+        if table := d.quantity(d.one(name for name in QUANTITIES if name in SEEN)):
             d.quantities.append(table)
     if d.freedom < 1:
         return None

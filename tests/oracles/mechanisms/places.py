@@ -18,6 +18,7 @@ TINY = 1e-30
 CIRCLE = np.exp(1j * np.pi * (np.arange(8) + 0.5) / 8)  # its upper half; the lower one is conjugate
 FIRST, SECOND = CIRCLE**-1 / 8, 2 * CIRCLE**-2 / 8
 REACH = 0.08  # of the circle, in radians of the fastest body
+NEAR = 0.25  # m, which count as a radian: lengths of rods are no smooth functions beyond
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class State:
 
     def along(self, f: Function, t: float, a: Array | None = None) -> tuple[Array, Array]:
         """The first two derivatives of f along the motion (rows,)."""
-        reach = REACH / max(1.0, float(np.abs(self.w).max(initial=0.0)))
+        fastest = max(float(np.abs(x).max(initial=0.0)) for x in (self.w, self.v / NEAR))
+        reach = REACH / max(1.0, fastest)
         values = f(self.later(reach * CIRCLE, a), t + reach * CIRCLE)
         return (FIRST @ values).real / reach, (SECOND @ values).real / reach**2
 
