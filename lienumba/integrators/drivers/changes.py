@@ -247,9 +247,9 @@ def _go_on(
     r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
 ) -> None:
     """Modes of a lane from now on, and what of that is a change, to the books."""
-    p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + 2 * layout.conditions(sizes)
+    p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + layout.conditions(sizes)
     reactions.read(r, rows, first, sizes, lane)
-    for s in range(sizes.switches):  # what was, where only events' times are of use
+    for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = reactions.modes(r, rows, first, sizes, lane)
     if said != complementarity.SOLVED:

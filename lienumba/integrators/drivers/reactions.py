@@ -48,6 +48,7 @@ from lienumba.integrators.layout import (
 TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
 STILL = 1e-9  # m/s or rad/s: what moves no faster than this is at rest
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
+EDGE = 1e-6  # of the most that friction can be
 INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
 
 
@@ -143,13 +144,30 @@ def impulse(r: Reactions, switch: int) -> float:
 
 
 @inlined
-def _speed(r: Reactions, switch: int) -> float:
-    """Of the sliding of a switch."""
+def _along(r: Reactions, switch: int, x: np.ndarray) -> float:
+    """The length of what is along the tangents of a switch."""
     p, total = r.problem, 0.0
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
-        total += r.rates[i] * r.rates[i]
+        total += x[i] * x[i]
     return np.sqrt(total)
+
+
+@inlined
+def _fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
+    """Whether a condition of a switch has become true now."""
+    times = first.conditions + 2 * layout.conditions(sizes) + sizes.events
+    return rows[times + layout.CONDITIONS * switch + which, lane] == rows[first.lanes + layout.T, lane]
+
+
+@inlined
+def _on_edge(r: Reactions, switch: int) -> bool:
+    """Whether friction is as large as it may be: what begins to slide has no acceleration yet."""
+    p = r.problem
+    most = p.bound[switch]
+    if p.law[switch] != BOUNDED:
+        most = p.friction[switch] * p.x[p.switches[switch, SWITCH_FIRST]]
+    return _along(r, switch, p.x) > (1.0 - EDGE) * most
 
 
 @apart
@@ -160,7 +178,7 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
     for s in range(sizes.switches):
         kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
-        closed, speed = rows[on + s, lane] != OFF, _speed(r, s)
+        closed, speed = rows[on + s, lane] != OFF, _along(r, s, r.rates)
         if kind == BILATERAL and closed:
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= STILL and (closed or touches(rows, first, sizes, lane, row)):
@@ -195,12 +213,11 @@ def _slide(
 @apart
 def _slips(r: Reactions, switch: int, largest: float) -> bool:
     """Whether what was at rest begins to slide."""
-    p, total, scale = r.problem, 0.0, 0.0
+    p, scale = r.problem, 0.0
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
-        total += p.rates[i] * p.rates[i]
         scale += p.S[i, i]
-    return total > 0.0 and np.sqrt(total) > SLIGHT * largest * scale
+    return _along(r, switch, p.rates) > SLIGHT * largest * scale
 
 
 @apart
@@ -220,11 +237,10 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             resting = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
             pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
             if resting and pressed and _slips(r, s, largest):
-                speed = 0.0
-                end = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS]
-                for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
-                    speed += p.rates[i] * p.rates[i]
-                _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / np.sqrt(speed))
+                _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / _along(r, s, p.rates))
+                slipped = True
+            elif resting and pressed and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
+                _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / _along(r, s, p.x))
                 slipped = True
         if not slipped:
             break
@@ -235,6 +251,8 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
         if kind == UNILATERAL:
             pressed = p.law[s] >= PRESSES and p.rates[row] <= SLIGHT * largest * p.S[row, row]
+            leaves = how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS)
+            pressed = pressed and not (leaves and p.x[row] <= SLIGHT * largest)
             bare = p.switches[s, SWITCH_TANGENTS] == 0
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
         rows[on + s, lane] = how
