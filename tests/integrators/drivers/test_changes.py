@@ -1,0 +1,161 @@
+"""Runs that change: against closed forms, with every way of making steps, and alone as among others."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from lienumba.batch import statuses
+from lienumba.integrators import codes
+from tests.integrators.drivers.test_events import pendulum, run
+from tests.integrators.drivers.test_variable_step import equal
+
+G = 9.81
+LATCH = {"name": "latch", "when": "swing.angle > 30*deg", "action": "lock", "joint": "hinge"}
+FREE = {"name": "free", "when": "t > 1", "action": "unlock", "joint": "hinge"}
+FIXED = {"step": 0.01, "method": "dop853"}
+WAYS = [{"tolerance": 1e-11}, FIXED, {"tolerance": 1e-11, "method": "taylor"}]
+
+
+def body(*contacts: dict[str, Any], position: Any = (0, 0, 0.1), **integrator: Any) -> dict[str, Any]:
+    bodies = [{"name": "b", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": list(position)}]
+    every = [{"bodies": ["b", "ground"], "normal": [0, 0, 1], **c} for c in contacts]
+    model = {"gravity": [0, 0, -G], "bodies": bodies, "contacts": every}
+    return {"model": model, "integrator": {"end_time": 1.0, **integrator}, "output": {"every": 0.25}}
+
+
+def ball(restitution: Any, **integrator: Any) -> dict[str, Any]:
+    floor = {"name": "floor", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1}
+    return body(floor | {"restitution": restitution}, position=(0, 0, 1.1), **integrator)
+
+
+def changes(ds: Any, n: int = 0) -> list[tuple[float, int, int]]:
+    found = zip(*(ds[name][n].values for name in ("change_time", "change_kind", "change_what")), strict=True)
+    return [(float(t), int(kind), int(what)) for t, kind, what in found if np.isfinite(t)]
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_ball_bounces(how):
+    ds = run(ball(0.8, **how) | {"integrator": {"end_time": 3.75, **how}})
+    first = np.sqrt(2 / G)
+    times = first + 2 * first * np.cumsum([0.0, *0.8 ** np.arange(1, 11)])
+    told = changes(ds)
+    assert {(kind, what) for _, kind, what in told} == {(codes.IMPACT, 0)}
+    np.testing.assert_allclose([t for t, *_ in told], times[times < 3.75], atol=1e-11)
+    np.testing.assert_allclose(ds.change_energy[0, :3], G * 0.36 * 0.64 ** np.arange(3), rtol=1e-11)
+    assert float(abs(ds.energy_residual).max()) < 1e-10
+    assert float(ds.energy_lost[0]) == pytest.approx(G * (1 - 0.64 ** len(told)), rel=1e-11)
+
+
+def test_a_ball_comes_to_rest_below_the_speed_of_rest():
+    rest = ball(0.5, tolerance=1e-10)
+    rest["integrator"]["end_time"] = 2.0
+    rest["model"]["contacts"][0]["rest_speed"] = 0.1
+    ds = run(rest)
+    told = changes(ds)
+    speeds = np.sqrt(2 * G) * 0.5 ** np.arange(1, 10)
+    assert [kind for _, kind, _ in told] == [codes.IMPACT] * (1 + int((speeds >= 0.1).sum())) + [codes.CLOSED]
+    assert float(ds.position[0, -1, 0, 2]) == pytest.approx(0.1, abs=1e-12)
+    assert float(ds.energy_lost[0]) == pytest.approx(G, rel=1e-10)
+
+
+@pytest.mark.parametrize("how", [*WAYS, {"tolerance": 1e-11, "coordinates": "joint"}])
+def test_a_pendulum_locks_and_swings_on(how):
+    rates = lambda t, y: [y[1], G / 1.1 * np.cos(y[0])]  # noqa: E731
+    there = lambda t, y: y[0] - np.pi / 6  # noqa: E731
+    down = solve_ivp(rates, (0, 1), [0, 0], "DOP853", rtol=1e-13, atol=1e-14, events=there)
+    on = solve_ivp(rates, (1, 3), [np.pi / 6, 0], "DOP853", rtol=1e-13, atol=1e-14)
+    ds = run(pendulum(LATCH | {"once": True}, FREE, **how))
+    assert [x[1:] for x in changes(ds)] == [(codes.LOCKED, 0), (codes.RELEASED, 1)]
+    assert float(ds.event_time[0, 0]) == pytest.approx(down.t_events[0][0], abs=1e-11)
+    assert float(ds.position[0, -1, 0, 2]) == pytest.approx(-np.sin(on.y[0, -1]), abs=1e-9)
+    rate = np.sqrt(2 * G * 0.5 / 1.1)
+    assert float(ds.change_energy[0, 0]) == pytest.approx(G * 0.5, rel=1e-9)
+    assert float(ds.change_impulse[0, 0]) == pytest.approx(1.1 * rate, rel=1e-9)
+    assert float(abs(ds.energy_residual).max()) < 1e-9
+
+
+def test_what_is_locked_is_not_locked_again():
+    """Though its condition is beside the limit for the rest of the run."""
+    ds = run(pendulum(LATCH, tolerance=1e-10))
+    assert ds.event_count.values.tolist() == [[1]]
+    assert np.ptp(ds.position.values[0, 3:, 0, 2]) < 1e-12
+
+
+def feet(mu: float, slope: float) -> dict[str, Any]:
+    legs = [(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]
+    foot = {"type": "point_plane", "friction": mu}
+    contacts = [foot | {"name": f"leg{n}", "points": [[x, y, -0.3], [0, 0, 0]]} for n, (x, y) in enumerate(legs)]
+    data = body(*contacts, position=(0, 0, 0.3), tolerance=1e-10)
+    data["model"]["gravity"] = [G * np.sin(slope), 0, -G * np.cos(slope)]
+    return data
+
+
+@pytest.mark.parametrize(("slope", "slides"), [(0.2, 0.0), (0.4, G * (np.sin(0.4) - 0.3 * np.cos(0.4)))])
+def test_a_table_stands_on_four_legs_and_slides(slope, slides):
+    ds = run(feet(0.3, slope))
+    assert [kind for _, kind, _ in changes(ds)] == [codes.CLOSED] * 4
+    np.testing.assert_allclose(ds.position[0, -1, 0], [0.5 * slides, 0, 0.3], atol=1e-10)
+
+
+def test_a_block_slides_to_rest():
+    foot = {"name": "foot", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1, "friction": 0.3}
+    data = body(foot, tolerance=1e-10)
+    data["model"]["bodies"][0]["velocity"] = [2, 1, 0]
+    ds = run(data)
+    rolls = np.sqrt(5.0) / (0.3 * G * (1 + 0.01 / 0.1))  # the slip ends
+    assert changes(ds)[0] == (0.0, codes.CLOSED, 0)
+    assert changes(ds)[1][0] == pytest.approx(rolls, abs=1e-9)
+    assert changes(ds)[1][1] == codes.STUCK
+    speed = np.hypot(*ds.velocity[0, -1, 0, :2].values)
+    assert speed == pytest.approx(np.sqrt(5.0) - 0.3 * G * rolls, abs=1e-9)
+
+
+def test_friction_of_a_joint_sticks():
+    data = body(tolerance=1e-10)
+    data["model"] |= {
+        "joints": [{"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0.1],
+                    "axis": [1, 0, 0]}],
+        "forces": [{"name": "f", "type": "friction", "joint": "rail", "coulomb": 3.0, "static": 4.0}],
+    }  # fmt: skip
+    data["model"]["bodies"][0]["velocity"] = [2, 0, 0]
+    ds = run(data)
+    assert changes(ds) == [(pytest.approx(2 / 3, abs=1e-11), codes.STUCK, 0)]
+    assert float(ds.position[0, -1, 0, 0]) == pytest.approx(2 / 3, abs=1e-11)
+
+
+def test_sets_releases_and_says_what_cannot_close():
+    release = run(pendulum(LATCH | {"action": "release"}, tolerance=1e-11))
+    assert changes(release)[0][1:] == (codes.RELEASED, 0)
+    fall = release.velocity[0, -1, 0, 2] - release.velocity[0, -2, 0, 2]
+    assert float(fall) == pytest.approx(-0.25 * G, abs=1e-11)
+    data = body(position=(0, 0, 1), tolerance=1e-10)
+    data["model"]["joints"] = [{"name": "grip", "type": "spherical", "bodies": ["ground", "b"],
+                                "points": [[0, 0, 0]] * 2, "active": False}]  # fmt: skip
+    data["quantities"] = [{"name": "place", "type": "point", "body": "b"}]
+    data["events"] = [{"name": "catch", "when": "place.z < 0.5", "action": "engage", "joint": "grip"}]
+    far = run(data)
+    assert far.status.values.tolist() == [statuses.NOT_CLOSED]
+    data["events"][0]["when"] = "place.z < 1e-3"
+    near = run(data)
+    assert near.status.values.tolist() == [statuses.SUCCESS]
+    assert changes(near)[0][1:] == (codes.ENGAGED, 0)
+    assert float(near.change_energy[0, 0]) == pytest.approx(G * 0.999, rel=1e-9)
+    assert float(abs(near.position[0, -1]).max()) < 1e-12
+
+
+@pytest.mark.parametrize("how", [{"tolerance": 1e-9}, FIXED])
+def test_no_run_depends_on_its_neighbours(how):
+    data = ball("e", **how)
+    data["parameters"] = {"e": 0.5}
+    data["model"]["contacts"][0] |= {"restitution": 0.5, "rest_speed": 0.3}
+    del data["parameters"]
+    data["sweep"] = {"runs": 19, "vary": {
+        "contacts.floor.restitution": {"distribution": "uniform", "low": 0.1, "high": 0.9},
+        "bodies.b.position[2]": {"distribution": "uniform", "low": 0.2, "high": 1.5},
+    }}  # fmt: skip
+    ds = run(data)
+    assert len(set(ds.changes.values.tolist())) > 3
+    assert equal(ds, run(data, workers=2))
+    assert equal(ds.isel(run=[11, 2]), run(data, runs=[11, 2]))
