@@ -56,7 +56,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
-        check_events(lists, [*parameters.numbers, *parameters.formulas], report)
+        check_events(lists, parameters, report)
         start = read(StartSection, model.get("start", {}))
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)

@@ -367,6 +367,18 @@ def test_what_is_let_go_may_be_caught_again(tmp_path: Path) -> None:
     assert accepted(tmp_path, rig(event('action = "release"', 'joint = "pivot"'), again)) == []
 
 
+def test_conditions_are_compared_as_they_are_written(tmp_path: Path) -> None:
+    swing = '[[quantities]]\nname = "swing"\ntype = "joint"\njoint = "pivot"\n'
+    on = event('action = "lock"', 'joint = "pivot"', name="on", when="swing.rate > 0.5")
+    off = event('action = "unlock"', 'joint = "pivot"', name="off", when="swing.rate < 0.4")
+    assert accepted(tmp_path, rig(swing, on, off)) == []
+    both = off.replace("< 0.4", "> 0.5")
+    assert refused(tmp_path, rig(swing, on, both), command="validate") == [
+        'events.on.when = "swing.rate > 0.5": happens whenever events.off does, which has action = "unlock" of the '
+        "same joint; give one of the two another condition"
+    ]
+
+
 def test_names_of_what_has_none(tmp_path: Path) -> None:
     """A limit has that of its joint, and a second one another."""
     twice = limit('joint = "pivot"', "low = -1"), limit('joint = "pivot"', "low = 2", "high = 1")

@@ -8,28 +8,29 @@ from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.changes.named import no_coordinate, type_of
 from lienumba.scenario.checks.joints import Tables
 from lienumba.scenario.checks.quantities import Lists
+from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show, suggestion
 
 OPPOSITE = {LOCK.name: UNLOCK.name, RELEASE.name: ENGAGE.name}
 
 
-def check_events(lists: Lists, parameters: list[str], report: Report) -> None:
+def check_events(lists: Lists, parameters: Parameters, report: Report) -> None:
     """Check what every event does: whether it can ever be done, and whether others contradict it."""
     joints: Tables = {str(joint["name"]): joint for joint in lists["joints"]}
     found = [(place, event) for place, table in placed("events", lists["events"]) if (event := read(Event, table))]
-    acting = [event for _, event in found]
+    acting, known = [event for _, event in found], [*parameters.numbers, *parameters.formulas]
     for place, event in found:
         faults = [fault.below(place) for fault in event.faults()]
         report.problems += faults
         if faults:
             continue
         for name in event.parameters or ():
-            if name not in parameters:
-                known = suggestion(name, parameters) if parameters else "write it into [parameters]"
-                report.add(f"{place}.parameters.{name}", "is not a parameter", known)
+            if name not in known:
+                remedy = suggestion(name, known) if known else "write it into [parameters]"
+                report.add(f"{place}.parameters.{name}", "is not a parameter", remedy)
         if event.joint is not None:
             _check_joint(place, event, acting, joints, lists, report)
-    _check_against(found, report)
+    _check_against(found, parameters, report)
     _check_waiting(acting, lists, report)
 
 
@@ -91,15 +92,23 @@ def _check_driven(at: str, event: Event, drivers: list[Keys], report: Report) ->
             report.add(at, rule, "remove one of the two, or let a force drive it", event.joint)
 
 
-def _check_against(found: list[tuple[str, Event]], report: Report) -> None:
+def _check_against(found: list[tuple[str, Event]], parameters: Parameters, report: Report) -> None:
     """Events that are true at the same times and do opposite things."""
     for place, event in found:
+        when = _written(event, parameters)
         for other_place, other in found:
-            if OPPOSITE.get(event.action) != other.action or event.joint != other.joint or event.when != other.when:
+            same = event.joint == other.joint and when == _written(other, parameters)
+            if not same or OPPOSITE.get(event.action) != other.action:
                 continue
             if event.coordinate in (None, other.coordinate) or other.coordinate is None:
                 rule = f"happens whenever {other_place} does, which has action = {show(other.action)} of the same joint"
-                report.add(f"{place}.when", rule, "give one of the two another condition", event.when)
+                report.add(f"{place}.when", rule, "give one of the two another condition", when)
+
+
+def _written(event: Event, parameters: Parameters) -> str:
+    """The condition of an event, as the file has it."""
+    formula = parameters.places.get(("events", event.name, "when"))
+    return event.when if formula is None else formula.text
 
 
 def _check_waiting(acting: list[Event], lists: Lists, report: Report) -> None:
