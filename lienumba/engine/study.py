@@ -173,7 +173,7 @@ def doubts(ds: "xr.Dataset") -> list[str]:
     if ratios[worst].min() < TRUSTED:
         at = np.unravel_index(ratios[worst].argmin(), ratios[worst].shape)
         least, good = (float(typical(ds, f"{x}{worst}_error").values[at]) for x in ("", "reference_"))
-        unit = ds[f"{worst}_error"].attrs["units"]
+        unit = ds[f"{worst}_error"].attrs.get("units", "")
         found.append(
             f"study.reference: the smallest {worst}_error of the grid, {least:.2g} {unit}{_where(ds, at)}, is less "
             f"than {TRUSTED:g} times what the reference is good to, {good:.2g} {unit}; give a better reference, or "

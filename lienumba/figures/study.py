@@ -39,7 +39,7 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     for row, name in zip(axes, names, strict=True):
         values, error = typical(ds, name).values.ravel(), _error_of(name)
         logarithmic = bool((values > 0.0).any() if error else (values[np.isfinite(values)] > 0.0).all())
-        label = ("largest " if error else "") + axis_label(name, ds[name].attrs["units"])
+        label = ("largest " if error else "") + axis_label(name, ds[name].attrs.get("units", ""))
         for ax, cost in zip(row, costs, strict=True):
             _draw(ax, lines(ds, name, cost, logarithmic))
             if error and cost == STEP:

@@ -107,7 +107,8 @@ def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, grid: Set[str], w
     for key in TEXTS:
         if not isinstance(x.attrs.get(key, ""), str):
             raise damaged(where, f"the attribute {key} of {name} is no text")
-    if any(key in x.encoding and not np.isscalar(x.encoding[key]) for key in PACKED):
+    packed = [np.asarray(x.encoding[key]) for key in PACKED if key in x.encoding]
+    if any(number.dtype.kind not in NUMERIC or number.size != 1 for number in packed):
         raise damaged(where, f"{name} is packed by something that is no number")
     role = x.attrs.get("role")
     if name in COORDINATES:

@@ -1,28 +1,43 @@
-"""python -m faults_campaign [KILLS [SEED]]"""
+"""python -m faults_campaign [KILLS [SEED [DATASETS]]]"""
 
 import sys
 import tempfile
 from pathlib import Path
 
-from faults_campaign.kills import campaign
+from faults_campaign.attack import campaign as attack
+from faults_campaign.kills import Report, at_every_change, campaign
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "heavy_top_monte_carlo.toml"
 OPTIONS = [
     "--set", "sweep.runs=12000", "--set", "integrator.step=1e-4", "--set", "output.every=0.1",
     "--set", "output.mode=summary", "--set", 'output.full_runs="100:4000"',
 ]  # fmt: skip
+SHORT = [*OPTIONS[:1], "sweep.runs=64", *OPTIONS[2:6], "--set", "integrator.end_time=0.2", *OPTIONS[6:-1],
+         'output.full_runs="8:40"']  # fmt: skip
+PORTION = 100  # changed datasets that one process meets
 
 
-def main(kills: int, seed: int) -> int:
+def main(kills: int, seed: int, datasets: int) -> int:
+    def tell(line: str) -> None:
+        print(line, flush=True)
+
     with tempfile.TemporaryDirectory() as folder:
-        report = campaign(SCENARIO, Path(folder), OPTIONS, kills, seed, lambda line: print(line, flush=True))
-    print(
-        f"{report.kills} kills with -9, {report.sweeps} sweeps finished and compared: "
-        + (f"DIFFERENT: {', '.join(report.different)}" if report.different else "every bit the same")
-    )
-    return 1 if report.different else 0
+        random = campaign(SCENARIO, Path(folder), OPTIONS, kills, seed, tell)
+    with tempfile.TemporaryDirectory() as folder:
+        chosen = at_every_change(SCENARIO, Path(folder), SHORT, tell)
+    with tempfile.TemporaryDirectory() as folder:
+        found = attack(Path(folder), seed, -(-datasets // PORTION), PORTION, tell)
+    tell(f"at random moments: {_told(random)}")
+    tell(f"before and behind every change of a file: {_told(chosen)}")
+    tell(f"{found.files} changed datasets, {sum(found.codes.values())} commands: {len(found.faults) or 'no'} faults")
+    return 1 if random.different or chosen.different or found.faults else 0
+
+
+def _told(report: Report) -> str:
+    same = f"DIFFERENT: {', '.join(report.different)}" if report.different else "every bit the same, nothing left over"
+    return f"{report.kills} kills with -9, {report.sweeps} sweeps finished and compared: {same}"
 
 
 if __name__ == "__main__":
     numbers = [int(text) for text in sys.argv[1:]]
-    sys.exit(main(*[*numbers, *(60, 2015)[len(numbers) :]]))
+    sys.exit(main(*[*numbers, *(60, 2015, 1000)[len(numbers) :]]))

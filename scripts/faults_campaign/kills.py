@@ -2,11 +2,13 @@
 
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 
 import xarray as xr
@@ -71,16 +73,41 @@ def campaign(
                 break
         report.sweeps += 1
         report.different += same(whole, target)
-        left = [path.name for path in folder.iterdir() if path not in (whole, target)]
-        report.different += [f"left over: {name}" for name in left if not name.endswith(".partial")]
+        report.different += _left(folder, whole, target)
         tell(f"sweep {report.sweeps} is finished; different: {report.different or 'nothing'}")
     return report
+
+
+def at_every_change(
+    scenario: Path, folder: Path, options: Arguments, tell: Callable[[str], None] = lambda line: None
+) -> Report:
+    """Kill a sweep right before, and so behind, every change that it makes in its folder, and resume it each time."""
+    report, whole, target = Report(), folder / "whole.nc", folder / "killed.nc"
+    subprocess.run([*command(scenario, whole, options), "--overwrite"], check=True)
+    for call in count():
+        _clear(target)
+        line = command(scenario, target, [*options, "--resume"])
+        suicide = [sys.executable, "-m", "faults_campaign.suicide", str(call), str(folder), *line[3:]]
+        if subprocess.run(suicide).returncode != -signal.SIGKILL:
+            return report
+        report.kills += 1
+        report.moments.append(safe_runs(target))
+        subprocess.run(line, check=True)
+        report.sweeps += 1
+        report.different += same(whole, target) + _left(folder, whole, target)
+        tell(f"killed before change {call + 1}; different: {report.different or 'nothing'}")
+    raise AssertionError
+
+
+def _left(folder: Path, *files: Path) -> list[str]:
+    """What nobody needs any more."""
+    return [f"left over: {path.name}" for path in folder.iterdir() if path not in files]
 
 
 def _clear(target: Path) -> None:
     target.unlink(missing_ok=True)
     shutil.rmtree(target.with_name(f"{target.name}.runs"), ignore_errors=True)
-    for path in target.parent.glob(f"{target.name}.*.partial"):
+    for path in target.parent.glob(f"{target.name}.*"):
         path.unlink()
 
 

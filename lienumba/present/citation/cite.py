@@ -65,7 +65,8 @@ def _nominal(content: Tables, path: str) -> Any:
 def _unit(path: str, inputs: Mapping[str, "xr.DataArray"]) -> str:
     """That of an input, or of the first of its components."""
     return next(
-        (str(x.attrs["units"]) for name, x in inputs.items() if name == path or name.startswith(f"{path}[")), "1"
+        (str(x.attrs.get("units", "1")) for name, x in inputs.items() if name == path or name.startswith(f"{path}[")),
+        "1",
     )
 
 

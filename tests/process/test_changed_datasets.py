@@ -1,0 +1,96 @@
+"""Datasets that somebody or something has changed: every command ends with success or a sentence."""
+
+import contextlib
+import os
+import random
+from pathlib import Path
+
+import netCDF4
+import pytest
+from typer.testing import CliRunner
+
+from lienumba.cli import app
+from tests.rigs.places import scripts_on_path
+
+with scripts_on_path():
+    from faults_campaign import attack, datasets
+
+RAW = {  # of the whole, or of a variable: what an attribute becomes
+    "no TOML": (None, "scenario", "a ="),
+    "no text": (None, "scenario", 5),
+    "no scenario": (None, "scenario", "[sweep]\nruns = 'x'"),
+    "deep": (None, "scenario", "a = " + "[" * 5000),
+    "a title of numbers": (None, "title", [1.0, 2.0]),
+    "another version": (None, "lienumba_version", 5),
+    "other statuses": ("status", "flag_meanings", "fine"),
+    "codes that are words": ("status", "flag_values", "0 1 2"),
+    "units that are numbers": ("position", "units", 5),
+    "a scale that is a word": ("position", "scale_factor", "x"),
+    "a role of another": ("position", "role", "input"),
+    "no path": ("bodies.bob.mass", "role", "grid"),
+}
+COMMANDS = (["info"], ["info", "--cite"], ["analyse"], ["plot"], ["replay", "--run", "1"], ["report"])
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    return attack.prepared(tmp_path_factory.mktemp("sound"))
+
+
+@pytest.mark.parametrize("name", RAW)
+def test_attributes_of_other_kinds(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
+    where, key, value = RAW[name]
+    path = tmp_path / "x.nc"
+    path.write_bytes(sound["full"].read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        place = file if where is None else file.variables[where]
+        place.setncattr(key, value)
+    for command in COMMANDS:
+        with contextlib.chdir(tmp_path):
+            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert isinstance(done.exception, SystemExit), (command, done.exception)
+        assert done.exit_code == 2, command
+        (line,) = done.stderr.splitlines()
+        assert line.startswith(f"error: {path}"), command
+
+
+def test_a_title_is_text_on_a_terminal(sound: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    path.write_bytes(sound["full"].read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.title = "red \x1b[31m\x1b]0;own\x07 \u202e"
+    for command in (["info"], ["analyse", "tip"]):
+        done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert done.exit_code == 0
+        assert not {"\x1b", "\x07", "\u202e"} & {*done.output}
+    assert "red \\x1b[31m" in CliRunner().invoke(app, ["info", str(path)]).output
+
+
+def test_chunks_that_are_damaged(sound: dict[str, Path], tmp_path: Path) -> None:
+    """What netCDF says in the middle of the work."""
+    content = bytearray(sound["full"].read_bytes())
+    path = tmp_path / "x.nc"
+    told = set()
+    for first in range(8000, len(content), 16_000):
+        changed = content.copy()
+        changed[first : first + 64] = b"\xff" * 64
+        path.unlink(missing_ok=True)
+        path.write_bytes(changed)
+        done = CliRunner().invoke(app, ["analyse", str(path)])
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+        told.add(done.exit_code)
+    assert told <= {0, 2}
+
+
+def test_some_of_the_attack(tmp_path: Path) -> None:
+    """scripts/faults has more of it."""
+    with contextlib.chdir(os.getcwd()):
+        found = attack.attack(tmp_path, seed=3, count=6)
+    assert not found.faults, found.faults[0]
+    assert found.codes[2] > 2
+    assert found.codes[0] > 2
+
+
+def test_the_attack_is_the_same_every_time(sound: dict[str, Path], tmp_path: Path) -> None:
+    told = [datasets.changed(sound["full"], tmp_path / f"{n}.nc", random.Random(5)) for n in range(2)]
+    assert told[0] == told[1]
