@@ -71,7 +71,7 @@ def border(tracer: Tracer) -> Kernel:
     S, b, sound = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
     now, first = posture.now, constraints.permanent_rows(model)
     w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
-    triangle = [S[i][j] for i in range(len(S)) for j in range(i + 1)]
+    triangle = turning.triangle(model, now, S)
     numbers, memory = turning.numbers(model, now), turning.memory(model, now, w)
     return tracer.kernel("border", (*triangle, *w, *b, *gap, *numbers, *memory, sound))
 

@@ -6,6 +6,7 @@ from typing import Any
 from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant
+from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import laws
@@ -14,6 +15,7 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import sqrt, where
 
 NEVER = (0.0, 0.0)
+NEGLIGIBLE = 1e-12
 
 
 def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
@@ -90,3 +92,17 @@ def memory(model: Model, now: Instant, rates: Sequence[Number]) -> list[Any]:
         own: Vector = tuple(rates[switch.first : switch.first + switch.rows])
         found += laws.keeps(model, switch, everything, own)
     return found
+
+
+def triangle(model: Model, now: Instant, S: Sequence[Sequence[Number]]) -> list[Any]:
+    """The lower triangle of S, row by row; 0 in rows that say nothing beyond the permanent ones but for rounding: where
+    the diagonal is negligible beside what it would be for the bodies alone."""
+    first, alone = constraints.permanent_rows(model), [0.0 for _ in S]
+    bodies = with_lent_masses(model).bodies
+    for (row, column), x in constraints.jacobian(model, now).items():
+        if row >= first:
+            body = bodies[column // 6]
+            mass = body.mass if column % 6 < 3 else (body.inertia[0] + body.inertia[1] + body.inertia[2]) / 3.0
+            alone[row - first] = alone[row - first] + x * x / mass
+    says = [where(S[i][i] > NEGLIGIBLE * scale, 1.0, 0.0) for i, scale in enumerate(alone)]
+    return [says[i] * S[i][j] * says[j] for i in range(len(S)) for j in range(i + 1)]

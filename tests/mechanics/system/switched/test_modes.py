@@ -1,6 +1,7 @@
 """Whatever is on: the accelerations are those of a dense system of the rows in use, in both kinds of coordinates."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,14 +9,18 @@ import pytest
 from lienumba.mechanics.mechanism.kinematics import Instant, Mode
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switched.border import DEPENDENT, PARADOX
 from lienumba.mechanics.system.switches import FRICTION
 from lienumba.mechanics.tree import equations, locking, reactions
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start import prepare
 from tests.rigs import switching
 from tests.rigs.random_trees import close
 
 SEEDS = range(12)
+FOUR_BAR = Path(__file__).parents[4] / "scenarios" / "four_bar.toml"
 
 
 def cases(seed):
@@ -132,3 +137,17 @@ def test_rows_that_say_the_same_are_told():
     model, now = rod(0.2, contacts=2)
     solution = dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
     assert solution.sound == DEPENDENT
+
+
+def test_rows_that_only_rounding_tells_from_others_are_zero():
+    """In space, a planar linkage that closes by a hinge has two rows that say something: of five."""
+    released = {"name": "let_go", "when": "t > 1", "action": "release", "joint": "rocker_bearing"}
+    start = prepare.check_initial(resolve(FOUR_BAR, overrides={"events": [released]}))
+    model, now = start.model, start.now
+    structure = kkt.Structure.of(model)
+    S = dynamics.border(model, structure, now, [1.0] * structure.rows)[0]
+    triangle = np.zeros((5, 5))
+    triangle[np.tril_indices(5)] = turning.triangle(model, now, S)
+    assert [bool(x) for x in np.diag(triangle)] == [True, True, False, False, False]
+    close(triangle[:2, :2], np.tril(np.array(S)[:2, :2]))
+    assert not triangle[2:].any()
