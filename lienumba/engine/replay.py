@@ -156,7 +156,7 @@ def _dense(original: Scenario, every: float | None) -> Scenario:
 def _storing(original: Scenario, times: Tables) -> Scenario:
     """The scenario with the course of everything at these times."""
     own = original.data.output
-    kept = {"summary": own.summary, "joint_coordinates": own.joint_coordinates}
+    kept = {name: getattr(own, name) for name in ("summary", "joint_coordinates", "at_events", "max_changes")}
     also = [name for name in own.variables if name in OUTPUT_VARIABLES and OUTPUT_VARIABLES[name].asked]
     return resolve({**original.to_dict(), "output": {**times, **kept, "also": also}})
 

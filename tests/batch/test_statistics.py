@@ -155,6 +155,8 @@ def test_quantities_at_events(fall: xr.Dataset) -> None:
     ended = ds.status.values == 9
     np.testing.assert_array_equal(ds.event_velocity.values[ended, 1], ds.last_velocity.values[ended])
     assert abs(np.nan_to_num(ds.event_energy_residual)).max() < 1e-10
+    again = lienumba.replay(ds, 1)  # which warns where bits are others
+    assert bits(again["event_push.linear"])[1] == bits(ds["event_push.linear"].sel(run=[1]))[1]
 
 
 @pytest.mark.parametrize("output", [None, "out.nc"], ids=["memory", "disk"])
