@@ -21,7 +21,7 @@ from lienumba.analysis.panels.quantiles import (
     statuses,
     time_series,
 )
-from lienumba.analysis.panels.run_windows import reached
+from lienumba.analysis.panels.run_windows import reached, shown_runs
 from lienumba.analysis.panels.select_panels import STATUS, Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES, Style
@@ -36,6 +36,7 @@ BANDS = ((1, 3, 0.42), (0, 4, 0.22))  # levels from and to, opacity
 MEDIAN = LEVELS.index(0.5)
 NOMINAL: Style = {"color": "black", "lw": 1.0, "ls": (0, (4, 2))}
 SAMPLE: Style = {"color": "0.35", "lw": 0.6}
+CHANGE: Style = {"color": "0.5", "lw": 0.6, "ls": (0, (1, 2)), "zorder": 0.9}
 DECADES = 4  # of a logarithmic axis, below the largest
 LARGEST: Style = {"lw": 0.8, "ls": ":"}
 LEGEND: Style = {
@@ -65,6 +66,8 @@ def draw(ax: Axes, ds: xr.Dataset, panel: Panel) -> PanelSeries | None:
         ax.set(xlabel="time (s)", ylabel=label(course, panel))
         if panel.steps:
             ax.set_yticks(range(len(MODE.flags)), MODE.flags)
+        if shown.runs == 1 and "change_time" in ds:
+            _mark_changes(ax, ds, panel)
     else:
         _histograms(ax, histograms(ds, panel))
         ax.set(xlabel=label(ds, panel), ylabel="runs")
@@ -125,6 +128,13 @@ def _time_series(ax: Axes, shown: PanelSeries, panel: Panel) -> None:
     if logarithmic and largest:
         ax.set_yscale("log")
         ax.set_ylim(max(ax.get_ylim()[0], largest * 10.0**-DECADES))
+
+
+def _mark_changes(ax: Axes, ds: xr.Dataset, panel: Panel) -> None:
+    """When the mechanism of the one run that is shown changed."""
+    run = ds[panel.dim].values[shown_runs(ds, panel)][0]
+    for time in np.unique(ds["change_time"].sel(run=run).dropna("change")):
+        ax.axvline(time, **CHANGE)
 
 
 def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: bool) -> None:

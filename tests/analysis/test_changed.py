@@ -84,6 +84,21 @@ def test_flags_say_what_numbers_mean(tmp_path):
         assert opened.last_mode.sel(run=10, switch="stop") == 2
 
 
+def test_figures_mark_changes_of_one_run_and_draw_modes_as_steps():
+    from matplotlib import pyplot
+
+    from lienumba.figures.plots import figure
+
+    ax = figure(known().isel(run=[0]), "mode").axes[0]
+    uprights = {line.get_xdata()[0] for line in ax.lines if len({*line.get_xdata()}) == 1}
+    assert uprights == {0.1, 0.4}
+    assert {line.get_drawstyle() for line in ax.lines if len({*line.get_xdata()}) > 1} == {"steps-post"}
+    assert [x.get_text() for x in ax.get_yticklabels()] == ["off", "closed", "sliding"]
+    ax = figure(known(), "mode").axes[0]
+    assert not [line for line in ax.lines if len({*line.get_xdata()}) == 1]
+    pyplot.close("all")
+
+
 def test_kinds_are_those_of_the_drivers():
     assert len(NAMES) == codes.KINDS
     assert [kind.code for kind in KINDS] == [*range(codes.KINDS)]
