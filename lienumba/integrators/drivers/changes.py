@@ -60,6 +60,9 @@ def change(
     """Change the runs that are CHANGED, at their time T and state. Afterwards these have other modes, velocities and
     conditions, or a status."""
     x, p, lanes, switched = at.state, at.parameters, at.lanes, sizes.switches > 0
+    forces = False
+    for s in range(sizes.switches):
+        forces = forces or plan.switches[s, SWITCH_KIND] != BILATERAL
     border, impulses = at.change, at.change + ROW * layout.change_impulses(sizes)
     store(at.clock, layout.TIME, load(lanes, T))
     _project(kernels, sizes, at, table, limit, tolerance)
@@ -94,10 +97,11 @@ def change(
             if any_lane(hits):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(hits, x, at.now, layout.state_rows(sizes))
+            if forces and any_lane(hits):  # of locks and joints alone nothing is asked again
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
-                    _go_on(r, sizes, first, rows, runs, queue, plan, lane)
+                    _go_on(r, sizes, first, rows, runs, queue, lane, forces)
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
         for lane in range(W):
             if rows[first.lanes + CHANGED, lane] != 0.0:
@@ -244,14 +248,15 @@ def _hit(
 
 @apart
 def _go_on(
-    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
+    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, forces: bool
 ) -> None:
     """Modes of a lane from now on, and what of that is a change, to the books."""
     p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + layout.conditions(sizes)
     reactions.read(r, rows, first, sizes, lane)
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = reactions.modes(r, rows, first, sizes, lane)
+    said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
+    reactions.choose_rows(r, rows, first, sizes, lane)
     if said != complementarity.SOLVED:
         paradox = said == complementarity.PARADOX
         rows[first.lanes + STATUS, lane] = codes.PARADOX if paradox else codes.UNSOLVED

@@ -261,7 +261,6 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             for n in range(p.switches[s, SWITCH_TANGENTS]):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
                 rows[memory, lane] = p.direction[end - p.switches[s, SWITCH_TANGENTS] + n]
-    choose_rows(r, rows, first, sizes, lane)
     return 0
 
 
