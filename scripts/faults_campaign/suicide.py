@@ -22,7 +22,9 @@ def main(call: int, folder: str, arguments: list[str]) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     from lienumba.cli import main as lienumba
+    from lienumba.store import shards
 
+    shards.PAUSE = 0.0  # every chunk is a shard
     sys.argv = ["lienumba", *arguments]
     sys.addaudithook(audit)
     lienumba()
