@@ -27,7 +27,7 @@ PORTION = 2**15  # runs of one body that are prepared at a time
 @dataclass(frozen=True)
 class Progress:
     """What a progress callable receives: the stage ("compile" where that is needed, "run", "write"), and runs done and
-    failed of total, which grows where some go again."""
+    failed of total; those that go again are not yet done."""
 
     stage: str
     done: int
@@ -66,10 +66,12 @@ def simulate(
 ) -> Generator[Piece, None, None]:
     """Yield the runs as they finish; of each the status is final. before: runs done and failed already."""
     (done, failed), remaining = before, runs
-    total = done + len(runs.labels)
+    total, told, waiting = done + len(runs.labels), done, 0  # waiting: how many are to go again
 
     def report(count: float) -> None:
-        tell(Progress("run", done + int(count), total, failed))
+        nonlocal told
+        told = max(told, done + int(count) - waiting)
+        tell(Progress("run", told, total, failed))
 
     def compiling() -> None:
         tell(Progress("compile", done, total, failed))
@@ -81,13 +83,13 @@ def simulate(
             failed += int(np.count_nonzero(~np.isin(piece.codes, GOOD) & ~going))
             if going.any():
                 again.append(piece.tables["run"][LABEL][going])
+                waiting += int(np.count_nonzero(going))
                 piece = piece.of(~going)
             yield piece
         if not again:
             return
-        done = total
         remaining = remaining.part(np.isin(remaining.labels, np.concatenate(again)))
-        total += len(remaining.labels)
+        done, waiting = total - len(remaining.labels), 0
 
 
 @dataclass(frozen=True)
