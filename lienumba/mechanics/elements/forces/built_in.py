@@ -206,7 +206,7 @@ class Friction(AlongJoint):
         static, coulomb = constant(self.static), constant(self.coulomb)
         if self.static is None:
             return
-        if "velocity" in self.model_fields_set:
+        if self.velocity != type(self).model_fields["velocity"].default:  # which resolved scenarios have written out
             rule = "is of friction that is smooth about rest, and this one sticks"
             yield Problem("velocity", rule, "leave out either velocity or static", self.velocity)
         if "coulomb" not in self.model_fields_set:

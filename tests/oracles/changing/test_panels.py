@@ -1,0 +1,52 @@
+"""Panels that are let go and latch, 16 changes in each run, against minimal coordinates."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from tests.oracles.changing import scenarios
+from tests.oracles.changing.panels import Course, deploy
+
+CHAIN, Q, LATCH, LET_GO, END = scenarios.eight()
+HINGES = range(8)
+
+
+def known() -> Course:
+    return deploy(CHAIN, Q, np.zeros(11), LATCH, LET_GO, END)
+
+
+@pytest.fixture(scope="module")
+def course() -> Course:
+    return known()
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Any:
+    return lienumba.run(scenarios.panels(CHAIN, Q, LATCH, LET_GO, END)).isel(run=0)
+
+
+def test_every_change_comes_when_minimal_coordinates_say(dataset: Any, course: Course) -> None:
+    assert course.kinds.count("locked") == 8
+    for t, hinge, kind in zip(course.times, course.hinges, course.kinds, strict=True):
+        name = f"latch_{hinge}" if kind == "locked" else f"let_go_{hinge}"
+        assert float(dataset.event_time.sel(event=name)) == pytest.approx(t, abs=1e-10)
+    assert dataset.changes == 16
+    np.testing.assert_allclose(dataset.change_time, course.times, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(dataset.change_energy, course.lost, rtol=0, atol=1e-8)
+
+
+def test_the_end_is_that_of_minimal_coordinates(dataset: Any, course: Course) -> None:
+    last = dataset.isel(time=-1)
+    angles = [float(last[f"at_{i}.angle"]) for i in HINGES]
+    np.testing.assert_allclose(angles, course.q[3:], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(last.position.sel(body="hub")[:2], course.q[:2], rtol=0, atol=1e-10)
+
+
+def test_no_change_moves_a_momentum_or_loses_track_of_energy(dataset: Any, course: Course) -> None:
+    moved = np.sqrt(2 * sum(CHAIN.m) * sum(course.lost))  # kg m/s, a size of what moved
+    for kind in ("linear", "angular"):
+        assert abs(dataset[f"momentum.{kind}"]).max() < 1e-13 * moved
+    assert abs(dataset.energy_residual).max() < 1e-12 * sum(course.lost)
+    np.testing.assert_allclose(dataset.energy_lost, sum(course.lost), rtol=1e-9)
