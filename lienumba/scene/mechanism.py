@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from math import hypot
 
 import numpy as np
@@ -11,11 +12,12 @@ from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.base import AXIS, RAIL, ROD
 from lienumba.mechanics.elements.joints.python import PythonJoint
 from lienumba.mechanics.mechanism.massless import is_massless
-from lienumba.mechanics.mechanism.model import GROUND, Joint, Vec3
+from lienumba.mechanics.mechanism.model import GROUND, Contact, Joint, Vec3
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import geometry, numbered
+from lienumba.scene.contacts import outlines
 from lienumba.scene.solids import NOTHING, SHAPES, Solid, equivalent, looking
 
 ARM = "arm"
@@ -110,6 +112,7 @@ def mechanism(
         (
             *arms,
             *(line for joint in joints for line in _lines(joint, size) if line.kind == ROD or _is_bare(joint, shaped)),
+            *(line for contact in model.contacts for line in _touching(contact, size)),
         ),
         tuple(mark for mark in marks if mark.place.body not in clad),
         _free(scenario) and not ground.faces,
@@ -153,6 +156,13 @@ def _lines(joint: Joint, size: float) -> Iterator[Segment]:
         yield Segment(AXIS, joint.name, (next(ends), next(ends)))
         if kind.stays_parallel or kind.sides == 1:
             return  # one line for both
+
+
+def _touching(contact: Contact, size: float) -> Iterator[Segment]:
+    """Planes and round parts of a contact."""
+    for body, corners in outlines(contact, size):
+        for ends in pairwise([*corners, corners[0]]):
+            yield Segment(AXIS, contact.name, (Place(body, ends[0]), Place(body, ends[1])))
 
 
 def _along(point: Vec3, z: Vec3, length: float) -> Vec3:

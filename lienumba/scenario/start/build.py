@@ -43,7 +43,7 @@ def build(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
 
 
 def geometry(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
-    """Bodies, and the joints between two of them: what can be drawn, without running code of the user's own."""
+    """Bodies, joints between two of them and rigid contacts: what can be drawn, without code of the user's own."""
     return _Builder(numbered(scenario, samples), scenario.data.files).geometry()
 
 
@@ -102,7 +102,8 @@ class _Builder:
 
     def geometry(self) -> tuple[Model, Start]:
         drawn = [joint for joint in self.data.joints if joint.has_points or joint.sides]
-        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(x.to_model(self) for x in drawn))
+        touching = tuple(contact for x in self.data.contacts if not x.compliant for contact in x.to_model(self))
+        model = Model((0.0, 0.0, 0.0), self.masses(), tuple(x.to_model(self) for x in drawn), contacts=touching)
         return model, Start((), tuple(x.start() for x in drawn))
 
     def masses(self) -> tuple[m.Body, ...]:
