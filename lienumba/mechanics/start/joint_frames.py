@@ -32,7 +32,7 @@ from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.operations import absolute, cos, sin, sqrt, where
 
 X_AXIS, Y_AXIS, Z_AXIS = kinematics.UNIT
-LIMIT = 0.9  # a direction nearer to the x axis than this cosine takes its perpendicular from y
+LIMIT = 0.9  # a direction nearer to an axis x than this cosine takes its perpendicular from y
 
 
 # ---------------------------------------------------------------- what the scenario layer asks
@@ -124,6 +124,13 @@ def any_frame(z: Any) -> Frame:
     return frame(z, tuple(where(near_x, b, a) for a, b in zip(X_AXIS, Y_AXIS, strict=True)))
 
 
+def _carried(first: Frame, z: Any, a: Motion, b: Motion) -> Frame:
+    """The frame on the second side with this axis, and x of the first side where that is no axis of the second."""
+    x, y = (so3.rotate_back(b.R, so3.rotate(a.R, v)) for v in first[:2])
+    near = absolute(so3.dot(x, z)) > LIMIT
+    return frame(z, tuple(where(near, d, c) for c, d in zip(x, y, strict=True)))
+
+
 def relative_known(joint: Joint, poses: Poses) -> bool:
     """Whether the rotation of the joint's bodies relative to each other is given."""
     return len({poses.roots[i] if i != GROUND else GROUND for i in joint.bodies}) == 1
@@ -162,7 +169,7 @@ def place(joint: Joint, says: JointStart, bodies: tuple[Any, ...], angle: Any | 
     if says.references is not None:
         x2 = frame(second, says.references[1])
     elif angle is None and known:
-        x2 = frame(second, so3.rotate_back(b.R, so3.rotate(a.R, x1[0])))
+        x2 = _carried(x1, second, a, b)
     elif angle is not None and known:
         c, s = cos(angle), sin(angle)
         x2 = frame(second, so3.rotate_back(b.R, so3.rotate(a.R, so3.axpy(c, x1[0], so3.scale(s, x1[1])))))

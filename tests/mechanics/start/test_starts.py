@@ -228,6 +228,18 @@ def test_points_and_axes_at_the_start_become_those_of_the_bodies():
     np.testing.assert_allclose([joint.frames[0][2], joint.frames[1][2]], [X, R.T @ Z], atol=1e-15)
 
 
+@pytest.mark.parametrize("pins", [(X, Y), (X, Z), (Y, Z), (Y, X), (Z, X), (Z, (0.0, -1.0, 0.0)), (X, (0.0, 1.0, 1e-9))])
+def test_crossed_pins_along_any_axes_have_frames(pins):
+    """Also where the second pin is the direction from which the angle about the first counts."""
+    m = Model(GRAVITY, (unit_body("b"),), (Joint("j", "universal", (GROUND, 0)),))
+    done = assembled(m, [Pose(X, TURN)], [JointStart(at=X, axis=pins)])
+    joint, R = done.model.joints[0], np.array(TURN).reshape(3, 3)
+    for frame, pin, rotation in zip(joint.frames, pins, (np.eye(3), R), strict=True):
+        np.testing.assert_allclose(np.array(frame) @ np.array(frame).T, np.eye(3), atol=1e-15)
+        np.testing.assert_allclose(rotation @ frame[2], pin, atol=1e-15)
+    assert np.isfinite([*joint.numbers.values()]).all()
+
+
 def test_a_body_placed_by_nothing_cannot_carry_a_point_at_the_start():
     m, _ = closed_chain([(0, 0, 0), (1, 0, 0)], [Z, Z])
     says = (JointStart(at=ZERO, axis=(Z,)), JointStart(at=X, axis=(Z,)))
