@@ -305,7 +305,8 @@ class Workspace(NamedTuple):
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes, control: see
     above; now, following: iterates of a projection, for which there is room in `state` as well, and in `new` where the
     slopes are no longer needed; u: the argument of a stage; conditions: of events, at the start and
-    at the end of a step, and when they come true; change: what decides about modes; work: of the kernels.
+    at the end of a step, with all that `events` writes, and when they come true; change: what decides about modes;
+    work: of the kernels.
     """
 
     state: int
@@ -339,7 +340,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + 3 * conditions(sizes)
+    table = places + 2 * conditions(sizes) + max(conditions(sizes), sizes.values)
     change = table + table_rows(sizes.exchangeable)
     parameters = change + change_rows(sizes)
     work = parameters + sizes.parameters

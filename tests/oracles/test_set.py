@@ -15,10 +15,11 @@ def wound(coordinates: str) -> lienumba.System:
     system.body("bob", mass=MASS, inertia=[INERTIA] * 3)
     system.joint("hinge", "revolute", [system.ground, "bob"], points=[[0, 0, 0], [0, 0, ARM]], axes=[[0, 1, 0]] * 2,
                  references=[[1, 0, 0]] * 2, angle=0.5)  # fmt: skip
-    system.parameter("k", 1.0).parameter("twice", "2*k")
+    system.parameter("k", 1.0).parameter("a", 1.0).parameter("b", 1.0).parameter("c", 1.0)
+    system.parameter("twice", "2*k*a*b*c")
     system.force("spring", type="torsion_spring", joint="hinge", stiffness="twice")
     system.quantity("hinge", "joint", joint="hinge")
-    system.event("wind", "hinge.angle < 0.1", "set", parameters={"k": "3*k"}, once=True)
+    system.event("wind", "hinge.angle < 0.1", "set", parameters={"k": "3*k", "a": 2, "b": 4, "c": 0.125}, once=True)
     system.event("ease", "t > 0.6", "set", parameters={"k": 0.5})
     return system.integrator(method="dop853", tolerance=1e-11, end_time=1.0, coordinates=coordinates).output(every=0.1)
 
