@@ -74,7 +74,7 @@ QUANTITIES = {
     "no type": (
         rig("[[quantities]]\nname = \"tip\"\n"),
         "quantities.tip.type is missing; give one of point, joint, rotation_error, angular_velocity, reaction, "
-        "driver_effort, momentum, expression",
+        "driver_effort, momentum, expression, distance, contact, limit, lock",
     ),
     "no name": (
         rig('[[quantities]]\ntype = "point"\nbody = "arm"\n'),
