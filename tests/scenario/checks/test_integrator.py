@@ -91,8 +91,8 @@ CASES = {
     ),
     "an unknown action": (
         event('name = "far"', 'when = "t > 1"', 'action = "halt"'),
-        'events.far.action = "halt": is not known; known here are "record", "stop", "lock", "unlock", "release", "engage", '
-        '"set"',
+        'events.far.action = "halt": is not known; known here are "record", "stop", "lock", "unlock", '
+        '"release", "engage", "set"',
     ),
     "an event of parameters alone": (
         "[parameters]\nk = 1\n" + event('name = "far"', 'when = "k > 50"'),
