@@ -8,7 +8,7 @@ import numpy as np
 
 from lienumba.batch.statistics import Course
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import PROJECTIONS, element_rows, state_rows
+from lienumba.integrators.layout import PROJECTIONS, state_rows, work_row
 from lienumba.integrators.tracing.program import Outline
 from lienumba.integrators.tracing.tracer import BODIES
 from lienumba.mechanics.elements import quantities
@@ -130,7 +130,7 @@ class Record:
         return rows.reshape(blocks, outputs, bodies, ELEMENT, width)[:, :, :, first:end]
 
     def work(self) -> np.ndarray | float:
-        row = element_rows(self.program.sizes) + len(self.program.augmented.angles)
+        row = work_row(self.program.sizes)
         work: np.ndarray | float = self.rows[:, :, row] if self.program.augmented.work else 0.0
         return work
 

@@ -68,7 +68,8 @@ class Sizes(NamedTuple):
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
     hoisted; series: rows of the coefficients of a step and what belongs to them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
-    their memory, which are `switched`, `switches` and `memory` rows; values: numbers to which events set held ones.
+    their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
+    any; values: numbers to which events set held ones, and behind them the potential energy (J).
     """
 
     elements: int
@@ -90,6 +91,7 @@ class Sizes(NamedTuple):
     switched: int = 0
     switches: int = 0
     memory: int = 0
+    work: int = 0
     values: int = 0
 
 
@@ -103,6 +105,12 @@ def element_rows(sizes: Sizes) -> int:
 def state_rows(sizes: Sizes) -> int:
     """Of a state: its elements, and what is augmented."""
     return element_rows(sizes) + sizes.augmented
+
+
+@kernel
+def work_row(sizes: Sizes) -> int:
+    """The row of a state in which the work is."""
+    return element_rows(sizes) + sizes.work
 
 
 @kernel
@@ -169,7 +177,8 @@ def conditions(sizes: Sizes) -> int:
 
 @kernel
 def event_rows(sizes: Sizes) -> int:
-    """What the kernel `events` writes: the conditions, and the values to which events set held numbers."""
+    """What the kernel `events` writes: the conditions, and the values to which events set held numbers, with the
+    potential energy behind them."""
     return conditions(sizes) + sizes.values
 
 

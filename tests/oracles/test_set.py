@@ -15,12 +15,14 @@ def wound(coordinates: str) -> lienumba.System:
     system.body("bob", mass=MASS, inertia=[INERTIA] * 3)
     system.joint("hinge", "revolute", [system.ground, "bob"], points=[[0, 0, 0], [0, 0, ARM]], axes=[[0, 1, 0]] * 2,
                  references=[[1, 0, 0]] * 2, angle=0.5)  # fmt: skip
-    system.parameter("k", 1.0).parameter("a", 1.0).parameter("b", 1.0).parameter("c", 1.0)
+    system.parameter("k", 1.0).parameter("a", 1.0).parameter("b", 1.0).parameter("c", 7.0)
     system.parameter("twice", "2*k*a*b*c")
     system.force("spring", type="torsion_spring", joint="hinge", stiffness="twice")
     system.quantity("hinge", "joint", joint="hinge")
     system.event("wind", "hinge.angle < 0.1", "set", parameters={"k": "3*k", "a": 2, "b": 4, "c": 0.125}, once=True)
-    system.event("ease", "t > 0.6", "set", parameters={"k": 0.5})
+    system.event("ease", "t > 0.6", "set", parameters={"k": 1.0})
+    system.event("too", "t > 0.6", "set", parameters={"a": "b/4"})  # at the same time
+    system.event("begin", "t >= 0", "set", parameters={"c": 1.0})
     return system.integrator(method="dop853", tolerance=1e-11, end_time=1.0, coordinates=coordinates).output(every=0.1)
 
 
@@ -43,11 +45,14 @@ def exact() -> np.ndarray:
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
-def test_motion_and_energy_between_changes(coordinates: str) -> None:
+def test_motion_and_energy(coordinates: str) -> None:
     ds = lienumba.run(wound(coordinates))
     np.testing.assert_allclose(ds["hinge.angle"][0], exact(), atol=1e-9)
     assert ds.event_count.sel(event="ease").values.tolist() == [1]
-    times = ds.event_time.values[0]
+    times, energy = ds.event_time.values[0], ds.energy.values[0]
     before, wound_, eased = (ds.time < times[0]), (ds.time > times[0]) & (ds.time < 0.6), ds.time > 0.6
     for some in (before, wound_, eased):  # a set number changes the energy of a spring at once, and nothing else does
-        assert np.ptp(ds.energy.values[0, some]) < 1e-10
+        assert np.ptp(energy[some]) < 1e-10
+    assert ds.work.values[0, 0] == 0.0
+    np.testing.assert_allclose(energy[wound_][0] - energy[0], 2 * 0.1**2, atol=1e-9)  # k c^2 by (3 - 1)
+    assert abs(ds.energy_residual).max() < 1e-10

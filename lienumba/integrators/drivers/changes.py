@@ -78,7 +78,13 @@ def change(
             rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _remember(sizes, first, rows, lane, n == 0)
+                _store(sizes, first, rows, plan, lane, -1.0)
                 _act(sizes, first, rows, runs, queue, plan, lane)
+        if sizes.values > 0:
+            call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+            for lane in range(W):
+                if rows[first.lanes + CHANGED, lane] != 0.0:
+                    _store(sizes, first, rows, plan, lane, 1.0)
         if switched:
             r = reactions.room(at, sizes, plan.switches)
             closing = load(lanes, PICKED) != 0.0
@@ -184,6 +190,18 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Que
             if action >= RELEASES:
                 tells = codes.RELEASED if action == RELEASES else codes.SET
                 _book(rows, first, runs, queue, lane, tells, event, 0.0, 0.0)
+
+
+@apart
+def _store(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, sign: float) -> None:
+    """Add the potential energy, times a sign, to the work of a lane in which events set numbers now: so before they do
+    and afterwards, which counts what they change of it."""
+    sets = False
+    for event in range(sizes.events):
+        sets = sets or (plan.acts[event, ACTION] == SETS and _fired(sizes, first, rows, lane, event))
+    if sets:
+        energy = rows[first.following + layout.event_rows(sizes) - 1, lane]
+        rows[first.state + layout.work_row(sizes), lane] += sign * energy
 
 
 @inlined

@@ -10,7 +10,7 @@ from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.model import Model, reads_state
-from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.system import applied_forces, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
@@ -61,7 +61,10 @@ def events(tracer: Tracer) -> Kernel:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
     values = [x for event in model.events for _, x in event.values]
-    return tracer.kernel("events", (*outputs, *(quantities.evaluate(model, x, everything, observed) for x in values)))
+    outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
+    if model.held:
+        outputs.append(applied_forces.potential(model, posture.now))
+    return tracer.kernel("events", outputs)
 
 
 def border(tracer: Tracer) -> Kernel:

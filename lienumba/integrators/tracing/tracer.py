@@ -184,7 +184,7 @@ class Tracer:
             correction=sum(self.correction_rows),
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
-            values=sum(len(event.values) for event in model.events),
+            work=len(angles), values=sum(len(event.values) for event in model.events) + bool(model.held),
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
@@ -241,7 +241,7 @@ class Tracer:
         states = {name: tuple(next(others) for _ in range(size)) for name, size in self.law_states.sizes.items()}
         modes = modes_of(model, [next(others) for _ in switches], [next(others) for _ in range(memory)])
         now = Instant(bodies, graph.input("clock", layout.TIME), near, None, states, modes)
-        return bool(switches) or not is_zero(dynamics.power(model, now, mu))
+        return bool(switches or model.held) or not is_zero(dynamics.power(model, now, mu))
 
     def graph(self, graph: Graph | None = None) -> tuple[Graph, Model]:
         return symbolic(self.template, graph)

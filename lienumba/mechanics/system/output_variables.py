@@ -62,7 +62,7 @@ class Record(Protocol):
         """These rows of the state of every body."""
 
     def work(self) -> np.ndarray | float:
-        """Integrated along the step; 0 where nothing ever works on the system."""
+        """Integrated along the step, with what changes have done; 0 where nothing ever works on the system."""
 
     def iterations(self, projection: int) -> np.ndarray:
         """Of the positions (0), of the velocities (1)."""
@@ -104,7 +104,9 @@ class OutputVariable:
 
 
 def _work(record: Record) -> np.ndarray:
-    return np.where(np.isnan(record["energy"]), np.nan, record.work())
+    work = record.work()
+    since = work - work[:, :1] if isinstance(work, np.ndarray) else work  # what changes at the start is the start
+    return np.where(np.isnan(record["energy"]), np.nan, since)
 
 
 def _energy_residual(record: Record) -> np.ndarray:
