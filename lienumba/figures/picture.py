@@ -16,6 +16,7 @@ from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun, Scene
 from lienumba.scene.solids import SHAPES
+from lienumba.scene.switching import CLOSED, LOCKED, LOOKS, OPEN, STICKING
 
 WIDTH, HEIGHT = 6.4, 4.8  # inches
 THIN = 0.3  # of the longest edge: a scene that is thinner is looked at across this edge
@@ -31,6 +32,14 @@ MARKS: dict[bool, dict[str, Any]] = {  # of joints on bodies, and on the ground
     False: {"ls": "", "marker": "o", "ms": 3.5, "mfc": "white", "mec": "black", "mew": 0.8},
     True: {"ls": "", "marker": "s", "ms": 5.0, "mfc": "black", "mec": "black"},
 }
+CHANGING: dict[int, dict[str, Any]] = {  # of what is locked, open or closed, over these
+    LOCKED: {"ls": "", "marker": "s", "ms": 7.0, "mfc": "#c1272d", "mec": "white", "mew": 0.8},
+    OPEN: {"ls": "", "marker": "o", "ms": 8.0, "mfc": "none", "mec": "#c1272d", "mew": 1.6},
+    CLOSED: {"ls": "", "marker": "^", "ms": 7.0, "mfc": "#117733", "mec": "white", "mew": 0.8},
+    STICKING: {"ls": "", "marker": "D", "ms": 6.0, "mfc": "#88419d", "mec": "white", "mew": 0.8},
+}
+HIT: dict[str, Any] = {"ls": "", "marker": "*", "ms": 17.0, "mfc": "#ffb000", "mec": "black", "mew": 0.6}
+FLASH = 0.3  # s that an impact is seen
 
 
 class Picture:
@@ -69,7 +78,8 @@ class Picture:
         for artist, points in self.marks:
             artist.set_data_3d(*points[frame].T)
         speed = f"  ({self.film.speed:.3g} × real time)" if abs(self.film.speed - 1.0) > 1e-3 else ""
-        self.clock.set_text(f"t = {time:.{_digits(self.film)}f} s{speed}")
+        hits = "".join(f"  {name}: impact" for name in self.hits[frame])
+        self.clock.set_text(f"t = {time:.{_digits(self.film)}f} s{speed}{hits}")
 
     def _furnish(self, title: str) -> None:
         """Axes in true proportions, and words."""
@@ -133,6 +143,24 @@ class Picture:
         ]
         self.segments = [run.at(x.ends) for run in self.runs for x in run.mechanism.segments if x.kind == AXIS]
         self.marks = [(self._points(JOINT, **style), self._places(ground)) for ground, style in MARKS.items()]
+        self.changing: dict[str, dict[str, Any]] = {}  # the looks that occur, for the legend
+        self.hits: list[list[str]] = [[] for _ in self.film.times]
+        for run in self.runs:
+            self._change(run)
+
+    def _change(self, run: MovingRun) -> None:
+        """Marks of what is locked, open or closed in a run, and of what is hit."""
+        if run.switching is None or not run.switching.names:
+            return
+        places, times = run.at(run.switching.places), self.film.times
+        looks, hit = run.switching.at(times), run.switching.hit(times, FLASH * self.film.speed)
+        shown = [(LOOKS[look], style, looks == look) for look, style in CHANGING.items()] + [("impact", HIT, hit)]
+        for name, style, here in shown:
+            if here.any():
+                self.changing[name] = style
+                self.marks.append((self._points(JOINT, **style), np.where(here[..., None], places, np.nan)))
+        for told, which in zip(self.hits, hit, strict=True):
+            told += [name for name in np.array(run.switching.names)[which] if name not in told]
 
     def _points(self, zorder: int, **style: object) -> Any:
         """A line or points in space."""
@@ -167,7 +195,8 @@ class Picture:
         return (BESIDE if run else 1.0) * (HIDING if body in self.hiding[run] else 1.0)
 
     def _name(self) -> None:
-        """A legend of the runs, or of the bodies."""
+        """A legend of the runs, or of the bodies; and one of what changes."""
+        from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 
         named = {run.label: self._color(n, 0) for n, run in enumerate(self.runs)}
@@ -178,6 +207,11 @@ class Picture:
             patches = [Patch(color=color, label=label) for label, color in named.items()]
             self.figure.legend(
                 handles=patches, loc="upper left", bbox_to_anchor=(0.0, 0.95), frameon=False, fontsize="small"
+            )
+        if self.changing:
+            marks = [Line2D([], [], label=label, **style | {"ms": 7.0}) for label, style in self.changing.items()]
+            self.figure.legend(
+                handles=marks, loc="upper right", bbox_to_anchor=(1.0, 0.95), frameon=False, fontsize="small"
             )
 
 

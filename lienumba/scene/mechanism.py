@@ -1,8 +1,8 @@
 """What of a mechanism can be drawn: a solid for each body, and the points, axes and rods of its joints."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice, pairwise
 from math import hypot
 
 import numpy as np
@@ -11,10 +11,12 @@ from lienumba.groups import so3
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.base import AXIS, RAIL, ROD
 from lienumba.mechanics.elements.joints.python import PythonJoint
+from lienumba.mechanics.elements.locks import lockable
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, Contact, Joint, Vec3
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.start import joint_frames
+from lienumba.mechanics.system import switches
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import geometry, numbered
 from lienumba.scene.contacts import outlines
@@ -58,7 +60,7 @@ class Mark:
 @dataclass(frozen=True)
 class Mechanism:
     """bodies: names, in the order of `masses` (kg) and `solids`; free: whether nothing holds it anywhere; ground: what
-    stands still, in the global frame."""
+    stands still, in the global frame; switched: where one sees a switched constraint, by what it is and its name."""
 
     bodies: tuple[str, ...]
     masses: tuple[float, ...]
@@ -67,6 +69,7 @@ class Mechanism:
     marks: tuple[Mark, ...]
     free: bool
     ground: Solid
+    switched: Mapping[tuple[str, str], Place] = field(default_factory=dict)
 
     @property
     def seen(self) -> tuple[int, ...]:
@@ -117,7 +120,29 @@ def mechanism(
         tuple(mark for mark in marks if mark.place.body not in clad),
         _free(scenario) and not ground.faces,
         ground,
+        dict(_switched(scenario, joints, model.contacts)),
     )
+
+
+def _switched(
+    scenario: Scenario, joints: Sequence[Joint], contacts: Sequence[Contact]
+) -> Iterator[tuple[tuple[str, str], Place]]:
+    """Where one sees the joints, locks, limits, contacts and friction that may be on or off."""
+    places = {joint.name: place for joint in joints for place in islice(_points(joint), 1)}
+    for joint in joints:
+        if joint.name in places:
+            names = [joint.name, *(f"{joint.name}.{x.name}" for x in lockable(joint.type))]
+            yield (switches.JOINT, joint.name), places[joint.name]
+            yield from (((switches.LOCK, f"{name}.lock"), places[joint.name]) for name in names)
+    for limit in scenario.data.model.limits:
+        if limit.joint in places:
+            yield from (((switches.LIMIT, f"{limit.name}.{side}"), places[limit.joint]) for side in ("low", "high"))
+    for contact in contacts:
+        yield (switches.CONTACT, contact.name), Place(contact.bodies[0], contact.points[0])
+    for force in scenario.data.model.forces:
+        held = str(getattr(force, "joint", ""))
+        if held in places:
+            yield (switches.FRICTION, force.name), places[held]
 
 
 def _free(scenario: Scenario) -> bool:

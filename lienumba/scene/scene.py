@@ -17,6 +17,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, ShownRun, has_bodies, shown_runs
 from lienumba.scene.solids import SHAPES
+from lienumba.scene.switching import Switching, switching
 from lienumba.store.form import check_form
 from lienumba.store.study_layout import is_study
 
@@ -47,6 +48,8 @@ class MovingRun:
         (T, k, 3) of the mass centres in m, global frame.
     rotations : numpy.ndarray
         (T, k, 3, 3), body to global.
+    switching : Switching, optional
+        What is locked, open or closed, of a mechanism that changes.
     """
 
     run: int
@@ -56,6 +59,7 @@ class MovingRun:
     times: np.ndarray
     positions: np.ndarray
     rotations: np.ndarray
+    switching: Switching | None = None
 
     @property
     def label(self) -> str:
@@ -177,7 +181,8 @@ def _moving(
     poses, remark = _stored_poses(there) if has_bodies(there, scenario) else None, ""
     if poses is None or (_coarse(there) and (allow_code or not scenario.data.files)):
         done = again(ds, where, choice.run, None, allow_code, tell)
-        poses, remark = _stored_poses(done.dataset), "" if done.same else done.sentence
+        there = of_run(done.dataset, choice.run)
+        poses, remark = _stored_poses(there), "" if done.same else done.sentence
     assert poses is not None, "a replay stores all from the start on"
     times, positions, rotations = (x[np.isfinite(poses[1]).all(axis=(1, 2))] for x in poses)
     if not len(times):
@@ -185,7 +190,8 @@ def _moving(
     samples = {str(name): x.item() for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     built = mechanism(scenario, samples, positions[0], rotations[0])
     good = there["status"].item() in GOOD
-    return MovingRun(choice.run, choice.why, good, built, times, positions, rotations), remark
+    found = MovingRun(choice.run, choice.why, good, built, times, positions, rotations, switching(there, built))
+    return found, remark
 
 
 def _along_time(there: "xr.Dataset", name: str) -> np.ndarray | None:

@@ -17,6 +17,7 @@ from lienumba.groups import so3
 from lienumba.scene import scene
 from lienumba.scene.solids import equivalent
 from lienumba.store.outputs import write
+from tests.rigs.changing import changing
 from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
@@ -210,3 +211,19 @@ def test_an_ffmpeg_that_fails_is_quoted(tmp_path, path, monkeypatch):
         'pip install ".[animate]"\n'
     )
     assert [item.name for item in tmp_path.iterdir()] == ["ffmpeg"]
+
+
+def test_what_is_locked_open_or_hit_is_marked_and_named():
+    seen = scene(changing(), runs=[1])
+    picture = Picture(seen, film(seen.runs, 50, 4.0))
+    assert [text.get_text() for text in picture.figure.legends[-1].get_texts()][:2] == ["locked", "open"]
+    locked, opened, *_, hit = (artist for artist, _ in picture.marks[2:])
+    times = picture.film.times
+    picture.show(int(times.searchsorted(0.08)))
+    assert np.isnan(locked.get_data_3d()).all()
+    np.testing.assert_allclose(np.nanmax(opened.get_data_3d(), axis=1), [1.0, 0.0, 0.15])
+    assert np.isnan(hit.get_data_3d()).all()
+    picture.show(int(times.searchsorted(seen.runs[0].switching.hits[0][0])))
+    assert np.nanmax(locked.get_data_3d()) == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(np.nanmax(hit.get_data_3d(), axis=1), [1.0, 0.0, 0.1], atol=0.02)
+    assert picture.clock.get_text().endswith("floor: impact")
