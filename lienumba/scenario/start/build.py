@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lienumba.errors import NOTHING, ScenarioError
 from lienumba.keys.conversions import inertia_of, rotation_of, timed3, vec3
 from lienumba.keys.facts import facts, is_positive
 from lienumba.keys.types import COORDINATE_KINDS
@@ -17,7 +18,7 @@ from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.forces.compliant import forces_of
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
-from lienumba.mechanics.elements.locks import locks_of
+from lienumba.mechanics.elements.locks import lockable, locks_of
 from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.massless import is_massless
@@ -167,6 +168,9 @@ class _Builder:
                 if value is not None:
                     name = x.name if key == "q" else x.rate
                     known[name], places[name] = value, f"start.{key}.{label}"
+        if joint.locked:
+            still = _at_rest(joint, known, places)
+            known, places = still | known, dict.fromkeys(still, f"model.joints.{joint.name}.locked") | places
         return replace(says, known=known, places=places)
 
     def prescribed_rotation(self, name: str) -> Vector | None:
@@ -236,3 +240,15 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0
     return bad
+
+
+def _at_rest(joint: JointType, known: Mapping[str, m.Number], places: Mapping[str, str]) -> dict[str, m.Number]:
+    """The rates of a joint that begins locked."""
+    _, together = joint.together or ("", "")
+    for x in joint.freedoms():
+        rate = known.get(x.rate, 0.0)
+        if np.any(np.asarray(rate) != 0.0):
+            own = f"model.joints.{joint.name}.{together or x.rate}"
+            rule, remedy = "must be 0 where the joint begins locked", "give 0, or leave out one of the two"
+            raise ScenarioError.at(places.get(x.rate, own), rule, remedy, NOTHING if np.ndim(rate) else rate)
+    return {x.rate: 0.0 for x in lockable(joint.type)}

@@ -86,3 +86,43 @@ def test_a_joint_that_is_let_go_holds_at_the_start_and_shares_its_reactions() ->
     assert (nominal.rank.rows, nominal.rank.rank, nominal.rank.freedom) == (10, 5, 1)
     assert nominal.rank.shared == ("rail", "second")
     assert (nominal.lasting.rows, nominal.lasting.rank, nominal.lasting.exchangeable) == (5, 5, ())
+
+
+HINGE = {"name": "hinge", "type": "revolute", "bodies": ["b", "c"], "points": [[0, 0, 0]] * 2, "axes": [[0, 0, 1]] * 2,
+         "locked": True}  # fmt: skip
+
+
+def hinged(hinge: dict, **says: list[float]) -> dict:
+    """A body that moves, and one on it by a joint that begins locked."""
+    data = scenario("limits.rail.low", -1.0)
+    del data["sweep"]
+    data["model"]["joints"].append(HINGE | hinge)
+    data["model"]["bodies"][0] |= {"velocity": [0.25, 0, 0], "angular_velocity": [0, 0, 0]}
+    data["model"]["bodies"].append({**BODY, "name": "c"} | says)
+    data["events"] = [{"name": "let", "when": "t > 0.005", "action": "unlock", "joint": "hinge"}]
+    return data
+
+
+def test_a_joint_that_begins_locked_begins_at_rest() -> None:
+    (*_, vx, vy, vz, wx, wy, wz) = check_initial(resolve(hinged({}))).now.bodies[1]
+    assert (vx, vy, vz, wx, wy, wz) == pytest.approx((0.25, 0, 0, 0, 0, 0), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("hinge", "says", "message"),
+    [
+        (
+            {"rate": 0.5}, {},
+            "model.joints.hinge.rate = 0.5: must be 0 where the joint begins locked; give 0, or leave out one of the "
+            "two",
+        ),
+        (
+            {}, {"angular_velocity": [0, 0, 0.5]},
+            "model.joints.hinge.locked: contradicts what else is given for the start, by 0.5 rad/s",
+        ),
+    ],
+)  # fmt: skip
+def test_a_joint_that_begins_locked_and_turns_is_told(hinge: dict, says: dict, message: str) -> None:
+    with pytest.raises(ScenarioError) as error:
+        check_initial(resolve(hinged(hinge, **says)))
+    assert message in str(error.value)
