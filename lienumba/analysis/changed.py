@@ -12,6 +12,7 @@ from lienumba.batch.changes import KINDS, NONE, Kind
 from lienumba.errors import ScenarioError
 
 QUANTILES = (0.05, 0.5, 0.95)
+BLOCK = 1000  # runs that are read at once
 KIND_OF = {kind.code: kind for kind in KINDS}
 
 
@@ -31,6 +32,35 @@ class Changed:
     impulse: float
     largest_impulse: float
     energy: float
+
+
+@dataclass(frozen=True)
+class Modes:
+    """A switch over times (T,) in s: in how many of so many runs it is on, by how it is (T,), and how many of them have
+    ended."""
+
+    name: str
+    times: np.ndarray
+    counts: dict[str, np.ndarray]
+    ended: np.ndarray
+    runs: int
+
+
+def mode_counts(ds: xr.Dataset) -> Iterator[Modes]:
+    """Of every switch that is ever on, in how many runs it is so, read by blocks of runs."""
+    names = ds["mode"].attrs["flag_meanings"].split()
+    shape = ds.sizes["time"], ds.sizes["switch"]
+    found, ended = np.zeros((len(names), *shape), int), np.zeros(shape, int)
+    rows = ds["mode"].dims[0]
+    for first in range(0, ds.sizes[rows], BLOCK):
+        block = ds["mode"].isel({rows: slice(first, first + BLOCK)}).values
+        ended += np.isnan(block).sum(axis=0)
+        for mode in range(len(names)):
+            found[mode] += (block == mode).sum(axis=0)
+    for n, name in enumerate(ds["switch"].values):
+        counts = {how: found[mode, :, n] for mode, how in enumerate(names) if mode and found[mode, :, n].any()}
+        if counts:
+            yield Modes(str(name), ds["time"].values, counts, ended[:, n], ds.sizes[rows])
 
 
 def changes(ds: xr.Dataset) -> xr.Dataset:

@@ -18,6 +18,7 @@ import xarray as xr
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.present.html import changes
 from lienumba.present.html.chart import COLORS, Json, Section, packed, section
 from lienumba.present.html.clipping import within
 from lienumba.present.html.markup import Markup, element, sentence
@@ -78,6 +79,7 @@ def _stage(found: Scene) -> list[Markup]:
     return [
         element("figure", place, element("div", track, class_="controls"),
                 element("div", run, *other, speed, class_="controls choices"), class_="stage"),
+        *changes.key(found),
         *([element("p", sentence("; ".join(words)), class_="quiet")] if words else []),
         *(element("p", sentence(remark), class_="quiet") for remark in found.remarks),
     ]  # fmt: skip
@@ -115,7 +117,18 @@ def _run(run: MovingRun, most: int) -> Json:
         "times": packed(run.times[kept]),
         "positions": packed(run.positions[kept].ravel(), "f4"),
         "quaternions": packed(np.rint(UNIT * quaternions(run.rotations[kept])).ravel(), "i2"),
+        **_switching(run, kept),
     }
+
+
+def _switching(run: MovingRun, kept: np.ndarray) -> Json:
+    """What is locked, open or closed in these frames, and what was hit when."""
+    found = run.switching
+    if found is None or not found.names:
+        return {}
+    looks = found.at(run.times[kept])
+    places = [[x.body, *map(float, x.point)] for x in found.places]
+    return {"places": places, "looks": packed(looks.ravel(), "u2"), "hits": [[time, n] for time, n in found.hits]}
 
 
 def _figure(mechanism: Mechanism) -> Json:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from lienumba.present.html import histograms, motion, sensitivity, study, summary, time_series
+from lienumba.present.html import changes, histograms, motion, sensitivity, study, summary, time_series
 from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
 from lienumba.present.html.markup import Markup
@@ -34,6 +34,7 @@ def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Itera
         extra["motion"] = motion.data(seen, scenario_of(ds)["model"].get("gravity", ()))
     yield motion.section_of(seen)
     yield summary.summary(ds, name)
+    yield from changes.sections(ds, list(summary.changes(ds)))
     yield from time_series.sections(ds, motion.marked(seen))
     columns = sensitivity.columns(ds)
     section, numbers = sensitivity.sensitivity(ds, columns)

@@ -30,7 +30,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
     parts += _quantiles(f"At t = {found.final_time:g} s", quantile_rows(found.final, found.finished))
     rows = quantile_rows(found.ended, found.spread - found.finished)
-    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found), *_changes(found)]
+    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
     parts += (element("p", sentence(text)) for text in (not_unique(found), found.stopped) if text)
     return section("summary", "Summary", *parts)
@@ -83,10 +83,10 @@ def _events(found: Summary) -> Iterator[Markup]:
         yield table(happened_headings(found), rows, 1)
 
 
-def _changes(found: Summary) -> Iterator[Markup]:
+def changes(ds: xr.Dataset) -> Iterator[Markup]:
     """What changed in the mechanism, and when."""
+    found = summarise(ds)
     if found.changes_told:
-        yield element("h3", "Changes")
         yield element("p", sentence(found.changes_told), class_="quiet")
     if found.changes:
         yield text_table(change_table(found))

@@ -26,7 +26,8 @@ function built(figure) {
 /** A run with its arrays, ready to be posed. */
 function opened(run, figures) {
   const { times, positions, quaternions } = arrays(run, ["times", "positions", "quaternions"]);
-  return { ...figures[run.figure], ...run, times, positions, quaternions, bodies: positions.length / 3 / times.length };
+  const changing = run.places ? arrays(run, ["looks"]) : { places: [], looks: [], hits: [] };
+  return { ...figures[run.figure], ...run, ...changing, times, positions, quaternions, bodies: positions.length / 3 / times.length };
 }
 
 /** The frame at or before a time, and how far it is to the next, 0 to 1. */
@@ -122,10 +123,22 @@ function lines(run, kinds) {
   return run.segments.filter((x) => kinds.includes(x.kind)).flatMap((x) => [...x.ends, null]);
 }
 
-/** The lines of a run at a time: arms and rods, axes, joints, trails. */
+// How a switched constraint looks: locked, open, closed, sticking; and what was hit, for FLASH s of watching.
+const LOOKS = [["diamond", "--bad", 6], ["circle-open", "--bad", 8], ["square", "--c2", 6], ["cross", "--c3", 5]];
+const HIT = ["x", "--c4", 9], FLASH = 0.3;
+
+/** Marks of what is locked, open, closed or hit; null where something else is. */
+function changed(run, t, pose) {
+  const [i, u] = between(run.times, t), frame = Math.min(i + Math.floor(u), run.times.length - 1), n = run.places.length;
+  const hit = new Set(run.hits.filter(([at]) => at <= t && t < at + FLASH * motion.speed).map(([, m]) => m));
+  const some = (test) => placed(run.places.map((place, m) => (test(m) ? place : null)), pose);
+  return n ? [...LOOKS.map((_, look) => some((m) => run.looks[frame * n + m] === look + 1)), some((m) => hit.has(m))] : [];
+}
+
+/** The lines of a run at a time: arms and rods, axes, joints, trails, what changes. */
 function strokes(run, t, pose) {
   const some = (things) => (crowded(run) ? [] : things);
-  return [placed(lines(run, some(["arm"]).concat("rod")), pose), placed(lines(run, some(["axis"])), pose), placed(some(run.marks), pose), trails(run, t)];
+  return [placed(lines(run, some(["arm"]).concat("rod")), pose), placed(lines(run, some(["axis"])), pose), placed(some(run.marks), pose), trails(run, t), ...changed(run, t, pose)];
 }
 
 const FLAT = { hoverinfo: "skip", showlegend: false };
@@ -137,6 +150,9 @@ function looksOfStrokes(run, faint) {
     stroke("--ink", run.marks.length > MANY ? 1.5 : 3),
     { ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: "--ink", line: { width: 0 } } },
     stroke("--quiet", 2),
+    ...(run.places.length ? [...LOOKS, HIT] : []).map(([symbol, color, size]) => ({
+      ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { symbol, size, color, line: { width: 0 } },
+    })),
   ];
 }
 
