@@ -1,4 +1,4 @@
-"""What of a model is the authors' own: laws written in Python; and the events that were watched for."""
+"""What of a model is the authors' own: laws written in Python; its contacts, and the events that were watched for."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -32,6 +32,22 @@ def _function(law: Table) -> str:
         f", sampled every {every if isinstance(every, str) else number(every)} s and held in between" if every else ""
     )
     return f"written in Python (the function {name} in {file}{level}{rate})"
+
+
+def contacts(source: CitedScenario) -> str:
+    """Those that are rigid, and those that yield."""
+    every = source.content["model"].get("contacts", [])
+    rigid = [contact["name"] for contact in every if contact.get("stiffness") is None]
+    yielding = [contact["name"] for contact in every if contact.get("stiffness") is not None]
+    said = []
+    if rigid:
+        named, several = _named("The contact", rigid), len(rigid) > 1
+        law = f"{'are' if several else 'is'} rigid, with Newton's restitution and Coulomb's friction"
+        said.append(f"{named} {law}.")
+    if yielding:
+        named, several = _named("The contact", yielding), len(yielding) > 1
+        said.append(f"{named} {'yield' if several else 'yields'}, with the force of Hunt and Crossley [@hunt1975].")
+    return " ".join(said)
 
 
 def events(source: CitedScenario) -> str:

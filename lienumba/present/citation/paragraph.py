@@ -8,7 +8,7 @@ from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.mechanics.elements.events import ends_run
 from lienumba.mechanics.system.projection import WEIGHTS
-from lienumba.present.citation.laws import events, laws
+from lienumba.present.citation.laws import contacts, events, laws
 from lienumba.present.citation.runs import ends, sweep
 from lienumba.present.citation.sampling import capital
 from lienumba.present.citation.source import CitedScenario
@@ -30,6 +30,7 @@ def paragraph(source: CitedScenario) -> str:
         _method,
         _constraints,
         laws,
+        contacts,
         events,
         _study,
         sweep,
@@ -43,9 +44,10 @@ def _model(source: CitedScenario) -> str:
     model, title = source.content["model"], source.content["title"]
     kinds = {
         "bodies": ("rigid body", "rigid bodies"), "joints": ("joint", "joints"), "drivers": ("driver", "drivers"),
-        "forces": ("force law", "force laws"),
+        "forces": ("force law", "force laws"), "limits": ("rigid stop", "rigid stops"),
+        "contacts": ("contact", "contacts"),
     }  # fmt: skip
-    parts = [plural(len(model[kind]), one, many) for kind, (one, many) in kinds.items() if model[kind]]
+    parts = [plural(len(model[kind]), one, many) for kind, (one, many) in kinds.items() if model.get(kind)]
     name = f' "{title}"' if title else ""
     return f"The multibody system{name} ({listed(parts)}) was simulated with lienumba {_version(source)} [@lienumba]."
 

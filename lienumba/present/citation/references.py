@@ -35,6 +35,11 @@ LITERATURE = (
         "Computer Methods in Applied Mechanics and Engineering", "1(1):1--16", "10.1016/0045-7825(72)90018-7",
     ),
     Reference(
+        "hunt1975", "article", "Hunt, K. H. and Crossley, F. R. E.", 1975,
+        "Coefficient of restitution interpreted as damping in vibroimpact",
+        "Journal of Applied Mechanics", "42(2):440--445", "10.1115/1.3423596",
+    ),
+    Reference(
         "lam2015", "inproceedings", "Lam, Siu Kwan and Pitrou, Antoine and Seibert, Stanley", 2015,
         "Numba: a LLVM-based Python JIT compiler",
         "Proceedings of the Second Workshop on the LLVM Compiler Infrastructure in HPC", ":1--6",

@@ -1,6 +1,7 @@
 """What a publication says: true of every setting, with references that exist."""
 
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -350,3 +351,16 @@ def test_numbers_keep_their_digits(x: float) -> None:
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.toml")), ids=lambda file: file.stem)
 def test_every_scenario_of_the_gallery(file: Path) -> None:
     assert "None" not in paragraph(cite_scenario(resolve(file)))
+
+
+def test_contacts() -> None:
+    """Rigid ones and those that yield, which have a law that somebody has published."""
+    data = tomllib.loads((SCENARIOS / "bouncing_ball.toml").read_text())
+    (rigid,) = data["model"]["contacts"]
+    bare = {key: x for key, x in rigid.items() if key not in ("restitution", "rest_speed")}
+    others = [bare | {"name": "soft", "stiffness": 1e4}, bare | {"name": "softer", "stiffness": 1e3}]
+    first = paragraph(cite_scenario(resolve(data | {"model": data["model"] | {"contacts": [rigid]}})))
+    assert "1 rigid body and 1 contact" in first
+    assert "The contact floor is rigid, with Newton's restitution and Coulomb's friction." in first
+    every = paragraph(cite_scenario(resolve(data | {"model": data["model"] | {"contacts": [rigid, *others]}})))
+    assert "The contacts soft and softer yield, with the force of Hunt and Crossley [@hunt1975]." in every
