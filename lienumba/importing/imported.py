@@ -8,6 +8,7 @@ from typing import Any
 
 from lienumba.importing.notes import Note
 from lienumba.scenario.base import toml
+from lienumba.scenario.base.code import beside
 from lienumba.scenario.base.toml import pairs
 from lienumba.scenario.meshes.files import write_stl
 from lienumba.scenario.meshes.packing import unpacked
@@ -53,15 +54,19 @@ class Imported(System):
         self._data, self.notes, self.origin, self.licence = data, tuple(notes), origin, licence
 
     def write(self, path: str | Path | Output) -> None:
-        """Write the scenario, and its meshes into a folder beside it.
+        """Write the scenario, its laws into a Python file and its meshes into a folder beside it.
 
         Parameters
         ----------
         path : path
-            The TOML file, replaced if it exists; meshes go to a folder of its name with "_meshes".
+            The TOML file, replaced if it exists; laws go to a file of its name with "_laws.py", meshes to a folder of
+            its name with "_meshes".
         """
         target = path.path if isinstance(path, Output) else Path(path)
-        data = self.to_dict()
+        data, files = beside(self.to_dict(), target.stem)
+        for name, text in files.items():
+            with whole(target.parent / name) as partial:
+                partial.write_text(text, encoding="utf-8")
         for shape in _shapes(data["model"]):
             if "data" in shape:
                 name = f"{target.stem}_meshes/{shape['file']}"

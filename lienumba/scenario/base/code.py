@@ -79,6 +79,19 @@ def _foreign(folder: Path, name: str) -> str:
     return ""
 
 
+def beside(raw: Keys, stem: str) -> tuple[Keys, dict[str, str]]:
+    """The scenario with its files as files beside its own, whose name begins with stem, and their texts by name."""
+    files = table_in(raw, "files")
+    names = {file: f"{stem}_{file}" for file in files}
+
+    def renamed(place: str, function: object) -> Any:
+        file, _, name = str(function).rpartition(":")
+        return f"{names[file]}:{name}" if file in names else function
+
+    rest = {key: x for key, x in _with_functions(raw, renamed).items() if key != "files"}
+    return rest, {names[file]: str(text) for file, text in files.items()}
+
+
 def without_clash(raw: Keys, taken: object) -> Keys:
     """The scenario with other names for those of its files that are taken by other texts."""
     files = raw.get("files")

@@ -62,7 +62,7 @@ def accelerations(source: Mapping[str, Any], columns: Columns) -> Seen:
         tree = tree_of(model)
         laws = LawStates.of(model, Instant(tuple(tuple(x) for x in bodies[0]), 0.0, dict.fromkeys(start.angles, 0.0)))
         z = read_state(model, tree, tuple(tuple(body.T) for body in bodies.transpose(1, 0, 2)))
-        posture = Posture(model, tree, z, 0.0, start.angles, states=laws.initial(model.forces))
+        posture = Posture(model, tree, z, 0.0, start.angles, states=laws.initial(model))
         dropped = _redundant(start)
         structure = kkt.Structure.closing(model, tree.joints, (), dropped)
         mask = [float(row not in dropped) for row in range(structure.rows)]
