@@ -169,7 +169,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "infinite": (servo(kp="1/(m - 2)"), 'parameters.kp = "1/(m - 2)": is inf; it must be a finite number'),
     "forbidden": (servo(kp="__import__('os').getcwd()"), "parameters.kp = "),
     "slip": (servo(kp="2m"), 'parameters.kp = "2m": multiplies without a star; write 2*t, 30*deg'),
-    "no table": (servo() | {"parameters": 3}, "parameters = 3: must be a table of keys and values; give numbers with names, "),
+    "no table": (servo() | {"parameters": 3}, "parameters = 3: must be a table of keys and values; "),
 }  # fmt: skip
 
 
