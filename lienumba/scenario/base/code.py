@@ -79,7 +79,7 @@ def _foreign(folder: Path, name: str) -> str:
     return ""
 
 
-def beside(raw: Keys, stem: str) -> tuple[Keys, dict[str, str]]:
+def beside(raw: Keys, stem: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The scenario with its files as files beside its own, whose name begins with stem, and their texts by name."""
     files = table_in(raw, "files")
     names = {file: f"{stem}_{file}" for file in files}
@@ -88,7 +88,7 @@ def beside(raw: Keys, stem: str) -> tuple[Keys, dict[str, str]]:
         file, _, name = str(function).rpartition(":")
         return f"{names[file]}:{name}" if file in names else function
 
-    rest = {key: x for key, x in _with_functions(raw, renamed).items() if key != "files"}
+    rest: dict[str, Any] = {key: x for key, x in _with_functions(raw, renamed).items() if key != "files"}
     return rest, {names[file]: str(text) for file, text in files.items()}
 
 
