@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
-from annotated_types import Ge, Gt, MaxLen
+from annotated_types import Ge, Gt, Le, MaxLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -33,6 +34,13 @@ def is_not_negative(section: type[BaseModel], key: str) -> bool:
     """Whether the number of a key must be at least 0."""
     field = section.model_fields[key]
     return any(isinstance(x, Ge) and x.ge == 0 for x in (*field.metadata, *_annotations(field.annotation)))
+
+
+def at_most(section: type[BaseModel], key: str) -> float:
+    """The largest value that a key's number may have; infinite if there is none."""
+    field = section.model_fields[key]
+    every = (*field.metadata, *_annotations(field.annotation))
+    return min((float(str(x.le)) for x in every if isinstance(x, Le)), default=inf)
 
 
 def is_text(section: type[BaseModel], key: str) -> bool:

@@ -1,14 +1,15 @@
 """Whether a distribution suits the number that it varies: one that fits its nominal value, and draws nothing that no
 run may have."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import erfc, sqrt
+from math import erfc, inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.keys.facts import facts, is_not_negative, is_positive
+from lienumba.keys.facts import at_most, facts, is_not_negative, is_positive
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.numerics.number import Vector
@@ -28,22 +29,30 @@ LEAST = 2.0**-50  # probability; what is below it is none
 
 @dataclass(frozen=True)
 class Refused:
-    """The values that a number cannot have; words: what such a one would be, "no body has"; zero: whether 0 is one."""
+    """The values that a number cannot have; words: what such a one would be, "no body has"; zero: whether 0 is one;
+    most: what it is at most."""
 
     words: str
     zero: bool = True
+    most: float = inf
 
     @property
     def values(self) -> str:
-        return "of 0 or below" if self.zero else "below 0"
+        return ("of 0 or below" if self.zero else "below 0") + (f" or above {self.most:g}" if self.most < inf else "")
 
     @property
     def others(self) -> str:
+        if self.most < inf:
+            return f"above 0 and at most {self.most:g}" if self.zero else f"between 0 and {self.most:g}"
         return "above 0" if self.zero else "of 0 or above"
+
+    def below(self, x: float) -> bool:
+        """Whether it is too small."""
+        return x <= 0.0 if self.zero else x < 0.0
 
     def has(self, x: float) -> bool:
         """Whether it is such a value."""
-        return x <= 0.0 if self.zero else x < 0.0
+        return self.below(x) or x > self.most
 
 
 MASS = Refused("no body has")
@@ -67,16 +76,19 @@ def check_range(
         return
     factor = nominal if given.relative else 1.0
     if isinstance(given, Uniform):
+        rule = f"allows values {refused.values}, which {refused.words}"
         if refused.has(given.low * factor):
-            rule = f"allows values {refused.values}, which {refused.words}"
             report.add(f"{at}.low", rule, f"give low {refused.others}", given.low)
+        if given.high * factor > refused.most:
+            report.add(f"{at}.high", rule, f"give high {refused.others}", given.high)
         return
     if isinstance(given, Normal):
         mean = nominal if given.mean is None else given.mean * factor
         if refused.has(mean):
             report.add(f"{at}.mean", f"must be {refused.others}", f"give the mean of {path}", given.mean)
             return
-        share = 0.5 * erfc(mean / (given.std * factor) / sqrt(2.0)) if given.std * factor > 0.0 else 0.0
+        spread = sqrt(2.0) * given.std * factor
+        share = 0.5 * (erfc(mean / spread) + erfc((refused.most - mean) / spread)) if spread > 0.0 else 0.0
     else:
         share = _share(refused, given, nominal)
     if share == 1.0:
@@ -110,7 +122,7 @@ def refused_below(path: str, model: Keys) -> Refused | None:
             return None
         positive, not_negative = is_positive(stop, str(tokens[2])), is_not_negative(stop, str(tokens[2]))
         words = f"no {str(tokens[0]).removesuffix('s')} has"
-        return Refused(words, zero=positive) if positive or not_negative else None
+        return Refused(words, positive, at_most(stop, str(tokens[2]))) if positive or not_negative else None
     if tokens[0] == paths.INPUTS and tokens[2:] == ["filter"]:
         return Refused("no input follows with")
     return MASS if tokens[0] == "bodies" and tokens[2:] == ["mass"] else None
@@ -123,13 +135,20 @@ def _sample(given: Distribution, u: float, nominal: object) -> float:
 
 
 def _share(refused: Refused, given: Scalar, nominal: float) -> float:
-    """The probability of a refused value, by bisection."""
+    """The probability of a refused value, by bisection from either end."""
     if isinstance(given, Constant):
         return float(refused.has(_sample(given, 0.5, nominal)))
-    if not refused.has(_sample(given, LEAST, nominal)):
+    below = _part(lambda u: refused.below(_sample(given, u, nominal)))
+    above = _part(lambda u: _sample(given, 1.0 - u, nominal) > refused.most) if refused.most < inf else 0.0
+    return min(below + above, 1.0)
+
+
+def _part(refuses: Callable[[float], bool]) -> float:
+    """Up to which probability values are refused."""
+    if not refuses(LEAST):
         return 0.0
     low, high = 0.0, 1.0
     while high - low > 1e-3 * high and high > LEAST:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if refused.has(_sample(given, middle, nominal)) else (low, middle)
+        low, high = (middle, high) if refuses(middle) else (low, middle)
     return 0.0 if high <= LEAST else 1.0 if low > 0.999 else low

@@ -209,6 +209,15 @@ CASES = {
         "model.contacts.foot.restitution = -0.1: must be at least 0; give the restitution, from 0 (nothing "
         "comes back of an impact) to 1 (as fast as it came)",
     ),
+    "restitutions above 1 in a sweep": (
+        rig(
+            contact(*FOOT, "restitution = 0.5"),
+            '[sweep]\nruns = 2\n[sweep.vary."contacts.foot.restitution"]\ndistribution = "uniform"\n'
+            "low = 0.5\nhigh = 1.5\n",
+        ),
+        'sweep.vary."contacts.foot.restitution".high = 1.5: allows values below 0 or above 1, which no contact has; '
+        "give high between 0 and 1",
+    ),
     "beyond a stop": (
         rig(limit('joint = "pivot"', 'low = "10*deg"')),
         "model.limits.pivot.low = 0.17453292519943295: the angle of pivot begins at 0 rad, 0.175 rad "
