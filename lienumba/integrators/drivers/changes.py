@@ -49,6 +49,7 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 ROUNDS = 64  # at one time
+DRIVEN = 1e-6  # m/s or rad/s: what touches and comes nearer faster than this after all impulses is driven through
 WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
 
 
@@ -271,6 +272,11 @@ def _go_on(
     """Modes of a lane from now on, and what of that is a change, to the books."""
     p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + layout.conditions(sizes)
     reactions.read(r, rows, first, sizes, lane)
+    for s in range(sizes.switches):
+        row = p.switches[s, SWITCH_FIRST]
+        if p.switches[s, SWITCH_KIND] == UNILATERAL and reactions.touches(rows, first, sizes, lane, row):
+            if r.rates[row] < -DRIVEN:
+                rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED

@@ -45,6 +45,7 @@ from lienumba.numerics.operations import absolute, maximum
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
 LONGEST_SEARCH = 200  # of tries
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
+TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
 EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
 
 
@@ -189,7 +190,7 @@ def _find(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, turned: Mask
 ) -> None:  # fmt: skip
     """When a condition becomes true in these lanes, to its time. Of an open gap that begins to grow it is looked for
-    the time at which it closed before, if it did."""
+    the time at which it closed before, if it did, by more than what touches."""
     count = layout.conditions(sizes)
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
     before, after = load(at.conditions, n), load(new, n)
@@ -200,7 +201,7 @@ def _find(
     if second and plan.switches[switch, SWITCH_KIND] == UNILATERAL:
         gap, on = n - SLIDES + OPENS, load(at.state, layout.on_row(sizes) + switch)
         deep = _margin(kernels, at, gap, t, length, fraction)
-        dips = turned & (on == float(OFF)) & (deep > 0.0) & (load(times, gap) == NEVER)
+        dips = turned & (on == float(OFF)) & (deep > TOUCH) & (load(times, gap) == NEVER)
         turned = turned & (on != float(OFF))
         if any_lane(dips):
             part = locate(kernels, at, gap, t, length, fraction, -deep, deep, dips)

@@ -21,6 +21,7 @@ from lienumba.integrators.drivers.complementarity import (
     size,
     solve,
 )
+from lienumba.integrators.drivers.events import TOUCH
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     BILATERAL,
@@ -45,7 +46,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 
-TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
 STILL = 1e-9  # m/s or rad/s: what moves no faster than this is at rest
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
