@@ -273,10 +273,9 @@ def _go_on(
     p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + layout.conditions(sizes)
     reactions.read(r, rows, first, sizes, lane)
     for s in range(sizes.switches):
-        row = p.switches[s, SWITCH_FIRST]
-        if p.switches[s, SWITCH_KIND] == UNILATERAL and reactions.touches(rows, first, sizes, lane, row):
-            if r.rates[row] < -DRIVEN:
-                rows[first.lanes + STATUS, lane] = codes.UNSOLVED
+        row, unilateral = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_KIND] == UNILATERAL
+        if unilateral and r.rates[row] < -DRIVEN and reactions.touches(rows, first, sizes, lane, row):
+            rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
