@@ -12,7 +12,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import complementarity, reactions, stages
-from lienumba.integrators.drivers.events import SLIGHT, note
+from lienumba.integrators.drivers.events import SLIGHT, TOUCH, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
@@ -302,6 +302,15 @@ def _decided(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: i
     return on != OFF or condition % layout.CONDITIONS == layout.OPENS
 
 
+@inlined
+def _touching(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, condition: int) -> float:
+    """By how much a gap that is open may be below 0: its contact touches, at a time that is rounded."""
+    switch = condition // layout.CONDITIONS
+    opened = rows[first.state + layout.on_row(sizes) + switch, lane] == OFF
+    opened = opened and condition % layout.CONDITIONS == layout.OPENS
+    return TOUCH if opened and plan.switches[switch, SWITCH_KIND] == UNILATERAL else 0.0
+
+
 @apart
 def _renew(
     sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, end: float
@@ -322,7 +331,8 @@ def _renew(
         if fired:
             new = max(new, 1e-300)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
-            new = new if new > noise else min(new, 0.0)
+            least = max(noise, _touching(sizes, first, rows, plan, lane, n - sizes.events))
+            new = new if new > least else min(new, 0.0)
         rows[first.conditions + n, lane] = new
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0

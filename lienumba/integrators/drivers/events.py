@@ -47,6 +47,8 @@ LONGEST_SEARCH = 200  # of tries
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
 TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
 EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
+ROUGH = 2.0**-13  # of a step: how exactly it is known where a step is cut, on whose end all is located again
+FLAT = 0.0625  # a secant that goes less far tells nothing
 
 
 @inlined
@@ -62,18 +64,19 @@ def _margin(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: La
 @apart
 def locate(
     kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, end: Lanes, before: Lanes, after: Lanes,
-    lanes: Mask,
+    lanes: Mask, rough: bool,
 ) -> Lanes:  # fmt: skip
     """The fraction of the open step at which a condition is true, directly behind one at which it is not, in these
-    lanes; before, after: what it is at the start and at the fraction `end`. By Chandrupatla's method: inverse
-    quadratic interpolation where three values allow it, else halves."""
+    lanes, as exactly as times are different numbers; before, after: what it is at the start and at the fraction `end`;
+    rough: within `ROUGH` will do where it is not near an end of the step. By Chandrupatla's method, from a secant on:
+    inverse quadratic interpolation where three values allow it, else halves. Where the root stays on one side, it is
+    felt for in steps that double: near it a condition is rounding, of which no interpolation makes sense."""
     low, high, f_low, f_high = splat(0.0), end, before, after
     third, f_third = splat(0.0), before  # the end that was replaced last
-    newest_low, part = (
-        splat(1.0),
-        splat(0.5),
-    )  # whether the last value is that of `low`; of the way from it to the other
-    left = lanes
+    newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
+    part = choose(part > FLAT, part, 0.5)
+    finest = FINEST * maximum(splat(1.0), (t + length) / length)
+    least, reach, left = finest, finest, lanes
     for _ in range(LONGEST_SEARCH):
         if not any_lane(left):
             break
@@ -86,16 +89,23 @@ def locate(
         third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
         high, f_high = choose(left & true, x, high), choose(left & true, f, f_high)
         low, f_low = choose(true, low, choose(left, x, low)), choose(true, f_low, choose(left, f, f_low))
-        newest_low = choose(left, choose(true, 0.0, 1.0), newest_low)
-        left = left & (high - low > FINEST)
-        part = choose(left, _part(low, f_low, high, f_high, third, f_third, newest_low == 1.0), part)
+        newest = choose(true, splat(0.0), splat(1.0))
+        if rough:
+            least = choose((x > 2.0 * EDGE) & (x < 1.0 - 2.0 * EDGE), maximum(finest, splat(ROUGH)), finest)
+        reach = choose(newest == newest_low, maximum(2.0 * reach, least), least)
+        newest_low = choose(left, newest, newest_low)
+        left = left & (high - low > least)
+        part = choose(left, _part(low, f_low, high, f_high, third, f_third, newest_low == 1.0, reach), part)
     store(at.clock, layout.TIME, t)
     return high
 
 
 @inlined
-def _part(low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_third: Lanes, lower: Mask) -> Lanes:
-    """Where to look next, as a part of the way from the newest end of the bracket to the other."""
+def _part(
+    low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_third: Lanes, lower: Mask, reach: Lanes
+) -> Lanes:  # fmt: skip
+    """Where to look next, as a part of the way from the newest end of the bracket to the other; reach: how far away
+    from both at least."""
     a, f_a = choose(lower, low, high), choose(lower, f_low, f_high)
     b, f_b = choose(lower, high, low), choose(lower, f_high, f_low)
     across, place = (a - b) / (third - b), (f_a - f_b) / (f_third - f_b)
@@ -103,7 +113,7 @@ def _part(low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_
     towards = f_a / (f_b - f_a) * (f_third / (f_b - f_third))
     towards = towards + (third - a) / (b - a) * (f_a / (f_third - f_a)) * (f_b / (f_third - f_b))
     part = choose(smooth, towards, 0.5)
-    nearest = FINEST / (high - low)  # so that the other end comes near, too
+    nearest = reach / (high - low)  # so that the other end comes near, too
     nearest = choose(nearest < 0.5, nearest, 0.5)
     part = choose(part > nearest, part, nearest)
     return choose(part < 1.0 - nearest, part, 1.0 - nearest)
@@ -132,7 +142,7 @@ def keep_state(first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane
 
 @inlined
 def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> tuple[float, float]:
-    """When an event stops the run of a lane, and when the mechanism changes before that; infinite if never."""
+    """When an event stops the run of a lane, and when the mechanism changes; infinite if never."""
     times, stop, change = first.conditions + 2 * layout.conditions(sizes), NEVER, NEVER
     for event in range(sizes.events):
         if plan.stops[event] != 0:
@@ -141,7 +151,7 @@ def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
             change = min(change, rows[times + event, lane])
     for condition in range(sizes.events, layout.conditions(sizes)):
         change = min(change, rows[times + condition, lane])
-    return stop, change if change < stop else NEVER
+    return stop, change
 
 
 @apart
@@ -195,16 +205,19 @@ def _find(
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
     before, after = load(at.conditions, n), load(new, n)
     before = choose(before < 0.0, before, -after)  # at 0, where something has just closed or opened
-    fraction = locate(kernels, at, n, t, length, splat(1.0), before, after, turned)
     switch = (n - sizes.events) // layout.CONDITIONS
     second = n >= sizes.events and (n - sizes.events) % layout.CONDITIONS == SLIDES
-    if second and plan.switches[switch, SWITCH_KIND] == UNILATERAL:
+    dipping = second and plan.switches[switch, SWITCH_KIND] == UNILATERAL
+    acts = n >= sizes.events or (plan.acts[n, ACTION] != RECORDS and plan.stops[n] == 0)
+    rough = acts and not dipping and kernels[layout.EXPAND] == 0
+    fraction = locate(kernels, at, n, t, length, splat(1.0), before, after, turned, rough)
+    if dipping:
         gap, on = n - SLIDES + OPENS, load(at.state, layout.on_row(sizes) + switch)
         deep = _margin(kernels, at, gap, t, length, fraction)
         dips = turned & (on == float(OFF)) & (deep > TOUCH) & (load(times, gap) == NEVER)
         turned = turned & (on != float(OFF))
         if any_lane(dips):
-            part = locate(kernels, at, gap, t, length, fraction, -deep, deep, dips)
+            part = locate(kernels, at, gap, t, length, fraction, -deep, deep, dips, False)
             store(times, gap, choose(dips, t + part * length, load(times, gap)))
         store(at.clock, layout.TIME, t)
     time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
@@ -267,9 +280,13 @@ def find_events(
         leaves = NEVER
         if rows[first.lanes + PICKED, lane] != 0.0:
             stop, change = _leaves(sizes, first, rows, plan, lane)
-            part = (change - rows[first.clock + layout.TIME, lane]) / rows[first.clock + layout.LENGTH, lane]
+            step = rows[first.clock + layout.LENGTH, lane]
+            part = (change - rows[first.clock + layout.TIME, lane]) / step
+            inside = not exact and EDGE < part < 1.0 - EDGE
+            if change - (ROUGH * step if inside else 0.0) >= stop:
+                change, inside = NEVER, False
             leaves = min(stop, change)
-            if change < NEVER and not exact and EDGE < part < 1.0 - EDGE:
+            if inside:
                 rows[first.lanes + CUT, lane], leaves = change, -1.0
             else:
                 note(sizes, first, rows, runs, queue, lane, leaves)
@@ -290,4 +307,5 @@ def leave(sizes: Sizes, at: Workspace, left: Lanes, good: Mask) -> None:
     store(at.lanes, STATUS, choose(stopped, splat(codes.STOPPED), load(at.lanes, STATUS)))
     t = choose(leaves, left, load(at.lanes, T))
     store(at.lanes, T, t)
-    store(at.lanes, CUT, choose(good & (t >= load(at.lanes, CUT)), splat(NEVER), load(at.lanes, CUT)))
+    passed = good & ((t >= load(at.lanes, CUT)) | (load(at.lanes, CHANGED) != 0.0))
+    store(at.lanes, CUT, choose(passed, splat(NEVER), load(at.lanes, CUT)))

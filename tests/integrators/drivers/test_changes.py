@@ -83,6 +83,16 @@ def test_what_is_locked_is_not_locked_again():
     assert np.ptp(ds.position.values[0, 3:, 0, 2]) < 1e-12
 
 
+@pytest.mark.parametrize(("later", "counts"), [("latch", [0, 1]), ("end", [1, 1])])
+def test_what_stops_a_run_and_what_changes_it_keep_their_order(later, counts):
+    """Also where one comes directly behind the other, within a step that is cut."""
+    latch, end = LATCH | {"when": "t > 0.9"}, {"name": "end", "when": "t > 0.9", "action": "stop"}
+    {"latch": latch, "end": end}[later]["when"] = "t > 0.9 + 1e-9"
+    ds = run(pendulum(latch, end, tolerance=1e-9))
+    assert ds.event_count.values.tolist() == [counts]
+    assert float(ds.end_time[0]) == pytest.approx(0.9, abs=2e-9)
+
+
 def feet(mu: float, slope: float) -> dict[str, Any]:
     legs = [(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]
     foot = {"type": "point_plane", "friction": mu}
