@@ -109,7 +109,7 @@ class _Expansion:
             read = [x for x in node.args if isinstance(x, Symbol)]
             if node.id in own or node.id in self.unknown:
                 self.moving.add(node.id)
-            elif node.op not in JUMPS and not _rounds(node) and any(x.id in self.moving for x in read):
+            elif node.op not in JUMPS and not rounds(node) and any(x.id in self.moving for x in read):
                 self.moving.add(node.id)
                 if self._is_linear(node) and all(x.id in self.ready for x in read if x.id in self.moving):
                     self.ready.add(node.id)
@@ -316,7 +316,7 @@ def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:
     return found
 
 
-def _rounds(node: Symbol) -> bool:
+def rounds(node: Symbol) -> bool:
     """Whether it adds what leaves whole numbers only."""
     return node.op in ("+", *FUSED) and any(not isinstance(x, Symbol) and abs(x) == ROUND for x in node.args)
 

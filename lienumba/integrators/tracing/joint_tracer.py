@@ -127,9 +127,26 @@ class JointTracer(Tracer):
             mu[row] = multiplier
         return [(*rates, *laws)], Dynamics([*rates], mu, 1.0, 1.0), Linear(unknown, rest, solve)
 
-    def held(self) -> tuple[int, ...]:
+    def missing(
+        self, model: Model, posture: seen.Posture, mask: list[Number], a: Sequence[Number], mu: Sequence[Number],
+        used: Sequence[int],
+    ) -> list[Number]:  # fmt: skip
+        multipliers = [mu[row] for row in self.structure.order]
+        found = equations.missing(_tree(posture), self.structure, mask, a, multipliers, self.method.baumgarte)
+        rows = dict(zip(self.structure.order, found[self.velocities :], strict=True))
+        return [*found[: self.velocities], *(rows[row] for row in used)]
+
+    @property
+    def coordinates(self) -> tuple[range, range]:
+        return range(self.velocities), range(self.velocities, 2 * self.velocities)
+
+    @property
+    def moving_elements(self) -> int:
+        return 1
+
+    def law_rows(self) -> list[int]:
         first = self.tree(self.graph()[1]).state
-        return tuple(first + n for n in self.law_states.held())
+        return [first + n for n in range(self.laws)]
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         tree, found = self.tree(model), list[Number]()

@@ -287,10 +287,39 @@ class Tracer:
         found = Dynamics(a, solution.mu, solution.sound, solution.margin)
         return [*moving, *self.law_states.slopes(law_states.rates(model, now))], found
 
+    def missing(
+        self, model: Model, posture: Posture, mask: list[Number], a: Sequence[Number], mu: Sequence[Number],
+        used: Sequence[int],
+    ) -> list[Number]:  # fmt: skip
+        """What the equations of motion leave over along all velocities and of the rows in use, for any accelerations
+        and multipliers of all rows."""
+        found = dynamics.missing(model, posture.now, mask, a, mu, self.method.baumgarte)
+        return [*found[: self.velocities], *(found[self.velocities + row] for row in used)]
+
+    @property
+    def coordinates(self) -> tuple[range, range]:
+        """Of those of the chart, the numbers of the places of an element and those of its velocities."""
+        return range(self.chart.size - 6), range(self.chart.size - 6, self.chart.size)
+
+    @property
+    def moving_elements(self) -> int:
+        """Without those that are states of laws alone."""
+        return self.k
+
+    def law_rates(self, model: Model, now: Instant) -> list[Number]:
+        """Of the states of all laws; 0 of those that are sampled or held."""
+        return self.law_states.together(law_states.rates(model, now))
+
+    def law_rows(self) -> list[int]:
+        """The rows of a state in which the states of laws are."""
+        first = ELEMENT * self.k
+        numbers = range(sum(self.law_states.sizes.values()))
+        return [first + ELEMENT * (n // len(NUMBERS)) + NUMBERS[n % len(NUMBERS)] for n in numbers]
+
     def held(self) -> tuple[int, ...]:
         """The rows of a state in which held numbers are."""
-        first = ELEMENT * self.k
-        return tuple(first + ELEMENT * (n // len(NUMBERS)) + NUMBERS[n % len(NUMBERS)] for n in self.law_states.held())
+        rows = self.law_rows()
+        return tuple(rows[n] for n in self.law_states.held())
 
     def rates(self, model: Model, state: Sequence[State], F: Sequence[Vector]) -> list[Number]:
         """How every row of the elements changes, where F is of them."""

@@ -97,6 +97,23 @@ def accelerations(
     return replace(solution, x=axes.out_of(now, solution.x))
 
 
+def missing(
+    model: Model,
+    now: Instant,
+    mask: Sequence[Number],
+    accelerations: Sequence[Number],
+    multipliers: Sequence[Number],
+    baumgarte: float | None = None,
+) -> list[Any]:
+    """Q - M v' - C^T lambda along all velocities, and xi - C v' of every row of C, for any accelerations (6 k) and
+    multipliers of all rows."""
+    C = constraints.jacobian(model, now)
+    C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
+    xi = [m * x for m, x in zip(mask, constraints.required(model, now, baumgarte), strict=True)]
+    along, rows = kkt.rest(mass_matrix(model, now), C, loads(model, now), xi, accelerations, multipliers)
+    return [*along, *rows]
+
+
 def border(
     model: Model,
     structure: kkt.Structure,

@@ -296,11 +296,11 @@ def _eliminated(
     g = [m * x for m, x in zip(weights, g, strict=True)]
     eliminated = Eliminated.of(structure, A, C, mask, leaning)
     if structure.looped and expected is not None:
-        f, g = _rest(A, C, f, g, expected, [0.0] * structure.rows)
+        f, g = rest(A, C, f, g, expected, [0.0] * structure.rows)
     return eliminated, f, g
 
 
-def _rest(
+def rest(
     A: Entries, C: Entries, f: Sequence[Number], g: Sequence[Number], x: Sequence[Number], mu: Sequence[Number]
 ) -> Vectors:
     """What a solution leaves of the right-hand sides."""
@@ -320,7 +320,7 @@ def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: Sequence
     C A^-1 C^T. `A`, positive definite, does not change them; with lengths near those of the mechanism few directions
     are weak. What is weak all the same, near singular positions, is left over by the first shift for the second."""
     n, rows = 6 * structure.bodies, structure.rows
-    f, g = _rest(A, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
+    f, g = rest(A, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
     x: list[Any] = [0.0] * n
     least: list[Any] = [0.0] * rows
     for shift, relative, iterations in ((SHIFT, 0.0, 4), (0.0, FINE_SHIFT, 2)):
@@ -329,7 +329,7 @@ def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: Sequence
             moved = shift - relative * factors.by_bodies[j] if variable >= n else 0.0
             factors.eliminate(j, factors.by_bodies[j] + factors.by_joints[j] - moved)
         for _ in range(iterations):
-            dx, dmu = factors.backward(factors.forward(*_rest(A, C, f, g, x, least), [1.0] * rows))
+            dx, dmu = factors.backward(factors.forward(*rest(A, C, f, g, x, least), [1.0] * rows))
             x = [a + b for a, b in zip(x, dx, strict=True)]
             least = [a + b for a, b in zip(least, dmu, strict=True)]
     return least

@@ -101,8 +101,8 @@ def missing(
     posture: Posture, structure: kkt.Structure, mask: Sequence[Number], rates: Sequence[Number], mu: Sequence[Number],
     baumgarte: float | None,
 ) -> list[Any]:  # fmt: skip
-    """What is missing along every rate, and of every row in use, where the rates of a regular tree change so, with
-    these multipliers of the rows in use."""
+    """What is missing along every rate, and of every row in use, where the rates change so, with these multipliers of
+    the rows in use."""
     loads, rows, xi = _acting(posture, structure, mask, baumgarte)
     there = carried(posture.tree, posture.links, loads, rates)
     rest = _relative_to(loads, there, rates, xi)
@@ -110,8 +110,11 @@ def missing(
     for row, multiplier in zip(structure.order, mu, strict=True):
         for place, y in rows.get(row, {}).items():
             wrenches[place] = tuple(f - multiplier * c for f, c in zip(wrenches[place], y, strict=True))
-    along = gathered(posture.tree, posture.links, replace(rest, wrenches=wrenches))
     wanted = _less(xi, rows, there)
+    for row in loads.resisting:
+        for place, y in rows[row].items():
+            wrenches[place] = tuple(f + wanted[row] * c for f, c in zip(wrenches[place], y, strict=True))
+    along = gathered(posture.tree, posture.links, replace(rest, wrenches=wrenches))
     return [*along, *(mask[row] * wanted[row] for row in structure.order)]
 
 
