@@ -21,12 +21,11 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
         of = _targets(model, event, held)
         acts.append((ACTS.get(event.action, RECORDS), len(targets), len(of), value, int(event.once)))
         targets += of
-        value += len(event.values)
+        value += len(event.numbers)
     return Plan(
         np.array([event.stop for event in model.events], np.int64),
         np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
         np.array(targets, np.int64),
-        np.array([np.max(event.closing) for event in model.events], float),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
     )
 

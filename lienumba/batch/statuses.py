@@ -60,8 +60,8 @@ STATUSES = (
     Status(
         NOT_CLOSED,
         "not_closed",
-        "a joint was to be engaged whose parts were further apart than events.closing; engage it where they meet, or "
-        "give a larger closing",
+        "a joint was to be engaged whose parts were further apart than events.closing, or are kept apart by others; "
+        "engage it where they meet, or give a larger closing",
     ),
     Status(
         CHATTERING,

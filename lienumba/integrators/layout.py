@@ -32,9 +32,10 @@ CLOCK = TOLERANCE + TOLERANCES
 # length so far; UNTIL: the end of the step; DUE: the time that is stored next; BUSY: whether there is a run; FRESH:
 # whether it has just begun; STALE: whether F is not known at its state; TRIAL: the code of the step; STATUS: of the
 # run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
-# of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes.
+# of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes;
+# GAINED: the energy (J) that comes of numbers that are set, and of bodies that are moved to close a joint.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, LANES = range(9, 22)
+FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, LANES = range(9, 23)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
@@ -69,7 +70,7 @@ class Sizes(NamedTuple):
     hoisted; series: rows of the coefficients of a step and what belongs to them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
-    any; values: numbers to which events set held ones, and behind them the potential energy (J).
+    any; values: numbers that events read where they act.
     """
 
     elements: int
@@ -177,9 +178,9 @@ def conditions(sizes: Sizes) -> int:
 
 @kernel
 def event_rows(sizes: Sizes) -> int:
-    """What the kernel `events` writes: the conditions, and the values to which events set held numbers, with the
-    potential energy behind them."""
-    return conditions(sizes) + sizes.values
+    """What the kernel `events` writes: the conditions, and the values that events read, with the kinetic and the
+    potential energy (J) behind them."""
+    return conditions(sizes) + (sizes.values + 2 if sizes.values > 0 else 0)
 
 
 @kernel
@@ -349,7 +350,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + 2 * conditions(sizes) + max(conditions(sizes), sizes.values)
+    table = places + conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
     change = table + table_rows(sizes.exchangeable)
     parameters = change + change_rows(sizes)
     work = parameters + sizes.parameters

@@ -23,6 +23,7 @@ from lienumba.integrators.layout import (
     ENGAGES,
     FRESH,
     FRICTION,
+    GAINED,
     ITERATIONS,
     LOCKS,
     MANY,
@@ -79,23 +80,29 @@ def change(
             rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _remember(sizes, first, rows, lane, n == 0)
-                _store(sizes, first, rows, plan, lane, -1.0)
+                if sizes.values > 0:
+                    rows[first.lanes + GAINED, lane] = _energy(sizes, first, rows, plan, lane)
                 _act(sizes, first, rows, runs, queue, plan, lane)
+        r = reactions.room(at, sizes, plan.switches)
+        closing = load(lanes, PICKED) != 0.0
+        if any_lane(closing):
+            for lane in range(W):
+                if rows[first.lanes + PICKED, lane] != 0.0:
+                    reactions.read(r, rows, first, sizes, lane)
+                    reactions.choose_rows(r, rows, first, sizes, lane)
+            _close(kernels, sizes, at, closing, table, limit, tolerance)
+            call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
+            for lane in range(W):
+                if rows[first.lanes + PICKED, lane] != 0.0:
+                    _closed(sizes, first, rows, plan, lane, tolerance)
         if sizes.values > 0:
             call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
             for lane in range(W):
                 if rows[first.lanes + CHANGED, lane] != 0.0:
-                    _store(sizes, first, rows, plan, lane, 1.0)
+                    gained = _energy(sizes, first, rows, plan, lane) - rows[first.lanes + GAINED, lane]
+                    rows[first.state + layout.work_row(sizes), lane] += gained
+                    rows[first.lanes + GAINED, lane] = gained
         if switched:
-            r = reactions.room(at, sizes, plan.switches)
-            closing = load(lanes, PICKED) != 0.0
-            if any_lane(closing):
-                for lane in range(W):
-                    if rows[first.lanes + PICKED, lane] != 0.0:
-                        reactions.read(r, rows, first, sizes, lane)
-                        reactions.choose_rows(r, rows, first, sizes, lane)
-                _close(kernels, sizes, at, closing, table, limit, tolerance)
-                call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 hit = rows[first.lanes + CHANGED, lane] != 0.0
                 hit = hit and _hit(r, sizes, first, rows, runs, queue, plan, lane)
@@ -135,17 +142,49 @@ def _project(kernels: np.ndarray, sizes: Sizes, at: Workspace, table: Rows, limi
 def _close(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, closing: Mask, table: Rows, limit: int, tolerance: float
 ) -> None:
-    """Positions of what is to close, onto the constraints."""
+    """Positions of what is to close, onto the constraints; velocities onto those that always hold, as the impulses of
+    the others expect it."""
     state, status = layout.state_rows(sizes), at.lanes + ROW * STATUS
     if kernels[layout.POSITION] == 0:
         return
     stages.copy(at.new, at.state, state)
     places = Places(at.new, at.now, at.following)
     stages.project_positions(
-        kernels, sizes, at.parameters, places, False, at, status, closing & (load(status, 0) == 0.0), table, limit,
-        tolerance,
+        kernels, sizes, at.parameters, places, False, at, status, closing, table, limit, tolerance
     )  # fmt: skip
-    stages.commit(closing & (load(status, 0) == 0.0), at.state, at.new, state)
+    closed = closing & (load(status, 0) == 0.0)
+    for row in range(layout.mask_row(sizes), layout.on_row(sizes)):
+        store(at.new, row, splat(0.0))
+    if kernels[layout.VELOCITY] != 0:
+        stages.project_velocities(kernels, sizes, at.parameters, places, False, at, status, closed, limit, tolerance)
+    stages.commit(closed & (load(status, 0) == 0.0), at.state, at.new, state)
+
+
+@apart
+def _closed(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, tolerance: float) -> None:
+    """Whether what was to close in a lane has closed, rows that say the same as others with it; else nothing has
+    happened, and the run ends."""
+    open_ = rows[first.lanes + STATUS, lane] != 0.0
+    for event in range(sizes.events):
+        if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+            open_ = open_ or _apart(sizes, first, rows, plan, lane, event) > tolerance + TOUCH
+    if open_:
+        for event in range(sizes.events):
+            if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+                target = plan.targets[plan.acts[event, TARGET]]
+                rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
+        rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
+        rows[first.lanes + CHANGED, lane] = 0.0
+
+
+@inlined
+def _apart(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int) -> float:
+    """How far (m or rad) the parts of a joint are from where an event wants them."""
+    widest, target = 0.0, plan.targets[plan.acts[event, TARGET]]
+    row = first.change + layout.border_gaps(sizes) + plan.switches[target, SWITCH_FIRST]
+    for i in range(row, row + plan.switches[target, SWITCH_ROWS]):
+        widest = max(widest, max(rows[i, lane], -rows[i, lane]))
+    return widest
 
 
 @inlined
@@ -164,8 +203,17 @@ def _fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int
 
 @apart
 def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int) -> None:
-    """Do what events do that come true now; PICKED where joints are to close. What locks a run as it begins remembers
-    how it begins."""
+    """Do what events do that come true now; PICKED where joints are to close, and if one cannot nothing happens. What
+    locks a run as it begins remembers how it begins."""
+    values = first.following + layout.conditions(sizes)
+    for event in range(sizes.events):
+        if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+            rows[first.lanes + PICKED, lane] = 1.0
+            if _apart(sizes, first, rows, plan, lane, event) > rows[values + plan.acts[event, VALUE], lane]:
+                rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
+    if rows[first.lanes + STATUS, lane] != 0.0:
+        rows[first.lanes + CHANGED, lane] = rows[first.lanes + PICKED, lane] = 0.0
+        return
     for s in range(sizes.switches):
         on = rows[first.state + layout.on_row(sizes) + s, lane] != OFF
         if rows[first.lanes + FRESH, lane] != 0.0 and on and plan.switches[s, SWITCH_KIND] == BILATERAL:
@@ -176,33 +224,31 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Que
             for n in range(plan.acts[event, TARGETS]):
                 target = plan.targets[plan.acts[event, TARGET] + n]
                 if action == SETS:
-                    value = first.following + layout.conditions(sizes) + plan.acts[event, VALUE] + n
-                    rows[first.state + target, lane] = rows[value, lane]
+                    rows[first.state + target, lane] = rows[values + plan.acts[event, VALUE] + n, lane]
                 if action == RELEASES:
                     rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
                 if LOCKS <= action <= ENGAGES:
                     _turn_on(sizes, first, rows, plan, lane, target)
-                if action == ENGAGES:
-                    rows[first.lanes + PICKED, lane] = 1.0
-                    row = first.change + layout.border_gaps(sizes) + plan.switches[target, SWITCH_FIRST]
-                    for i in range(row, row + plan.switches[target, SWITCH_ROWS]):
-                        if max(rows[i, lane], -rows[i, lane]) > plan.closing[event]:
-                            rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
             if action >= RELEASES:
                 tells = codes.RELEASED if action == RELEASES else codes.SET
                 _book(rows, first, runs, queue, lane, tells, event, 0.0, 0.0)
 
 
 @apart
-def _store(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, sign: float) -> None:
-    """Add the potential energy, times a sign, to the work of a lane in which events set numbers now: so before they do
-    and afterwards, which counts what they change of it."""
-    sets = False
+def _energy(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> float:
+    """The energy (J) of a lane as far as an action changes it by itself: of numbers that are set the potential one,
+    kinetic energy, too, where bodies are moved to close a joint."""
+    behind, energy = first.following + layout.event_rows(sizes), 0.0
+    sets, engages = False, False
     for event in range(sizes.events):
-        sets = sets or (plan.acts[event, ACTION] == SETS and _fired(sizes, first, rows, lane, event))
-    if sets:
-        energy = rows[first.following + layout.event_rows(sizes) - 1, lane]
-        rows[first.state + layout.work_row(sizes), lane] += sign * energy
+        if _fired(sizes, first, rows, lane, event):
+            sets = sets or plan.acts[event, ACTION] == SETS
+            engages = engages or plan.acts[event, ACTION] == ENGAGES
+    if sets or engages:
+        energy += rows[behind - 1, lane]
+    if engages:
+        energy += rows[behind - 2, lane]
+    return energy
 
 
 @inlined
@@ -252,6 +298,8 @@ def _hit(
         rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
     for event in range(sizes.events):
         action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
+        if action == ENGAGES and _fired(sizes, first, rows, lane, event):
+            energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0
         if LOCKS <= action <= ENGAGES and _fired(sizes, first, rows, lane, event):
             for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
                 impulse += reactions.impulse(r, plan.targets[n])

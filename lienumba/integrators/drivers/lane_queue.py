@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, store
-from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, Integers2, apart, inlined
+from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, Integers2, apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.workspace import Rows
@@ -69,13 +69,11 @@ class ChunkRuns(NamedTuple):
 
 class Plan(NamedTuple):
     """What happens at events. stops (events,): whether it ends a run; acts (events, 6): see `layout.ACTION`; targets:
-    of all events; closing (events,): by how much (m or rad) rows may be violated that it turns on; switches (s, 6): see
-    `layout.SWITCH_KIND`."""
+    of all events; switches (s, 6): see `layout.SWITCH_KIND`."""
 
     stops: Integers1
     acts: Integers2
     targets: Integers1
-    closing: Floats1
     switches: Integers2
 
 

@@ -10,7 +10,7 @@ from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.model import Model, reads_state
-from lienumba.mechanics.system import applied_forces, constraints, dynamics, kkt, projection
+from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
@@ -50,7 +50,7 @@ def sample(tracer: Tracer) -> Kernel:
 def events(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
-    asked = [x for event in model.events for x in (event.when, *(value for _, value in event.values))]
+    asked = [x for event in model.events for x in (event.when, *event.numbers)]
     read = [name for x in asked if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
     outputs = quantities.conditions(model, posture.now, observed)
@@ -60,10 +60,10 @@ def events(tracer: Tracer) -> Kernel:
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
-    values = [x for event in model.events for _, x in event.values]
+    values = [x for event in model.events for x in event.numbers]
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
-    if model.held:
-        outputs.append(applied_forces.potential(model, posture.now))
+    if values:
+        outputs += dynamics.energies(model, posture.now)
     return tracer.kernel("events", outputs)
 
 

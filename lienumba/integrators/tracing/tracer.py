@@ -184,7 +184,7 @@ class Tracer:
             correction=sum(self.correction_rows),
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
-            work=len(angles), values=sum(len(event.values) for event in model.events) + bool(model.held),
+            work=len(angles), values=sum(len(event.numbers) for event in model.events),
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:

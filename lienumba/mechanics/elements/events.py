@@ -105,7 +105,7 @@ class Event(Section):
         """The event of the model; held: the names of all parameters that events set."""
         when = self.when if callable(self.when) else Formula(self.when, condition=True)
         joint = -1 if self.joint is None else joints[self.joint]
-        acts = self.action in (LOCK.name, UNLOCK.name)
+        acts, closing = self.action in (LOCK.name, UNLOCK.name), CLOSING if self.closing is None else self.closing
         return model.Event(
             self.name,
             when,
@@ -115,5 +115,5 @@ class Event(Section):
             locks=chosen(locks, joint, self.coordinate) if acts else (),
             values=tuple((held.index(name), timed(x)) for name, x in (self.parameters or {}).items()),
             once=bool(self.once),
-            closing=CLOSING if self.closing is None else self.closing,
+            closing=closing if self.action == ENGAGE.name else None,
         )

@@ -241,7 +241,7 @@ class Event:
 
     action: by its name; joint: which it releases or engages, locks: which it turns on or off (indices); values: what
     held numbers (by their place in `Model.held`) become; once: whether it acts once in a run; closing: by how much (m
-    or rad) the rows that it turns on may be violated.
+    or rad) the rows of the joint that it engages may be violated.
     """
 
     name: str
@@ -252,7 +252,12 @@ class Event:
     locks: tuple[int, ...] = ()
     values: tuple[tuple[int, Timed], ...] = ()
     once: bool = False
-    closing: Number = 0.02
+    closing: Number | None = None
+
+    @property
+    def numbers(self) -> tuple[Timed, ...]:
+        """What its action reads where it happens."""
+        return tuple(x for _, x in self.values) + (() if self.closing is None else (self.closing,))
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def map_numbers(
                 event,
                 when=law(event.when),
                 values=tuple((place, law(x)) for place, x in event.values),
-                closing=number(event.closing, False),
+                closing=None if event.closing is None else number(event.closing, False),
             )
             for event in model.events
         ),

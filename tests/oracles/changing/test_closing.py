@@ -1,0 +1,81 @@
+"""Joints that are engaged: what moving bodies together takes, how far apart they may be, and what never closes."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from tests.oracles.changing import scenarios
+
+G, WHEN, GAP = 9.81, 0.1, 0.01
+SPIN = [1.0, 2.0, 3.0]
+
+
+def statuses(ds: Any) -> list[str]:
+    names = dict(zip(ds.status.flag_values, ds.status.flag_meanings.split(), strict=True))
+    return [names[int(x)] for x in ds.status]
+
+
+def test_what_closing_takes_is_in_the_books_and_what_does_not_close_is_not() -> None:
+    """A falling body is caught at its mass centre, the gap away from where it is to be: by impulse it loses its speed,
+    by being moved the height of the gap."""
+    start = [0, 0, GAP + 0.5 * G * WHEN**2]
+    body = {"name": "probe", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "position": start, "rotation": [1, 0, 0, 0]}
+    ball = {"name": "catch", "type": "spherical", "bodies": ["ground", "probe"], "points": [[0, 0, 0]] * 2}
+    capture = {"name": "capture", "when": f"t > {WHEN}", "action": "engage", "joint": "catch", "closing": 0.02}
+    data = {
+        "title": "A probe",
+        "model": {
+            "gravity": [0, 0, -G],
+            "bodies": [body | scenarios.AT_REST | {"angular_velocity": SPIN}],
+            "joints": [ball | {"active": False}],
+        },
+        "events": [capture],
+        "integrator": scenarios.settings(0.3),
+        "output": {"times": [0, 0.3]},
+        "sweep": scenarios.table({"events.capture.closing": np.array([0.5, 1.5, 0.9]) * GAP}),
+    }
+    ds = lienumba.run(data)
+    assert statuses(ds) == ["not_closed", "success", "not_closed"]
+    lost = 2.0 * G * GAP + (G * WHEN) ** 2
+    np.testing.assert_allclose(ds.energy_lost, [0.0, lost, 0.0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(ds.change_energy[1, 0], lost, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(ds.changes, [0, 1, 0])
+    np.testing.assert_array_equal(ds.last_mode[:, 0], [0, 1, 0])
+    np.testing.assert_allclose(ds.event_time[:, 0], WHEN, rtol=0, atol=1e-15)
+    assert abs(ds.energy_residual).max() < 1e-11
+    np.testing.assert_allclose(ds.position[1, -1, 0], 0.0, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_moving_a_loop_together_keeps_the_energy_residual(coordinates: str) -> None:
+    """Two bars on hinges, that swing against a spring, are pinned together a hand's width apart. In one run the pin is
+    out of their plane: nothing can close it, though its row says nothing beyond the hinges."""
+    bars, hinges = [], []
+    for name, x, angle in ("left", 0.0, -0.6), ("right", 1.0, -2.5):
+        hinge = {"name": f"{name}_hinge", "type": "revolute", "bodies": ["ground", name], "axes": [[0, 1, 0]] * 2}
+        place = {"points": [[x, 0, 0], [-0.3, 0, 0]], "references": [[1, 0, 0]] * 2, "angle": angle, "rate": 0.5}
+        bars.append({"name": name, "mass": 1.0, "inertia": [0.01, 0.03, 0.03]})
+        hinges.append(hinge | place)
+    pin = {"name": "pin", "type": "spherical", "bodies": ["left", "right"], "points": [[0.3, 0, 0]] * 2}
+    spring = {"name": "spring", "type": "spring_damper", "bodies": ["left", "right"], "stiffness": 200, "damping": 0}
+    data = {
+        "title": "A loop that closes",
+        "model": {
+            "gravity": [0, 0, -G],
+            "bodies": bars,
+            "joints": [*hinges, pin | {"active": False}],
+            "forces": [spring | {"points": [[0.3, 0, 0]] * 2, "free_length": 0.05}],
+        },
+        "events": [{"name": "shut", "when": "t > 0.05", "action": "engage", "joint": "pin", "closing": 0.1}],
+        "integrator": scenarios.settings(0.5, coordinates=coordinates),
+        "output": {"times": [0, 0.5]},
+        "sweep": scenarios.table({"joints.pin.points[0][1]": [0.0, 0.001]}),
+    }
+    ds = lienumba.run(data)
+    assert statuses(ds) == ["success", "not_closed"]
+    np.testing.assert_array_equal(ds.changes, [1, 0])
+    assert abs(ds.change_energy[0, 0]) > 0.01
+    assert abs(ds.energy_residual[0]).max() < 1e-10
+    assert float(ds.max_position_violation[0]) < 1e-11
