@@ -131,10 +131,16 @@ class JointTracer(Tracer):
         self, model: Model, posture: seen.Posture, mask: list[Number], a: Sequence[Number], mu: Sequence[Number],
         used: Sequence[int],
     ) -> list[Number]:  # fmt: skip
-        multipliers = [mu[row] for row in self.structure.order]
-        found = equations.missing(_tree(posture), self.structure, mask, a, multipliers, self.method.baumgarte)
+        posture, multipliers = _tree(posture), [mu[row] for row in self.structure.order]
+        rates: list[Number] = []
+        for link in posture.tree.links:
+            rates += link.move.along(state_of(link, tuple(posture.z)), tuple(a[rate] for rate in link.rates))
+        found = equations.missing(posture, self.structure, mask, rates, multipliers, self.method.baumgarte)
         rows = dict(zip(self.structure.order, found[self.velocities :], strict=True))
-        return [*found[: self.velocities], *(rows[row] for row in used)]
+        along: list[Number] = []
+        for link in posture.tree.links:
+            along += link.move.tangent(state_of(link, tuple(posture.z)), tuple(found[rate] for rate in link.rates))
+        return [*along, *(rows[row] for row in used)]
 
     @property
     def coordinates(self) -> tuple[range, range]:

@@ -12,23 +12,25 @@ stiffness of joints are in it because they are in f: nothing is derived by hand.
 
 dq and dv are the local coordinates u of the chart about the state, at u = 0: its first numbers are those of the places,
 the others of the velocities. So of a body on R^3 x SO(3) dq = (dr global, dtheta own axes), dv = (dv global, dw own
-axes); of a tree the coordinates and rates of the moves. a and the first rows of f are along the same velocities, but of
-a free body in a tree along its own axes (`lienumba.mechanics.mechanism.moves`).
+axes); of a tree the coordinates and rates of the moves, as their states have them. a, and the first rows of f, are
+along the same velocities, so that M is symmetric; what a step of `JointChart.slope` takes are `Move.along` of these.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from lienumba.compiler.derivatives import partials, replayed
+from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.integrators import layout
-from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.integrators.tracing.tracer import Posture, Tracer
+from lienumba.mechanics.mechanism.model import Model
 from lienumba.numerics.jets import Dual, lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
-STATE, CLOCK, UNKNOWN = "state", "clock", "unknown"
+STATE, CLOCK, UNKNOWN, INPUTS = "state", "clock", "unknown", "inputs"
 Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
 
 
@@ -36,14 +38,26 @@ Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
 class Linear:
     """f at a state, and its derivatives: (row, column) of the entries that are not exactly zero.
 
-    along, rows, laws: f along the velocities, of the rows of C in use, and the rates of the states of laws; the blocks
-    of the derivatives are those of `Equations.block`."""
+    values: by the names of `Equations.outputs`."""
 
-    along: list[Any]
-    rows: list[Any]
-    laws: list[Any]
+    values: Mapping[str, list[Any]]
     entries: Block
     equations: "Equations"
+
+    @property
+    def along(self) -> list[Any]:
+        """Of f, what is along the velocities."""
+        return self.values["along"]
+
+    @property
+    def rows(self) -> list[Any]:
+        """Of f, that of the rows of C in use."""
+        return self.values["rows"]
+
+    @property
+    def laws(self) -> list[Any]:
+        """The rates of the states of laws."""
+        return self.values["laws"]
 
     def block(self, of: str, by: str) -> Block:
         """The derivative of one of `Equations.outputs` by one of `Equations.columns`, numbered from 0."""
@@ -51,10 +65,24 @@ class Linear:
         return {(i - row.start, j - column.start): x for (i, j), x in self.entries.items() if i in row and j in column}
 
 
+class More(Protocol):
+    """What somebody wants to be differentiated beside f: inputs of theirs in the model, and other outputs."""
+
+    @property
+    def inputs(self) -> int: ...
+
+    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
+        """The model with their inputs, at this time."""
+
+    def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
+        """Others, by name."""
+
+
 @dataclass(frozen=True)
 class Equations:
-    """f and its derivatives as recorded. outputs: which of f are "along", "rows" and "laws"; columns: which columns
-    are by "q", "v", "laws", "a" and "mu" (of the rows in use, in the order of `used`)."""
+    """f and its derivatives as recorded. outputs: which values are "along", "rows" and "laws", and others that somebody
+    wanted; columns: which columns are by "q", "v", "laws", "a", "mu" (of the rows in use, in the order of `used`) and
+    "inputs"."""
 
     values: list[Any]
     entries: Block
@@ -63,30 +91,41 @@ class Equations:
     used: tuple[int, ...]
 
     @staticmethod
-    def of(tracer: Tracer) -> "Equations":
+    def of(tracer: Tracer, more: More | None = None) -> "Equations":
         """Of a mechanism; of the rows of C those of `tracer.structure`."""
         graph, model = tracer.graph(Graph(analytic=True))
+        t, inputs = graph.input(CLOCK, layout.TIME), graph.inputs(INPUTS, more.inputs if more else 0)
+        model = more.model(model, t, inputs) if more else model
         elements, augmented = tracer.state(graph, STATE), tracer.augmented_rows(graph)
-        posture = tracer.posture(model, elements, augmented, graph.input(CLOCK, layout.TIME))
+        posture = tracer.posture(model, elements, augmented, t)
         used = tuple(sorted(row - 6 * tracer.structure.bodies for row in tracer.structure.order))
         used = tuple(row for row in used if row >= 0)
         a = graph.inputs(UNKNOWN, tracer.velocities)
         mu: list[Number] = [0.0] * tracer.structure.rows
         for n, row in enumerate(used):
             mu[row] = graph.input(UNKNOWN, tracer.velocities + n)
-        found = tracer.missing(model, posture, tracer.mask(augmented), a, mu, used)
+        mask = tracer.mask(augmented)
+        found = tracer.missing(model, posture, mask, a, mu, used)
         laws = tracer.law_rates(model, posture.now)
         q, v = _directions(tracer, graph)
         s: list[dict[Symbol, Number]] = [{graph.input(STATE, row): 1.0} for row in tracer.law_rows()[: len(laws)]]
         unknown = [{graph.input(UNKNOWN, n): 1.0} for n in range(tracer.velocities + len(used))]
-        values = [*found, *laws]
+        others = more.outputs(model, posture, mask, used) if more else {}
+        values = [*found, *laws, *(x for own in others.values() for x in own)]
+        sizes = {"along": tracer.velocities, "rows": len(used), "laws": len(laws)}
         return Equations(
             values,
-            partials(values, [*q, *v, *s, *unknown]),
-            _ranges(along=tracer.velocities, rows=len(used), laws=len(laws)),
-            _ranges(q=len(q), v=len(v), laws=len(s), a=tracer.velocities, mu=len(used)),
+            partials(values, [*q, *v, *s, *unknown, *({x: 1.0} for x in inputs)]),
+            _ranges(**sizes, **{name: len(own) for name, own in others.items()}),
+            _ranges(q=len(q), v=len(v), laws=len(s), a=tracer.velocities, mu=len(used), inputs=len(inputs)),
             used,
         )
+
+    def only(self, columns: Sequence[str]) -> "Equations":
+        """With these derivatives alone."""
+        kept = [self.columns[name] for name in columns]
+        entries = {key: x for key, x in self.entries.items() if any(key[1] in column for column in kept)}
+        return replace(self, entries=entries)
 
     def at(
         self,
@@ -95,7 +134,8 @@ class Equations:
         a: Sequence[Any],
         mu: Sequence[Any],
         parameter: Callable[[int], Any],
-        functions: Mapping[str, Callable[..., Any]] | None = None,
+        functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
+        inputs: Sequence[Any] = (),
     ) -> Linear:
         """f and its derivatives on other numbers.
 
@@ -105,15 +145,17 @@ class Equations:
         t : the time (s)
         a, mu : accelerations along the velocities; multipliers of the rows `used`
         parameter : the number of the model in a row of the parameters, such as `partial(graph.input, "parameters")`
-        functions : what computes an operation, if not `lienumba.compiler.series.FUNCTIONS`
+        functions : what computes an operation
+        inputs : of somebody's own; 0 by default
         """
-        given = {STATE: state.__getitem__, CLOCK: lambda _: t, UNKNOWN: [*a, *mu].__getitem__, "parameters": parameter}
+        inputs = inputs or [0.0] * len(self.columns[INPUTS])
+        given = {STATE: state.__getitem__, CLOCK: lambda _: t, UNKNOWN: [*a, *mu].__getitem__}
+        given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
         every = [*self.values, *self.entries.values()]
-        more = {} if functions is None else {"functions": functions}
-        found = replayed(every, lambda array, row: given[array](row), **more)
+        found = replayed(every, lambda array, row: given[array](row), functions)
         values, slopes = found[: len(self.values)], found[len(self.values) :]
-        along, rows, laws = ([values[n] for n in part] for part in self.outputs.values())
-        return Linear(along, rows, laws, dict(zip(self.entries, slopes, strict=True)), self)
+        by_name = {name: [values[n] for n in part] for name, part in self.outputs.items()}
+        return Linear(by_name, dict(zip(self.entries, slopes, strict=True)), self)
 
 
 def _directions(tracer: Tracer, graph: Graph) -> tuple[list[dict[Symbol, Number]], list[dict[Symbol, Number]]]:
