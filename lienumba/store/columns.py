@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.store.deflate import deflated, noise_of, shuffled
-from lienumba.store.layout import NO_COUNT
+from lienumba.store.layout import NO_COUNT, narrowed
 
 AHEAD = 64  # jobs that are being compressed, or wait to be written
 LOOK = 32  # chunks of which the first tells how much of all is noise
@@ -78,7 +78,7 @@ class Column:
         values = np.concatenate(parts)
         if self.dtype.kind == "i" and values.dtype.kind == "f":
             values = np.where(np.isnan(values), NO_COUNT, values)
-        return values.astype(self.dtype, copy=False)
+        return narrowed(values, self.dtype)
 
 
 class Columns:

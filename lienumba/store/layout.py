@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,8 +32,9 @@ CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the dataset; `dtype` is how the file holds it; count: a whole number that failed runs have none
-    of; flags: what whole numbers mean, from the first on; reaction, since: see `OutputVariable`."""
+    """One variable of the dataset; `dtype` is how the file holds it, one of CF 1.8, which has no int64; count: a whole
+    number that failed runs have none of; flags: what whole numbers mean, from the first on; reaction, since: see
+    `OutputVariable`."""
 
     dims: tuple[str, ...]
     units: str
@@ -53,10 +54,10 @@ FRAMES: Memo[xr.Dataset] = Memo(16)
 OF_RUNS: dict[str, Variable] = {
     "status": Variable(RUN, "1", "how the run ended", dtype="int8"),
     "end_time": Variable(RUN, "s", "simulated time that the run reached"),
-    "steps": Variable(RUN, "1", "accepted steps", dtype="int64"),
-    "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int64"),
+    "steps": Variable(RUN, "1", "accepted steps", dtype="int32"),
+    "rejected_steps": Variable(RUN, "1", "rejected steps", dtype="int32"),
     "event_time": Variable(("run", "event"), "s", "time at which the condition first became true"),
-    "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int64"),
+    "event_count": Variable(("run", "event"), "1", "how often the condition became true", dtype="int32"),
     "change_time": Variable(CHANGE, "s", "time of the change"),
     "change_kind": Variable(CHANGE, "1", "what changed", dtype="int8", flags=("none", *NAMES), first_flag=NONE),
     "change_what": Variable(
@@ -64,7 +65,7 @@ OF_RUNS: dict[str, Variable] = {
     ),
     "change_impulse": Variable(CHANGE, "1", "size of the impulse of the change (N s, or N m s of an angle)"),
     "change_energy": Variable(CHANGE, "J", "mechanical energy that was lost in the change"),
-    "changes": Variable(RUN, "1", "how many changes there were", dtype="int64"),
+    "changes": Variable(RUN, "1", "how many changes there were", dtype="int32"),
     "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
     "last_mode": Variable(
         (*RUN, "switch"), "1", f"{MODE.long_name} at the end of the run", dtype="int8", flags=MODE.flags
@@ -154,8 +155,8 @@ def dataset(
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
     labels: dict[str, np.ndarray] = {
-        "run": np.asarray(runs, dtype=np.int64),
-        FULL: np.asarray(full_runs, dtype=np.int64),
+        "run": np.asarray(runs, dtype=np.int32),
+        FULL: np.asarray(full_runs, dtype=np.int32),
         "time": np.asarray(times, dtype=np.float64),
         "body": np.asarray(bodies, dtype=str),
         "joint": np.asarray(joints, dtype=str),
@@ -164,7 +165,7 @@ def dataset(
         "coordinate": np.asarray(list(coordinates or {}), dtype=str),
         "coordinate_units": np.asarray(list((coordinates or {}).values()), dtype=str),
         "event": np.asarray(events, dtype=str),
-        "change": np.arange(changes),
+        "change": np.arange(changes, dtype=np.int32),
         "switch": np.asarray(switches, dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
@@ -230,7 +231,12 @@ def input_coordinates(inputs: Mapping[str, np.ndarray], units: Mapping[str, str]
 def _bare(dim: str, values: np.ndarray, total: int) -> dict[str, object]:
     """The encoding of a coordinate: as it is; those of runs in few parts."""
     chunks = _chunks((max(min(total, CHUNK_BYTES // 8), 1),), values.shape) if dim in ("run", FULL) else {}
-    return {"_FillValue": None} | chunks
+    return bare(values) | chunks
+
+
+def bare(labels: np.ndarray) -> dict[str, object]:
+    """The encoding of labels: texts as characters, which older readers know, too."""
+    return {"_FillValue": None} | ({"dtype": "S1"} if labels.dtype.kind == "U" else {})
 
 
 def _chunks(chunk: tuple[int, ...], shape: tuple[int, ...]) -> dict[str, object]:
@@ -260,7 +266,15 @@ def _as_kept(spec: Variable, array: np.ndarray) -> np.ndarray:
     """An array in the type that it has in memory; a count below 0 is none."""
     if spec.count:
         array = np.where(array < 0, np.nan, array)
-    return np.asarray(array, dtype=np.float64 if spec.count else spec.dtype)
+    return array if spec.count else narrowed(array, np.dtype(spec.dtype))
+
+
+def narrowed(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
+    """An array in this type: of counts that are beyond it, its largest number."""
+    array = np.asarray(array)
+    if dtype.kind == "i" and dtype.itemsize < array.itemsize:
+        array = np.minimum(array, np.iinfo(dtype).max)
+    return array.astype(dtype, copy=False)
 
 
 def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, object]:
@@ -270,6 +284,7 @@ def _encoding(spec: Variable, shape: tuple[int, ...], total: int) -> dict[str, o
     return {
         "dtype": spec.dtype,
         "_FillValue": fill_value,
+        "coordinates": None,  # of the whole: brackets of paths must not stand in this attribute of a variable
         "zlib": True,
         "complevel": 1,
         "shuffle": True,

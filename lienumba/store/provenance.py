@@ -26,7 +26,7 @@ def attributes(title: str, scenario_toml: str, sha256: str, seed: int, command: 
 
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
-        "Conventions": "CF-1.11",
+        "Conventions": "CF-1.8",
         "title": title,
         "history": f"{now} {command}",
         "source": f"lienumba {__version__}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +44,7 @@ VARIABLES: dict[str, Variable] = {
     **{name: layout.VARIABLES[name] for name in OF_POINTS},
     "max_position_iterations": _count("most iterations of the position projection"),
     "max_velocity_iterations": _count("most iterations of the velocity projection"),
-    "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps", dtype="int64"),
+    "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps"),
     **TIMES,
 }  # fmt: skip
 TAKEN = {*VARIABLES, *layout.COORDINATES, CASE}  # what no coordinate of a grid may be called
@@ -77,19 +77,18 @@ def dataset(
     data = {}
     for name, array in arrays.items():
         spec = VARIABLES[name]
-        whole = Variable((*spec.dims, *dims), spec.units, spec.long_name, spec.frame, spec.dtype, spec.count)
-        data[name] = layout.variable(name, whole, array, len(runs))
-    bare = {"_FillValue": None}
-    labels = np.asarray(runs, dtype=np.int64)
-    run = xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), bare)
+        data[name] = layout.variable(name, replace(spec, dims=(*spec.dims, *dims)), array, len(runs))
+    labels = np.asarray(runs, dtype=np.int32)
+    run = xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), layout.bare(labels))
     coordinates: dict[str, xr.Variable] = {"run": run}
     if CASE in dims:
+        numbers = np.arange(len(grid[0].values), dtype=np.int32)
         texts = layout.texts("1", "number of the point")
-        coordinates[CASE] = xr.Variable(CASE, np.arange(len(grid[0].values)), texts, bare)
+        coordinates[CASE] = xr.Variable(CASE, numbers, texts, layout.bare(numbers))
     for entry in grid:
         values = np.asarray(entry.values, dtype=str if isinstance(entry.values[0], str) else np.float64)
         texts = layout.texts(entry.units, entry.path) | {"role": "grid", "path": entry.path}
-        coordinates[entry.name] = xr.Variable(entry.dim, values, texts, bare)
+        coordinates[entry.name] = xr.Variable(entry.dim, values, texts, layout.bare(values))
     return xr.Dataset(data, coordinates | layout.input_coordinates(inputs, input_units, len(runs)), dict(attributes))
 
 

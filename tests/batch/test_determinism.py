@@ -172,4 +172,4 @@ def test_a_repeated_call_and_a_file_hold_the_same_bits(tmp_path: Any) -> None:
     with xr.open_dataset(tmp_path / "links.nc") as stored:
         assert_same(stored, run(data))
         assert_same(stored, returned)
-    assert lienumba.run(data)["run"].dtype == np.int64
+    assert lienumba.run(data)["run"].dtype == np.int32

@@ -151,4 +151,4 @@ def assert_same(a: Any, b: Any, *, without: Set[str] = frozenset(), only_common:
 
 def bits(array: Any) -> tuple[tuple[int, ...], bytes]:
     values = np.asarray(array.values)
-    return values.shape, values.tobytes()
+    return values.shape, (values.astype(str) if values.dtype == object else values).tobytes()  # texts of a file

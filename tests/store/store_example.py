@@ -57,5 +57,5 @@ def example(
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
         shared=shared,
         total=total,
-        attributes={"Conventions": "CF-1.11", "title": "Kreisel µ", "scenario": scenario, "seed": 2015},
+        attributes={"Conventions": "CF-1.8", "title": "Kreisel µ", "scenario": scenario, "seed": 2015},
     )

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 BOUNDS = ("first_step", "max_step", "min_step")
-MOST_STEPS = 1e12  # of a run: so many take hours at least
+MOST_STEPS = 2**31 - 1  # of a run: counts of steps are int32 in files
 
 
 def pairs() -> list[str]:
@@ -68,7 +68,7 @@ def check_integrator(integrator: Integrator, report: "Report") -> bool:
                 f"integrator.{key}",
                 (
                     f"asks for {integrator.end_time / step:.2g} steps until integrator.end_time = "
-                    f"{integrator.end_time!r}, at most {MOST_STEPS:g} are possible"
+                    f"{integrator.end_time!r}, at most {MOST_STEPS:,} are possible"
                 ),
                 "give a longer one",
                 step,

@@ -56,7 +56,7 @@ from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.table import SampleTable
 from lienumba.words import listed
 
-MOST_RUNS = 2**32  # the samplers' labels have 32 bits
+MOST_RUNS = 2**31  # labels are int32 in files
 
 
 def _not_negative(mass: float) -> float:

@@ -76,7 +76,7 @@ def _write_netcdf(
 
     from lienumba.store import layout
 
-    run = xr.Variable(RUN, np.asarray(labels, np.int64), layout.texts(*layout.COORDINATES[RUN]), {"_FillValue": None})
+    run = xr.Variable(RUN, np.asarray(labels, np.int32), layout.texts(*layout.COORDINATES[RUN]), {"_FillValue": None})
     attributes = {
         "title": scenario.data.title, "scenario": scenario.to_toml(), "scenario_sha256": scenario.sha256(),
         "seed": scenario.data.sweep.seed,

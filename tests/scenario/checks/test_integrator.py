@@ -109,7 +109,7 @@ CASES = {
     ),
     "too many steps": (
         integrator("tolerance = 1e-6", "max_step = 1e-30"),
-        "integrator.max_step = 1e-30: asks for 1e+28 steps until integrator.end_time = 0.01, at most 1e+12 are "
+        "integrator.max_step = 1e-30: asks for 1e+28 steps until integrator.end_time = 0.01, at most 2,147,483,647 are "
         "possible; give a longer one",
     ),
     "too many stored times": (
