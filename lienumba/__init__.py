@@ -7,6 +7,8 @@ from lienumba.errors import ScenarioError as ScenarioError
 if TYPE_CHECKING:
     from lienumba import analysis as analysis
     from lienumba.engine.disk.merge import merge as merge
+    from lienumba.engine.linear.linearise import linearise as linearise
+    from lienumba.engine.linear.modes import modes as modes
     from lienumba.engine.prepared import Prepared as Prepared
     from lienumba.engine.prepared import prepare as prepare
     from lienumba.engine.replay import replay as replay
@@ -21,7 +23,9 @@ __all__ = [
     "System",
     "__version__",
     "analysis",
+    "linearise",
     "merge",
+    "modes",
     "prepare",
     "replay",
     "report",
@@ -31,7 +35,9 @@ __all__ = [
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
+    "linearise": "lienumba.engine.linear.linearise",
     "merge": "lienumba.engine.disk.merge",
+    "modes": "lienumba.engine.linear.modes",
     "prepare": "lienumba.engine.prepared",
     "replay": "lienumba.engine.replay",
     "report": "lienumba.present.html.page",

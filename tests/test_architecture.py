@@ -54,7 +54,8 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "select_run"}, {"programs", "results"},
-        {"memory", "simulate", "stopping"}, {"cluster", "disk", "replay", "study"}, {"runner", "prepared"},
+        {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
+        {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "importing", "running", "showing"}],

@@ -1,0 +1,1 @@
+"""Linearised equations of motion: of every run, at any of its times."""

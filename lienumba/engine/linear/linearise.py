@@ -1,0 +1,172 @@
+"""`lienumba.linearise`: the linear system of every run, as a labelled dataset."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.engine.linear.looked import DERIVATIVES, Looked, inputs_of, visible
+from lienumba.engine.linear.states import Asked, At, FreedomTracer, States, tracer_of
+from lienumba.engine.linear.systems import Recorded, Systems
+from lienumba.errors import ScenarioError
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.tree.links import Link
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray as xr
+
+STILL = (0.0, 0.0, 0.0)
+XYZ = ("x", "y", "z")
+
+
+def linearise(
+    scenario: "Any | xr.Dataset | str | os.PathLike[str]",
+    *,
+    at: At = 0.0,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    rotation: Sequence[float] = STILL,
+    runs: Sequence[int] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    allow_code: bool = False,
+) -> "xr.Dataset":
+    """Linearise the equations of motion of every run about its motion at some times.
+
+    x' = A x + B u, y = C x + D u, in as many coordinates as the mechanism has freedoms: coordinates of joints, and of
+    free bodies and balls along the axes of what they hang on, then their rates, then the states of laws. At an
+    equilibrium, static or relative to `rotation`, A is constant; elsewhere it is that of this moment.
+
+    Parameters
+    ----------
+    scenario : path, dict, System or xarray.Dataset
+        A scenario, or a dataset (or its .nc file), whose runs are simulated again up to these times.
+    at : float, "end" or several of them
+        Times in s, from 0 to the end.
+    inputs : sequence of str, optional
+        Numbers of forces and what drivers prescribe, such as "forces.motor.value" or "drivers.crank"; by default every
+        formula of a force, and all drivers. Of what is driven also the rate and the acceleration are inputs.
+    outputs : sequence of str, optional
+        Quantities; by default all that need no more than positions and velocities.
+    rotation : three floats
+        The angular velocity in rad/s, global frame, of axes along which free bodies and balls are looked at.
+    runs : sequence of int, optional
+        Labels of runs; all by default.
+    overrides : mapping, optional
+        New values of the scenario by path.
+    allow_code : bool
+        Run Python code that a file brings.
+
+    Returns
+    -------
+    xarray.Dataset
+        A, B, C, D on (run, time, ...); NaN for runs that are not there at a time, or whose freedoms are others than
+        those of most. The state is in the units of its coordinates (m, rad, s).
+
+    Raises
+    ------
+    ScenarioError
+        For bad input, with a sentence for each problem.
+    """
+    import xarray as xr
+
+    asked = Asked.of(scenario, at, runs, overrides, allow_code)
+    prepared = asked.prepared()
+    tracer, model = tracer_of(prepared), prepared.nominal.model
+    added, seen = inputs_of(model, inputs), visible(model, outputs)
+    recorded = Recorded.of(tracer, Looked(tuple(added), tuple(seen)))
+    names_u = [x.name + more for x in added for more in DERIVATIVES]
+    names_x: list[str] | None = None
+    whole: dict[str, np.ndarray] = {}
+    for k, states in enumerate(asked.states(tracer, prepared)):
+        check_states(tracer, states)
+        for found in largest_first(recorded.systems(states, turning(rotation))):
+            if names_x is None:
+                names_x = state_names(tracer, model, found)
+                n, shape = len(names_x), (len(asked.labels), len(asked.times))
+                sizes = {"A": (n, n), "B": (n, len(names_u)), "C": (len(seen), n), "D": (len(seen), len(names_u))}
+                whole = {name: np.full((*shape, *size), np.nan) for name, size in sizes.items()}
+            if names_x == state_names(tracer, model, found):
+                for name, x in (("A", found.A), ("B", found.B), ("C", found.C), ("D", found.D)):
+                    whole[name][found.runs, k] = x
+    if names_x is None:
+        raise ScenarioError("no run is there at these times: the runs fail before; see their status with lienumba run")
+    dims = {"A": ("state", "by_state"), "B": ("state", "input"), "C": ("output", "by_state"), "D": ("output", "input")}
+    ds = xr.Dataset(
+        {name: (("run", "time", *dims[name]), x, {"long_name": LONG[name]}) for name, x in whole.items()},
+        {
+            "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "state": names_x, "by_state": names_x,
+            "input": names_u, "output": seen,
+            **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
+        },
+        {"scenario": asked.scenario.to_toml(), "rotation": list(map(float, rotation))},
+    )  # fmt: skip
+    acts = np.nansum(np.abs(ds["B"].values), axis=(0, 1, 2)) + np.nansum(np.abs(ds["D"].values), axis=(0, 1, 2))
+    kept = [n for n, x in enumerate(acts) if x != 0.0 or n % len(DERIVATIVES) == 0]  # forces see no derivatives
+    return ds.isel(input=kept)
+
+
+LONG = {
+    "A": "x' by x", "B": "x' by the inputs", "C": "outputs by x", "D": "outputs by the inputs",
+}  # fmt: skip
+
+
+def turning(rotation: Sequence[float]) -> tuple[float, float, float]:
+    """Three finite numbers."""
+    try:
+        x, y, z = (float(c) for c in rotation)
+    except (TypeError, ValueError):
+        raise ScenarioError.at(
+            "rotation", "must be three numbers in rad/s", "give them, such as 0,0,5", rotation
+        ) from None
+    if not np.isfinite([x, y, z]).all():
+        raise ScenarioError.at("rotation", "must be finite", "give numbers such as 0,0,5", rotation)
+    return x, y, z
+
+
+def check_states(tracer: FreedomTracer, states: States) -> None:
+    """Sliding contacts have no part in the equations that are linearised."""
+    switches = tracer.augmented.switches
+    first = len(states.rows) - len(switches) - tracer.augmented.memory
+    for n, switch in enumerate(switches):
+        on = np.broadcast_to(states.rows[first + n], states.labels.shape)
+        if switch.tangents and np.any(on[states.good] > 1.5):
+            raise ScenarioError(
+                f"{switch.name} slides at t = {states.t:g} s, and what slides with Coulomb friction has no linear "
+                "equations; choose another time, or regularised friction (coulomb with a velocity)"
+            )
+
+
+def largest_first(systems: Iterator[Systems]) -> list[Systems]:
+    """Those with the most runs first."""
+    return sorted(systems, key=lambda found: -len(found.runs))
+
+
+def state_names(tracer: FreedomTracer, model: Model, found: Systems) -> list[str]:
+    """Of the numbers of x: coordinates of joints (and of bodies that none holds), their rates, states of laws."""
+    links = tracer.tree(tracer.graph()[1]).links
+    names: list[str] = []
+    for link in links:
+        names += _names(model, link, [x for x in links if x.joint == link.joint and x.joint is not None])
+    places, rates = found.chosen
+    laws = [f"{law}.{n}" for law, size in tracer.law_states.sizes.items() for n in _law_names(model, law, size)]
+    return [*(names[n] for n in places), *(f"{names[n]}.rate" for n in rates), *laws]
+
+
+def _names(model: Model, link: Link, siblings: Sequence[Link]) -> list[str]:
+    if link.joint is None:
+        assert link.body is not None
+        body = model.bodies[link.body].name
+        return [f"{body}.{what}.{axis}" for what in ("position", "turn") for axis in XYZ]
+    joint, count = model.joints[link.joint].name, link.move.freedoms
+    if count == len(XYZ):
+        return [f"{joint}.turn.{axis}" for axis in XYZ]
+    kind = "angle" if link.move.turns else "displacement"
+    alike = [x for x in siblings if x.move.turns == link.move.turns and x.move.freedoms == 1]
+    return [f"{joint}.{kind}" + (str(1 + alike.index(link)) if len(alike) > 1 else "")] * count
+
+
+def _law_names(model: Model, law: str, size: int) -> list[str]:
+    own = next((list(force.initial) for force in model.forces if force.name == law), [])
+    return [*own, *(f"held{n}" for n in range(size - len(own)))]

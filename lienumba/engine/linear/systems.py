@@ -1,0 +1,164 @@
+"""The linear systems of all runs at one time, from the partial derivatives of the trace."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lienumba.engine.linear.looked import Looked, turning_links
+from lienumba.engine.linear.reduction import Blocks, Reduced, ranks, reduced
+from lienumba.engine.linear.states import FreedomTracer, States
+from lienumba.groups import so3
+from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.mechanics.mechanism.moves import Free
+from lienumba.mechanics.system.constraints import constraints_of
+
+Array = npt.NDArray[Any]
+AT_ONCE = 2048  # runs, so that what is computed for them stays in the cache
+BY = ("q", "v", "laws", "inputs")
+
+
+@dataclass(frozen=True)
+class Systems:
+    """Of some runs (indices) whose constraints have the same rank: x' = A x + B u, seen = C x + D u; bodies: the shifts
+    and turns (global axes, 6 per body) of all bodies that go with x; order: how many of x are places, how many rates;
+    chosen: which coordinates and rates of the tree these are."""
+
+    runs: Array
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    bodies: Array
+    chosen: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A mechanism whose equations are recorded."""
+
+    tracer: FreedomTracer
+    equations: Equations
+
+    @staticmethod
+    def of(tracer: FreedomTracer, looked: Looked) -> "Recorded":
+        return Recorded(tracer, Equations.of(tracer, looked))
+
+    def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
+        """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are
+        looked at. Runs that are not there or not finite have none."""
+        chosen: dict[int, tuple[Array, Array]] = {}
+        for first in range(0, len(states.labels), AT_ONCE):
+            some = states.part(slice(first, first + AT_ONCE))
+            with np.errstate(all="ignore"):
+                blocks, seen, bodies = self._blocks(some, turning)
+            good = some.good & np.isfinite(blocks.M).all(axis=(1, 2))
+            good &= np.isfinite(blocks.F["q"]).all(axis=(1, 2)) & np.isfinite(blocks.F["v"]).all(axis=(1, 2))
+            every = np.full(len(good), -1)
+            every[good] = ranks(blocks.C[good])
+            for rank in np.unique(every[good]):
+                own = np.flatnonzero(every == rank)
+                found = reduced(_of(blocks, own), chosen.get(rank))
+                chosen[rank] = found.chosen
+                yield _system(own + first, found, {name: x[own] for name, x in seen.items()}, bodies[own])
+
+    def solved(self, states: States) -> tuple[list[Array], list[Array]]:
+        """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
+        n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
+        still = self._at(self.equations.only(("a", "mu")), states, [0.0] * n, [0.0] * m)
+        M, C = -_dense(still, "along", "a", states), -_dense(still, "rows", "a", states)
+        whole = np.zeros((len(M), n + m, n + m))
+        whole[:, :n, :n], whole[:, n:, :n], whole[:, :n, n:] = M, C, C.transpose(0, 2, 1)
+        right = np.concatenate([_vector(still, "along", states), _vector(still, "rows", states)], axis=1)
+        finite = np.isfinite(whole).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+        found = np.full((len(M), n + m), np.nan)
+        if m:
+            found[finite] = (np.linalg.pinv(whole[finite], 1e-12) @ right[finite, :, None])[:, :, 0]
+        else:
+            found[finite] = np.linalg.solve(whole[finite], right[finite, :, None])[:, :, 0]
+        return list(found[:, :n].T), list(found[:, n:].T)
+
+    def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
+        return equations.at(states.rows, states.t, a, mu, states.numbers.__getitem__)
+
+    def _blocks(self, states: States, turning: Sequence[float]) -> tuple[Blocks, dict[str, Array], Array]:
+        """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""
+        found = self._at(self.equations, states, *self.solved(states))
+        T, gamma, carried = self._axes(found, states, turning)
+        back = T.transpose(0, 2, 1)
+
+        def blocks(of: str) -> dict[str, Array]:
+            every = {by: _dense(found, of, by, states) for by in (*BY, "a", "mu")}
+            return every | {by: every[by] @ back for by in ("q", "v", "a")}
+
+        levels = [c.level != "velocity" for c in constraints_of(self.tracer.graph()[1]) for _ in c.kinds]
+        held = np.array([levels[row] for row in self.equations.used], bool)
+        F = {by: T @ x for by, x in blocks("along").items()}
+        G, P = blocks("rows"), -_dense(found, "positions", "inputs", states)
+        position = np.broadcast_to(held, (len(T), len(held)))
+        made = Blocks(-F["a"], -G["a"], F, G, blocks("rates"), P, gamma, carried, blocks("laws"), position)
+        return made, blocks("seen"), _dense(found, "bodies", "v", states) @ back
+
+    def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
+        """The turn of all coordinates into the axes looked at, and what remains of the turning of these (see
+        `reduction`): balls and free bodies are looked at along the axes of what they hang on."""
+        runs, n = len(states.labels), len(self.equations.columns["q"])
+        T = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
+        gamma, carried = np.zeros_like(T), np.zeros_like(T)
+        axes = _vector(found, "axes", states)
+        for k, link in enumerate(turning_links(self.tracer.tree(self.tracer.graph()[1]))):
+            end = link.first_rate + link.move.freedoms
+            turns, own = slice(end - 3, end), axes[:, 12 * k : 12 * (k + 1)]
+            frame = tuple(turning) if link.parent == GROUND else (0.0, 0.0, 0.0)
+            away = -np.reshape(so3.hat(frame), (3, 3))
+            T[:, turns, turns] = own[:, :9].reshape(-1, 3, 3)
+            carried[:, turns, turns] = _hats(own[:, 9:]) + away
+            gamma[:, turns, turns] = away
+            if isinstance(link.move, Free):
+                shifts = slice(end - 6, end - 3)
+                gamma[:, shifts, shifts] = carried[:, shifts, shifts] = away
+        return T, gamma, carried
+
+
+def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Array) -> Systems:
+    size = found.A.shape[1]
+    laws = size - sum(map(len, found.chosen))
+    whole = [np.concatenate(x, axis=2) for x in (found.q, found.v, found.a, found.mu)]
+    total = sum(seen[by] @ x for by, x in zip(("q", "v", "a", "mu"), whole, strict=True))
+    total[:, :, size - laws : size] += seen["laws"]
+    total[:, :, size:] += seen["inputs"]
+    return Systems(runs, found.A, found.B, total[:, :, :size], total[:, :, size:], bodies @ found.q[0], found.chosen)
+
+
+def _of(blocks: Blocks, runs: Array) -> Blocks:
+    def some(x: Any) -> Any:
+        return {name: y[runs] for name, y in x.items()} if isinstance(x, dict) else x[runs]
+
+    return replace(blocks, **{field.name: some(getattr(blocks, field.name)) for field in fields(Blocks)})
+
+
+def _dense(found: Linear, of: str, by: str, states: States) -> Array:
+    """A block of the derivatives (runs, rows, columns)."""
+    rows, columns = found.equations.outputs[of], found.equations.columns[by]
+    whole = np.zeros((len(states.labels), len(rows), len(columns)))
+    for (i, j), x in found.block(of, by).items():
+        whole[:, i, j] = x
+    return whole
+
+
+def _vector(found: Linear, of: str, states: States) -> Array:
+    """Values (runs, rows)."""
+    whole = np.zeros((len(states.labels), len(found.values[of])))
+    for i, x in enumerate(found.values[of]):
+        whole[:, i] = x
+    return whole
+
+
+def _hats(w: Array) -> Array:
+    found: Array = np.zeros((len(w), 3, 3))
+    for n, x in enumerate(so3.hat(tuple(w.T))):
+        found[:, n // 3, n % 3] = x
+    return found

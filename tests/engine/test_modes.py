@@ -1,0 +1,239 @@
+"""Linear systems and modes against closed forms and minimal coordinates."""
+
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.signal import StateSpace
+
+import lienumba
+from lienumba.errors import ScenarioError
+
+G = 9.81
+SHORT = {"integrator": {"step": 1e-3, "end_time": 0.5}}
+M, A, J = 1.2, 0.5, 0.02
+TOP = {"mass": 2.0, "inertia": [0.05, 0.05, 0.03]}
+ARM = 0.3
+
+
+def pendulum(down: float = 1.0, **more: Any) -> dict[str, Any]:
+    bob = {"name": "bob", "mass": M, "inertia": [J, J, 0.01], "position": [0, 0, -down * A]}
+    pivot = {"name": "pivot", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    return {"model": {"bodies": [bob], "joints": [pivot], **more}, **SHORT}
+
+
+def top(spin: float, tilt: float = 0.0, precession: float = 0.0) -> dict[str, Any]:
+    """On a ball joint, its axis up or tilted towards x; it turns about its axis, and precesses about z."""
+    axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    R = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    w = R.T @ (precession * np.array([0, 0, 1.0]) + spin * axis)
+    body = TOP | {"name": "top", "rotation": {"axis": [0, 1, 0], "angle": tilt}, "angular_velocity": w.tolist()}
+    ball = {"name": "tip", "type": "spherical", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, 0, -ARM]]}
+    return {"model": {"bodies": [body], "joints": [ball]}, **SHORT}
+
+
+def parallelogram(stiffness: float) -> dict[str, Any]:
+    """Two cranks of length 0.4 m that hang, and a coupler: hinges with parallel axes, whose rows are redundant."""
+    crank = {"mass": 0.7, "inertia": [0.01, 0.01, 0.001]}
+    bodies = [
+        crank | {"name": "left", "position": [0, 0, -0.2]},
+        {"name": "coupler", "mass": 1.5, "inertia": [0.02, 0.03, 0.02], "position": [0.5, 0, -0.4]},
+        crank | {"name": "right", "position": [1, 0, -0.2]},
+    ]
+    ends = [
+        ("ground", "left", 0, 0),
+        ("left", "coupler", 0, -0.4),
+        ("coupler", "right", 1, -0.4),
+        ("right", "ground", 1, 0),
+    ]
+    joints = [
+        {"name": f"hinge{n}", "type": "revolute", "bodies": [a, b], "at": [x, 0, z], "axis": [0, 1, 0]}
+        for n, (a, b, x, z) in enumerate(ends)
+    ]
+    spring = {"name": "coil", "type": "torsion_spring", "joint": "hinge0", "stiffness": stiffness, "free_angle": 0.0}
+    return {"model": {"bodies": bodies, "joints": joints, "forces": [spring]}, **SHORT}
+
+
+def eigenvalues(found: Any, run: int = 0, time: int = 0) -> np.ndarray:
+    own = found.isel(run=run, time=time)
+    return np.sort_complex((own.growth + 1j * own.angular_frequency).values)
+
+
+def close(found: Any, expected: Any) -> None:
+    np.testing.assert_allclose(found, np.sort_complex(np.asarray(expected, complex)), rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_pendulum_hangs_and_an_inverted_one_falls(coordinates: str) -> None:
+    w = np.sqrt(M * G * A / (J + M * A * A))
+    scenario = pendulum()
+    scenario["integrator"] = {**SHORT["integrator"], "coordinates": coordinates}
+    hanging, standing = lienumba.modes(scenario), lienumba.modes(pendulum(-1.0))
+    close(eigenvalues(hanging), [1j * w])
+    close(hanging.frequency.values.ravel(), [w / (2 * np.pi)])
+    close(eigenvalues(standing), [-w, w])
+    assert hanging.stable.item()
+    assert not standing.stable.item()
+    shift, turn = (hanging[name].isel(run=0, time=0, mode=0, body=0, part=0).values for name in ("translation", "turn"))
+    np.testing.assert_allclose(np.cross(turn, [0, 0, -A]), shift, atol=1e-14)
+
+
+def test_in_motion_the_equations_are_those_of_this_moment() -> None:
+    scenario = pendulum()
+    scenario["model"]["joints"][0]["angle"] = 0.0
+    scenario["model"]["joints"][0]["rate"] = 2.0
+    del scenario["model"]["bodies"][0]["position"]
+    scenario["model"]["joints"][0] |= {"points": [[0, 0, 0], [0, 0, A]], "axes": [[0, 1, 0]] * 2}
+    scenario["model"]["joints"][0] |= {"references": [[1, 0, 0]] * 2}
+    del scenario["model"]["joints"][0]["at"], scenario["model"]["joints"][0]["axis"]
+    scenario["output"] = {"joint_coordinates": True, "every": 0.5}
+    angle = lienumba.run(scenario).q.values[0, -1, 0]
+    found = lienumba.linearise(scenario, at="end").isel(run=0, time=0)
+    stiffness = M * G * A * np.cos(angle) / (J + M * A * A)
+    np.testing.assert_allclose(found.A.values, [[0, 1], [-stiffness, 0]], rtol=1e-8, atol=1e-12)
+    assert found.state.values.tolist() == ["pivot.angle", "pivot.angle.rate"]
+
+
+def test_a_damped_body_on_a_bushing() -> None:
+    body = {"name": "block", "mass": 3.0, "inertia": [0.2, 0.3, 0.4], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    mount = {
+        "name": "mount", "type": "bushing", "bodies": ["ground", "block"], "points": [[0, 0, 0]] * 2,
+        "stiffness": [100, 200, 300], "rotational_stiffness": [5, 6, 7], "damping": [1, 20, 300],
+        "rotational_damping": [0.1, 0.2, 0.3],
+    }  # fmt: skip
+    scenario = {"model": {"gravity": [0, 0, 0], "bodies": [body], "forces": [mount]}, **SHORT}
+    expected: list[complex] = []
+    for m, c, k in zip([3.0] * 3 + [0.2, 0.3, 0.4], [1, 20, 300, 0.1, 0.2, 0.3], [100, 200, 300, 5, 6, 7], strict=True):
+        expected += [x for x in np.roots([m, c, k]).astype(complex) if x.imag >= 0.0]
+    close(eigenvalues(lienumba.modes(scenario)), expected)
+
+
+def test_a_loop_with_redundant_rows() -> None:
+    k = 2.5
+    inertia = 2 * (0.01 + 0.7 * 0.2**2) + 1.5 * 0.4**2
+    close(
+        eigenvalues(lienumba.modes(parallelogram(k))), [1j * np.sqrt((G * (2 * 0.7 * 0.2 + 1.5 * 0.4) + k) / inertia)]
+    )
+
+
+@pytest.mark.parametrize("spin", [10.0, 60.0])
+def test_a_sleeping_top(spin: float) -> None:
+    """(A + m l^2) z'' - i C n z' - m g l z = 0; below n^2 = 4 A m g l/C^2 it falls."""
+    inertia, weight, C = 0.05 + 2.0 * ARM**2, 2.0 * G * ARM, 0.03
+    found = lienumba.modes(top(spin))
+    both = np.roots([inertia, -1j * C * spin, -weight])
+    expected = [0.0, 0.0, *(x if x.imag >= 0 else x.conjugate() for x in both)]
+    near = eigenvalues(found)
+    close(near[np.abs(near) > 1e-6], [x for x in expected if abs(x) > 1e-6])
+    assert found.stable.item() == ((C * spin) ** 2 > 4 * inertia * weight)
+
+
+def test_a_precessing_top_nutates() -> None:
+    """Against the effective potential of the nutation at constant momenta, in the axes that precess with the top."""
+    tilt, spin = 0.7, 250.0
+    inertia, weight, C = 0.05 + 2.0 * ARM**2, 2.0 * G * ARM, 0.03
+    c = np.cos(tilt)
+    precession = min(np.roots([(C - inertia) * c, C * spin, -weight]).real, key=abs)
+    p_psi = C * (spin + precession * c)
+    p_phi = inertia * precession * np.sin(tilt) ** 2 + p_psi * c
+    bend = mp.diff(
+        lambda x: (p_phi - p_psi * mp.cos(x)) ** 2 / (2 * inertia * mp.sin(x) ** 2) + weight * mp.cos(x), tilt, 2
+    )
+    found = eigenvalues(lienumba.modes(top(spin, tilt, precession), rotation=[0, 0, precession]))
+    close(found[np.abs(found) > 1e-3], [1j * float(mp.sqrt(bend / inertia))])
+
+
+def test_a_bead_on_a_rotating_bar() -> None:
+    """w^2 = k/m - Omega^2 about the radius where it rests."""
+    k, m, omega, r = 50.0, 0.5, 6.0, 0.4
+    free = r - m * omega**2 * r / k
+    bodies = [
+        {"name": "bar", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]},
+        {"name": "bead", "mass": m, "inertia": [0.01] * 3},
+    ]
+    joints = [
+        {"name": "axle", "type": "revolute", "bodies": ["ground", "bar"], "at": [0, 0, 0], "axis": [0, 0, 1]},
+        {"name": "slot", "type": "prismatic", "bodies": ["bar", "bead"], "points": [[0, 0, 0]] * 2,
+         "axes": [[1, 0, 0]] * 2, "displacement": r, "speed": 0.0},
+    ]  # fmt: skip
+    forces = [{"name": "spring", "type": "actuator", "joint": "slot", "stiffness": k, "target": free}]
+    driver = {"name": "turn", "joint": "axle", "rate": omega}
+    scenario = {"model": {"bodies": bodies, "joints": joints, "forces": forces, "drivers": [driver]}, **SHORT}
+    for t in (0.0, 0.25):
+        close(eigenvalues(lienumba.modes(scenario, at=t)), [1j * np.sqrt(k / m - omega**2)])
+
+
+def test_states_of_laws_are_states_of_the_system() -> None:
+    """A motor's current: L i' = u - R i - K w, J w' = K i."""
+
+    def motor(hinge: Any, states: Any, voltage: Any) -> Any:
+        return hinge.effort(0.3 * states.current), (voltage - 2.0 * states.current - 0.3 * hinge.rate) / 0.01
+
+    body = {"name": "rotor", "mass": 1.0, "inertia": [0.1, 0.1, 0.05], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    hinge = {"name": "axle", "type": "revolute", "bodies": ["ground", "rotor"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    law = {"name": "motor", "type": "python", "function": motor, "joints": ["axle"], "states": {"current": 0.0},
+           "parameters": {"voltage": 12.0}}  # fmt: skip
+    scenario = {"model": {"bodies": [body], "joints": [hinge], "forces": [law]}, **SHORT}
+    found = lienumba.linearise(scenario).isel(run=0, time=0)
+    assert found.state.values.tolist() == ["axle.angle", "axle.angle.rate", "motor.current"]
+    np.testing.assert_allclose(found.A.values, [[0, 1, 0], [0, 0, 6.0], [0, -30.0, -200.0]], rtol=1e-12, atol=1e-12)
+
+
+def test_inputs_and_outputs_go_into_scipy_in_one_line() -> None:
+    """A pendulum whose pivot slides as it is driven, and that a torque turns: transfer functions in closed form."""
+    bodies = [
+        {"name": "cart", "mass": 1.0, "inertia": [1, 1, 1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]},
+        {"name": "bob", "mass": M, "inertia": [J, J, 0.01], "position": [0, 0, -A], "rotation": [1, 0, 0, 0]},
+    ]
+    joints = [
+        {"name": "rail", "type": "prismatic", "bodies": ["ground", "cart"], "at": [0, 0, 0], "axis": [1, 0, 0]},
+        {"name": "pivot", "type": "revolute", "bodies": ["cart", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]},
+    ]
+    forces = [{"name": "motor", "type": "actuator", "joint": "pivot", "value": "0.1*sin(t)"}]
+    model = {
+        "bodies": bodies, "joints": joints, "forces": forces,
+        "drivers": [{"name": "shake", "joint": "rail", "value": "0.2*t"}],
+        "quantities": [{"name": "swing", "type": "joint", "joint": "pivot"}],
+    }  # fmt: skip
+    ds = lienumba.linearise({"model": model, **SHORT}, outputs=["swing.angle", "swing.rate"])
+    assert ds.input.values.tolist() == ["forces.motor.value", "drivers.shake", "drivers.shake.acceleration"]
+    one = ds.isel(run=0, time=0)
+    system = StateSpace(*(one[name].values for name in "ABCD"))
+    inertia, s = J + M * A * A, 2.0j
+    _, found = (None, one.C.values @ np.linalg.solve(s * np.eye(2) - one.A.values, one.B.values) + one.D.values)
+    below = inertia * s * s + M * G * A
+    np.testing.assert_allclose(found[0], [1 / below, 0.0, M * A / below], rtol=1e-12, atol=1e-15)
+    assert system.A.shape == (2, 2)
+
+
+def test_modes_keep_their_number_where_frequencies_cross() -> None:
+    """Two pendulums side by side; the mass centre of one is swept through the frequency of the other."""
+    scenario = pendulum()
+    other = {"name": "other", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 3, -0.5]}
+    hinge = {"name": "second", "type": "revolute", "bodies": ["ground", "other"], "at": [0, 3, 0], "axis": [0, 1, 0]}
+    scenario["model"]["bodies"].append(other)
+    scenario["model"]["joints"].append(hinge)
+    path = "bodies.other.inertia[1]"
+    scenario["sweep"] = {"sampler": "table", "table": {"columns": {path: [0.9, 0.01, 0.2, 0.005, 0.4]}}}
+    found = lienumba.modes(scenario)
+    still = found.frequency.values[:, 0]
+    w = np.sqrt(M * G * A / (J + M * A * A))
+    which = int(np.abs(found.frequency.values[0, 0] * 2 * np.pi - w).argmin())
+    np.testing.assert_allclose(still[:, which] * 2 * np.pi, w, rtol=1e-12)
+    assert found.crossed.values[:, 0].any(axis=1).tolist() == [False, True, False, True, False]
+    assert (found.mac.values > 0.99).all()
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"at": 2.0}, "at = 2.0: must lie from 0 to integrator.end_time = 0.5 s; give such times"),
+        ({"at": "later"}, 'at = "later": must be times in s; give numbers such as 0 and 1.5, or "end"'),
+        ({"rotation": [1, 2]}, "rotation = [1, 2]: must be three numbers in rad/s; give them, such as 0,0,5"),
+    ],
+)
+def test_bad_input_is_told(keywords: Any, message: str) -> None:
+    with pytest.raises(ScenarioError) as told:
+        lienumba.modes(pendulum(), **keywords)
+    assert str(told.value) == message
