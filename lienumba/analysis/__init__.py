@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from lienumba.analysis.statistics.covariance import covariance as covariance
     from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
     from lienumba.analysis.statistics.intervals import mean_interval as mean_interval
+    from lienumba.analysis.statistics.intervals import proportion_interval as proportion_interval
     from lienumba.analysis.statistics.intervals import quantile_interval as quantile_interval
     from lienumba.analysis.statistics.rotations import mean_rotation as mean_rotation
     from lienumba.analysis.statistics.rotations import rotation_covariance as rotation_covariance
@@ -24,6 +25,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "mean_interval": "lienumba.analysis.statistics.intervals",
     "mean_rotation": "lienumba.analysis.statistics.rotations",
     "orders": "lienumba.analysis.studies.orders",
+    "proportion_interval": "lienumba.analysis.statistics.intervals",
     "quantile_interval": "lienumba.analysis.statistics.intervals",
     "rotation_covariance": "lienumba.analysis.statistics.rotations",
     "rotation_error": "lienumba.analysis.statistics.rotations",
@@ -38,6 +40,7 @@ __all__ = [
     "mean_interval",
     "mean_rotation",
     "orders",
+    "proportion_interval",
     "quantile_interval",
     "rotation_covariance",
     "rotation_error",

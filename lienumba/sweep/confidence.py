@@ -1,4 +1,4 @@
-"""Confidence intervals over the runs of a sweep, of means and of quantiles, from how many runs have a value."""
+"""Confidence intervals over the runs of a sweep, of means, quantiles and proportions."""
 
 from __future__ import annotations
 
@@ -27,3 +27,16 @@ def ranks(n: Counts, probability: float, confidence: float) -> tuple[np.ndarray,
     tail, below = 0.5 * (1.0 - confidence), stats.binom(n, probability)
     low, high = (np.asarray(below.ppf(part)).astype(np.int64) for part in (tail, 1.0 - tail))
     return low - 1, high
+
+
+def proportion(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+    """The ends for a probability, of which n independent runs had so many successes: those at which so many, or more
+    extreme ones, still have half of what is left of the confidence (C. J. Clopper, E. S. Pearson, Biometrika 26 (1934)
+    404). It holds at least what it says. Of no runs it is all of 0 to 1."""
+    from scipy.special import betaincinv
+
+    tail, k = 0.5 * (1.0 - confidence), np.asarray(successes)
+    with np.errstate(invalid="ignore"):
+        low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
+        high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+    return low, high

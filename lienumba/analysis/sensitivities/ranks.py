@@ -4,8 +4,10 @@ Rank correlations are Spearman's, which sees any monotonic effect. Their interva
 variance of D. G. Bonett and T. A. Wright, Psychometrika 65 (2000): (1 + r^2/2)/(n - 3).
 
 A tornado is of means: of the output over the runs whose input lies in its lowest tenth, and in its highest tenth, while
-the other inputs vary as they do. The change from the one to the other has Welch's interval (Student's t). These are the
-conditional means of which first Sobol' indices are the variance.
+the other inputs vary as they do. The interval of the change is Student's t with Welch's degrees of freedom and the
+variance of the influence function ((y - m) [x in the tenth])/0.1, where m is the mean output at the end of the tenth:
+this end is a quantile of the same runs, which Welch's variance leaves out. These are the conditional means of which
+first Sobol' indices are the variance.
 """
 
 from __future__ import annotations
@@ -59,13 +61,31 @@ def tornado(x: np.ndarray, y: np.ndarray) -> Tornado:
     ends = np.quantile(x, (TENTH, 1.0 - TENTH))
     if not ends[0] < ends[1]:
         return Tornado()
-    groups = y[x <= ends[0]], y[x >= ends[1]]
-    low, high = (float(group.mean()) for group in groups)
+    tenths = x <= ends[0], x >= ends[1]
+    low, high = (float(y[tenth].mean()) for tenth in tenths)
     half = nan
-    if min(map(len, groups)) > 1:
-        own = np.array([group.var(ddof=1) / len(group) for group in groups])  # of the means
+    fewest = min(int(tenth.sum()) for tenth in tenths)
+    if fewest > 1:
+        own = np.array([y[tenth].var(ddof=1) / tenth.sum() for tenth in tenths])  # of the means
         if own.any():
-            freedom = own.sum() ** 2 / sum(v * v / (len(group) - 1) for v, group in zip(own, groups, strict=True))
-            half = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * own.sum() ** 0.5)
+            freedom = own.sum() ** 2 / sum(v * v / (tenth.sum() - 1) for v, tenth in zip(own, tenths, strict=True))
+            below, above = (
+                (y - _mean_at(x, y, end)) * tenth / tenth.mean() for end, tenth in zip(ends, tenths, strict=True)
+            )
+            variance = (above - below).var() / len(y) * fewest / (fewest - 1)
+            half = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * variance**0.5)
     change = high - low
     return Tornado(float(ends[0]), float(ends[1]), low, high, change, change - half, change + half)
+
+
+def _mean_at(x: np.ndarray, y: np.ndarray, at: float) -> float:
+    """The mean output where the input is so: a line through the n^0.6 nearest runs, or the mean of runs with just this
+    input."""
+    count = min(max(8, round(len(x) ** 0.6)), len(x))
+    near = np.argpartition(abs(x - at), count - 1)[:count]
+    t, own = x[near] - at, y[near]
+    if not np.ptp(t) > 0.0:
+        return float(own.mean())
+    middle = t.mean()
+    slope = (t - middle) @ own / ((t - middle) @ (t - middle))
+    return float(own.mean() - slope * middle)

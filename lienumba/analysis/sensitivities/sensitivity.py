@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from lienumba.analysis.sensitivities import outputs, sobol
+from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.batch.statuses import GOOD
@@ -29,11 +30,13 @@ INDEPENDENT = (
     "rank correlations and changes are of samples A and B alone, since the other runs of a saltelli sweep repeat their "
     "numbers"
 )
-DEPENDENT = "rank correlations and changes of inputs that depend on one another hold the effects of all of these"
-NO_SOBOL = "Sobol' indices are left out, since [[sweep.correlate]] makes inputs depend on one another"
+DEPENDENT = (
+    "rank correlations, changes and first indices of inputs that depend on one another hold the effects of all of these"
+)
+NO_SOBOL = "total Sobol' indices are left out, since [[sweep.correlate]] makes inputs depend on one another"
 NOT_LAID_OUT = (
-    "Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the dataset as "
-    "lienumba run wrote it"
+    "total Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the "
+    "dataset as lienumba run wrote it"
 )
 CHOSEN = "these outputs were chosen; ask for others by name, such as position or tip.z"
 INPUT, OUTPUT = "of the input", "of the output"  # units
@@ -41,7 +44,7 @@ ENDS = {"low": "lower", "high": "upper"}
 INTERVALS = {
     "rank_correlation": ("1", "Spearman's rank correlation of input and output", "confidence"),
     "change": (OUTPUT, "mean output at the highest tenth of the input minus that at the lowest", "confidence"),
-    "first_order": ("1", "first Sobol' index: the part of the variance that the input explains alone", "bootstrap"),
+    "first_order": ("1", "first Sobol' index: the part of the variance that the input explains alone", "confidence"),
     "total_order": ("1", "total Sobol' index: the part of the variance that takes the input", "bootstrap"),
 }
 OF_BOTH = {
@@ -69,7 +72,7 @@ COUNTS = ("runs", "rows")
 def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None) -> xr.Dataset:
     """How outputs of a sweep depend on its inputs, over the good runs, all with 95 % intervals.
 
-    Rank correlations, a tornado, and of a sweep with `sampler = "saltelli"` Sobol' indices.
+    Rank correlations, a tornado, first Sobol' indices, and of a sweep with `sampler = "saltelli"` total ones.
 
     Parameters
     ----------
@@ -91,6 +94,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     sampled = ds["run"].values >= 0
     inputs, notes = _varying(samples, sampled)
     runs, rows, of_plan = _plan(ds["run"].values, sweep, samples)
+    independent = not _in_rows(sweep)
     found, left_out = [], []
     for one in outputs.read(ds, [output] if isinstance(output, str) else output, time, sampled):
         reason = _unusable(one, runs)
@@ -100,7 +104,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
             found.append(one)
     if not found:
         raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
-    return _dataset(ds, found, inputs, runs, rows).assign_attrs(
+    return _dataset(ds, found, inputs, runs, rows, independent).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
@@ -133,8 +137,7 @@ def _plan(
     labels: np.ndarray, sweep: Tables, samples: dict[str, np.ndarray]
 ) -> tuple[np.ndarray, sobol.Rows | None, list[str]]:
     """The runs (indices) that count for ranks, the rows of Sobol' indices if there are any, and what to say of it."""
-    every, sampler = np.flatnonzero(labels >= 0), SAMPLERS.get(sweep.get("sampler", ""))
-    in_rows = sampler is not None and sampler.sobol_indices
+    every, in_rows = np.flatnonzero(labels >= 0), _in_rows(sweep)
     rows = sobol.rows_of(labels, sweep, samples) if in_rows else None
     runs, notes = (every, []) if rows is None else (rows.independent, [INDEPENDENT])
     if sweep.get("correlate") or any(issubclass(class_of(entry), Given) for entry in sweep.get("vary", {}).values()):
@@ -145,7 +148,13 @@ def _plan(
         return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
     d = len(sobol.sampled_inputs(sweep)) or len(samples)
     proposal = f"({d} + 2)*2^m runs, such as sweep.runs = {(d + 2) * ROWS}"
-    return runs, None, [*notes, f'Sobol\' indices need sweep.sampler = "{INDICES}" and {proposal}']
+    return runs, None, [*notes, f'total Sobol\' indices need sweep.sampler = "{INDICES}" and {proposal}']
+
+
+def _in_rows(sweep: Tables) -> bool:
+    """Whether runs were drawn in rows that share numbers."""
+    sampler = SAMPLERS.get(sweep.get("sampler", ""))
+    return sampler is not None and sampler.sobol_indices
 
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
@@ -166,9 +175,14 @@ def _remedy(ds: xr.Dataset) -> str:
 
 
 def _dataset(
-    ds: xr.Dataset, found: list[Output], inputs: dict[str, np.ndarray], runs: np.ndarray, rows: sobol.Rows | None
+    ds: xr.Dataset,
+    found: list[Output],
+    inputs: dict[str, np.ndarray],
+    runs: np.ndarray,
+    rows: sobol.Rows | None,
+    independent: bool,
 ) -> xr.Dataset:
-    """What was found of every output and input, labelled."""
+    """What was found of every output and input, labelled; independent: whether no run shares numbers with others."""
     names = list(dict.fromkeys([*inputs, *(rows.inputs if rows is not None else ())]))
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
     of_output = {name: np.zeros(len(found), int if name in COUNTS else float) for name in OF_OUTPUT}
@@ -181,6 +195,8 @@ def _dataset(
             ranks = {kept.tobytes(): [standard_ranks(x[kept]) for x in inputs.values()]}
         for k, numbers in enumerate(_compare(y, (x[kept] for x in inputs.values()), ranks[kept.tobytes()])):
             _put(table, k, numbers)
+        for k, x in enumerate(inputs.values() if independent else ()):
+            _put(table, k, asdict(explained(x[kept], y)))
         indices = None if rows is None else sobol.indices(output.values, rows)
         for name, numbers in ({} if indices is None else indices.by_input()).items():
             _put(table, names.index(name), numbers)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import xarray as xr
 
@@ -14,6 +15,7 @@ from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.words import plural
 
 TORNADO = ("rank correlation", "10 %", "90 %", "mean below", "mean above", "change")
+EXPLAINED = "explains"
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,19 @@ class InputRow:
     numbers: Mapping[str, float]
 
     @property
+    def strength(self) -> float:
+        """By which inputs are put in order: the rank correlation, or the root of the first index, which of a straight
+        effect is its correlation, and sees crooked ones; NaN without either."""
+        sizes = abs(self.numbers["rank_correlation"]), max(self.numbers["first_order"], 0.0) ** 0.5
+        return max((x for x in sizes if x == x), default=nan)
+
+    @property
+    def explained(self) -> str:
+        """The text below EXPLAINED."""
+        index, high = (100.0 * self.numbers[f"first_order{end}"] for end in ("", "_high"))
+        return f"{round(index) + 0} ± {high - index:.2g} %" if index == index else NONE
+
+    @property
     def tornado(self) -> list[str]:
         """The texts of a row below the headings of TORNADO."""
         of = self.numbers
@@ -33,7 +48,8 @@ class InputRow:
         spread = f" ± {half:.2g}" if half == half else ""
         ends = [number_text(of[name], ".4g") for name in ("input_low", "input_high", "low", "high")]
         change = f"{of['change']:.3g}{spread}" if of["low"] == of["low"] else NONE
-        return [f"{r:.2f} ({r_low:.2f} to {r_high:.2f})", *ends, change]
+        correlation = f"{round(r, 2) + 0.0:.2f} ± {0.5 * (r_high - r_low):.2f}" if r == r else NONE
+        return [correlation, *ends, change]
 
     @property
     def indices(self) -> list[str]:
@@ -66,27 +82,33 @@ class OutputRows:
     @property
     def sobol_headline(self) -> str:
         """That of Sobol' indices; empty if it has none."""
-        first = [row.numbers["first_order"] for row in self.inputs]
-        if all(x != x for x in first):
+        first, total = ([row.numbers[name] for row in self.inputs] for name in ("first_order", "total_order"))
+        if all(x != x for x in total):
             return ""
         of = f"Sobol' indices of {self.name}, {self.rows:,} of {self.every_row:,} rows"
         return f"{of}; the first add up to {sum(x for x in first if x == x):.2f}"
 
     def tornado(self, most: int) -> tuple[TextTable, str]:
-        """The inputs with the largest rank correlations, and a remark if there are more."""
-        first, more = self._largest("rank_correlation", most)
-        return TextTable.of(["input"], TORNADO, [[named(x.name, x.units), *x.tornado] for x in first]), more
+        """The strongest inputs, and a remark if there are more."""
+        first, more = self._first([(row.strength, row) for row in self.inputs], most)
+        explained = not self.sobol_headline and any(x.explained != NONE for x in first)
+        rows = [
+            [named(x.name, x.units), x.tornado[0], *([x.explained] if explained else []), *x.tornado[1:]] for x in first
+        ]
+        headings = [TORNADO[0], *([EXPLAINED] if explained else []), *TORNADO[1:]]
+        return TextTable.of(["input"], headings, rows), more
 
     def sobol(self, most: int) -> tuple[TextTable, str]:
         """The inputs with the largest total indices, and a remark if there are more."""
-        first, more = self._largest("total_order", most)
+        first, more = self._first([(row.numbers["total_order"], row) for row in self.inputs], most)
         return TextTable.of(["input"], ["first", "total"], [[x.name, *x.indices] for x in first]), more
 
-    def _largest(self, number: str, most: int) -> tuple[list[InputRow], str]:
-        """The inputs with the largest of a number, without those that have none."""
-        having = [row for row in self.inputs if row.numbers[number] == row.numbers[number]]
-        having.sort(key=lambda row: -abs(row.numbers[number]))
-        return having[:most], f" (the first {most} of {len(having)} inputs)" if len(having) > most else ""
+    @staticmethod
+    def _first(sized: Sequence[tuple[float, InputRow]], most: int) -> tuple[list[InputRow], str]:
+        """The largest rows, without those that have no size."""
+        having = sorted(((size, row) for size, row in sized if size == size), key=lambda pair: -pair[0])
+        more = f" (the first {most} of {len(having)} inputs)" if len(having) > most else ""
+        return [row for _, row in having[:most]], more
 
 
 @dataclass(frozen=True)
@@ -101,8 +123,8 @@ class SensitivityRows:
 
     @property
     def strongest(self) -> list[int]:
-        """The places of the inputs, those with the largest rank correlations with any output first."""
-        sizes = [[abs(row.numbers["rank_correlation"]) for row in output.inputs] for output in self.outputs]
+        """The places of the inputs, those that are strongest for any output first."""
+        sizes = [[row.strength for row in output.inputs] for output in self.outputs]
         largest = [max((x for x in of_one if x == x), default=0.0) for of_one in zip(*sizes, strict=True)]
         return sorted(range(len(largest)), key=lambda k: -largest[k])
 

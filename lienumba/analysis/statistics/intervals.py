@@ -1,4 +1,4 @@
-"""Means and quantiles over runs with confidence intervals: by Student's t, and by ranks."""
+"""Means, quantiles and proportions over runs with confidence intervals."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import xarray as xr
 from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, RunStatistics, check_probability
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
-from lienumba.sweep.confidence import half_width, ranks
+from lienumba.sweep.confidence import half_width, proportion, ranks
 
 CONFIDENCE = 0.95
 KEPT = ("units", "frame")  # attributes of the variable that its statistics have, too
@@ -21,7 +21,7 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
     """The mean of a variable over `dim` with its confidence interval, at each other label.
 
     The interval is Student's: exact where values are normal, nearly so where many are not. Of fewer than two runs it is
-    infinite.
+    infinite. `proportion_interval` is for true and false.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
     """
     check_probability("confidence", confidence)
     runs = RunStatistics(x, dim)
+    if x.dtype.kind == "b":
+        raise ScenarioError(f"{_what(x)} is true and false: ask for lienumba.analysis.proportion_interval")
 
     def work(block: Block) -> Found:
         finite = np.isfinite(block.values)
@@ -59,6 +61,51 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
         "deviation": f"standard deviation of {_what(x)}",
     }
     return runs.labelled(runs.gather(work), _described(x, described, ()))
+
+
+def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
+    """In what part of the runs something is true, with its confidence interval, at each other label.
+
+    The interval is that of Clopper and Pearson, which holds at least what it says: none of 2,000 runs is from 0 to
+    0.18 %.
+
+    Parameters
+    ----------
+    x : xarray.DataArray
+        True and false, or 1 and 0, such as `~ds.status.isin([0, 9])` or `ds.tip_max > 0.2`; NaN is no value.
+    dim : str
+        The dimension of the runs. The nominal run is left out if there are others.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        `proportion` between `low` and `high`, over the `count` of the `runs` that have a value there.
+    """
+    check_probability("confidence", confidence)
+    runs = RunStatistics(x, dim)
+
+    def work(block: Block) -> Found:
+        known = ~np.isnan(block.values)
+        other = block.values[known & (block.values != 0.0) & (block.values != 1.0)]
+        if other.size:
+            raise ScenarioError(
+                f"{other[0]:g} is among the values of {_what(x)}: a proportion is of true and false, or 1 and 0; "
+                "compare it with a limit, such as x > 0.2"
+            )
+        count, successes = known.sum(axis=1), (block.values == 1.0).sum(axis=1)
+        low, high = proportion(successes, count, confidence)
+        with np.errstate(invalid="ignore"):
+            return {"proportion": successes / count, "low": low, "high": high, "count": count}
+
+    described = {
+        "proportion": f"part of the runs with {_what(x)}",
+        "low": f"lower end of the {_percent(confidence)} confidence interval of the proportion",
+        "high": f"upper end of the {_percent(confidence)} confidence interval of the proportion",
+    }
+    pure = x.assign_attrs(units="1") if "units" in x.attrs else x
+    return runs.labelled(runs.gather(work), _described(pure, described, ()))
 
 
 def quantile_interval(

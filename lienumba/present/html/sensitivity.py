@@ -12,6 +12,7 @@ from lienumba.analysis.labels import time_label, unit_label
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.sensitivity import sensitivity as analysed
 from lienumba.analysis.sensitivities.sensitivity_rows import OutputRows, sensitivity_rows
+from lienumba.analysis.text_table import NONE
 from lienumba.errors import ScenarioError
 from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.markup import Markup, element, sentence
@@ -77,7 +78,8 @@ def sensitivity(ds: xr.Dataset, read: Columns) -> tuple[Section | None, Json]:
     notes = [*found.notes]
     if len(first) < inputs:
         notes.append(f"shown are the {len(first)} inputs of {inputs} with the largest rank correlations")
-    body = _body(any(x.sobol_headline for x in found.outputs), [*notes, points.pop("note")])
+    indices = any(row.explained != NONE for x in found.outputs for row in x.inputs)
+    body = _body(indices, [*notes, points.pop("note")])
     return section("sensitivity", TITLE, *body), {**_numbers(outputs), **points}
 
 

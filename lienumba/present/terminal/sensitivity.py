@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 MOST_INPUTS = 12  # rows of a table
 WIDTH = 140  # where there is no terminal
 LEGEND = (
-    "change: mean output over the runs with the input above its 90 % quantile minus that below its 10 % quantile, the "
-    "other inputs varying; ± and ( ) are 95 % confidence"
+    "explains: the part of the variance that the input explains alone; change: mean output over the runs with the "
+    "input above its 90 % quantile minus that below its 10 % quantile, the others varying; ± is 95 % confidence"
 )
 
 

@@ -19,14 +19,23 @@ def rows(**outputs):
 def test_inputs_stand_by_their_strength_with_units():
     (one,) = rows(tip=B + 0.1 * A).outputs
     table, more = one.tornado(most=2)
-    assert table.headings == ["input", "rank correlation", "10 %", "90 %", "mean below", "mean above", "change"]
+    assert table.headings == [
+        "input", "rank correlation", "explains", "10 %", "90 %", "mean below", "mean above", "change",
+    ]  # fmt: skip
+    assert table.rows[0][2].startswith("99 ± 0.")
     assert [row[0] for row in table.rows] == ["bodies.b.mass (kg)", "bodies.a.mass (kg)"]
     assert more == " (the first 2 of 3 inputs)"
     assert one.headline.startswith("tip (m), 400 runs: mean ")
     low, high = np.quantile(B, (0.1, 0.9))
-    assert table.rows[0][2:4] == [f"{low:.4g}", f"{high:.4g}"]
+    assert table.rows[0][3:5] == [f"{low:.4g}", f"{high:.4g}"]
     below, above = ((B + 0.1 * A)[which].mean() for which in (np.less_equal(B, low), np.greater_equal(B, high)))
-    assert table.rows[0][4:6] == [f"{below:.4g}", f"{above:.4g}"]
+    assert table.rows[0][5:7] == [f"{below:.4g}", f"{above:.4g}"]
+
+
+def test_what_rises_and_falls_again_stands_first():
+    (one,) = rows(tip=A * A + 0.3 * B).outputs
+    table, _ = one.tornado(most=3)
+    assert table.rows[0][0] == "bodies.a.mass (kg)"
 
 
 def test_a_random_sweep_has_no_sobol_indices_and_says_so():

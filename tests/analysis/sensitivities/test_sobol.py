@@ -129,7 +129,7 @@ def test_a_vector_is_one_input_and_what_is_not_drawn_is_none():
     assert list(ranks["input"].values) == ["rotation[0]", "rotation[1]", "rotation[2]", "mass", "half"]
     notes = result.attrs["notes"].split("\n")
     assert notes[0] == "inputs that do not vary are left out: fixed"
-    assert notes[-1].startswith("rank correlations and changes of inputs that depend on one another")
+    assert notes[-1].startswith("rank correlations, changes and first indices of inputs that depend on one another")
 
 
 def notes_of(**vary):
@@ -139,17 +139,18 @@ def notes_of(**vary):
 
 def test_what_is_said_where_there_are_no_indices():
     assert notes_of(sampler="sobol") == [
-        'Sobol\' indices need sweep.sampler = "saltelli" and (2 + 2)*2^m runs, such as sweep.runs = 4096'
+        'total Sobol\' indices need sweep.sampler = "saltelli" and (2 + 2)*2^m runs, such as sweep.runs = 4096'
     ]
     correlated = [{"inputs": ["a", "b"], "correlation": 0.5}]
     assert notes_of(sampler="latin_hypercube", correlate=correlated) == [
-        "rank correlations and changes of inputs that depend on one another hold the effects of all of these",
-        "Sobol' indices are left out, since [[sweep.correlate]] makes inputs depend on one another",
+        "rank correlations, changes and first indices of inputs that depend on one another hold the effects of all of "
+        "these",
+        "total Sobol' indices are left out, since [[sweep.correlate]] makes inputs depend on one another",
     ]
     x = np.random.default_rng(0).random((64, 2))
     result = sensitivity(sweep(named(x), vary="saltelli", y=x.sum(axis=1)), "y")
     assert result["first_order"].isnull().all()
     assert result.attrs["notes"] == (
-        "Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the "
+        "total Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the "
         "dataset as lienumba run wrote it"
     )

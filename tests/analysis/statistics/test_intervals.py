@@ -6,7 +6,7 @@ import xarray as xr
 from scipy import stats
 
 import lienumba
-from lienumba.analysis import mean_interval, quantile_interval
+from lienumba.analysis import mean_interval, proportion_interval, quantile_interval
 from lienumba.engine.stopping import interval
 from lienumba.scenario.schema.stop import Stop
 
@@ -83,6 +83,33 @@ def test_quantiles_lie_within_at_least_as_often_as_promised(runs, q):
     assert float(max(below, above)) < 0.05 + 4 * (0.05 * 0.95 / TRIALS) ** 0.5
 
 
+@pytest.mark.parametrize(("runs", "p"), [(20, 0.5), (50, 0.02), (400, 0.99)])
+def test_proportions_lie_within_at_least_as_often_as_promised(runs, p):
+    x = np.random.default_rng(runs).uniform(size=(runs, TRIALS)) < p
+    found = proportion_interval(series(x), confidence=0.9)
+    below, above = (found.low > p).mean(), (found.high < p).mean()
+    assert float(max(below, above)) < 0.05 + 4 * (0.05 * 0.95 / TRIALS) ** 0.5
+
+
+def test_no_failure_in_2000_runs_is_no_proof():
+    """The upper end is the p at which none in 2,000 has a probability of 2.5 %."""
+    found = proportion_interval(series(np.zeros(2000)) > 1.0)
+    assert (float(found.proportion), float(found.low)) == (0.0, 0.0)
+    assert float(found.high) == pytest.approx(1.0 - 0.025 ** (1 / 2000), rel=1e-12)
+    every = proportion_interval(series(np.ones(2000)))
+    assert (float(every.low), float(every.high)) == (pytest.approx(0.025 ** (1 / 2000), rel=1e-12), 1.0)
+    nothing = proportion_interval(series([np.nan]))
+    assert (float(nothing.low), float(nothing.high), int(nothing["count"])) == (0.0, 1.0, 0)
+
+
+def test_proportions_are_those_of_scipy():
+    x = np.arange(60).reshape(20, 3) % 7 == 0
+    found = proportion_interval(series(x), confidence=0.9)
+    for k in range(3):
+        own = stats.binomtest(int(x[:, k].sum()), 20).proportion_ci(0.9, method="exact")
+        assert (float(found.low[k]), float(found.high[k])) == pytest.approx((own.low, own.high), rel=1e-12)
+
+
 # ---------------------------------------------------------------- too few
 @pytest.mark.parametrize(("runs", "known"), [(59, False), (71, False), (72, True), (120, True)])
 def test_an_end_that_too_few_runs_can_tell_is_infinite(runs, known):
@@ -126,6 +153,8 @@ def test_failed_runs_may_rank_behind_all_others():
             'the variable tip has a dimension "quantile", which the result needs; rename it',
         ),
         (lambda x: quantile_interval(x, []), "q = []: asks for no quantile; give numbers between 0 and 1"),
+        (lambda x: mean_interval(x > 1.0), "position of a point is true and false: ask for lienumba.analysis.proport"),
+        (proportion_interval, "2 is among the values of position of a point: a proportion is of true and false"),
         (lambda x: mean_interval(x, dim="runs"), '"runs" is no dimension of the variable tip; the nearest known'),
         (lambda x: mean_interval(x.values), "an object of type ndarray has no numbers to compare; give one"),
         (lambda x: mean_interval(x.astype(str)), "the variable tip of type <U32 has no numbers to compare"),

@@ -98,15 +98,15 @@ function showSensitivity(data) {
   }
 
   function sobol() {
-    const n = chosen.output, order = strongest("total_order");
-    caption("sobol-caption", `Sobol’ indices of ${data.outputs[n].name}`, "the part of its variance that an input explains alone, and that takes the input; with 95 % intervals");
-    const traces = [["total_order", "takes it", "--c4"], ["first_order", "alone", "--c0"]].map(([key, name, shade]) => {
+    const n = chosen.output, total = "total_order" in data.numbers, order = strongest(total ? "total_order" : "first_order");
+    caption("sobol-caption", `Sobol’ indices of ${data.outputs[n].name}`, `the part of its variance that an input explains alone${total ? ", and that takes the input" : ""}; with 95 % intervals`);
+    const traces = [...(total ? [["total_order", "takes it", "--c4"]] : []), ["first_order", "alone", "--c0"]].map(([key, name, shade]) => {
       const x = order.map((k) => value(key, n, k)), half = order.map((k, m) => value(`${key}_high`, n, k) - x[m]);
       return {
         type: "bar", orientation: "h", name, x, y: order.map((k) => safe(data.inputs[k].name)), customdata: half, marker: { color: `${shade} 80%` },
         error_x: { type: "data", array: half, color: "--quiet", thickness: 1.2, width: 3 }, hovertemplate: `%{y}, ${name}<br>%{x:.3f} ± %{customdata:.2~g}<extra></extra>`,
       };
     });
-    bars("sobol", traces, { showlegend: true, xaxis: { title: { text: "part of the variance" } } }, 2 * order.length);
+    bars("sobol", traces, { showlegend: total, xaxis: { title: { text: "part of the variance" } } }, (total ? 2 : 1) * order.length);
   }
 }
