@@ -50,7 +50,7 @@ ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's er
 SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_NUMBERS = range(7)
 BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
 OFF, STICK, SLIDE = range(3)
-RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, CONTACT_NUMBERS = range(7)
+RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
 # What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
 # value, and whether it acts only once.
 ACTION, TARGET, TARGETS, VALUE, ONCE, ACT_NUMBERS = range(6)
@@ -209,7 +209,7 @@ def border_gaps(sizes: Sizes) -> int:
 
 @kernel
 def border_numbers(sizes: Sizes) -> int:
-    """`CONTACT_NUMBERS` of each switch: its coefficients."""
+    """`CONTACT_NUMBERS` of each switch: its coefficients, its length (m, or 1) and its speed (m/s or rad/s)."""
     return border_gaps(sizes) + sizes.switched
 
 
@@ -259,9 +259,15 @@ def change_impulses(sizes: Sizes) -> int:
 
 
 @kernel
+def change_speeds(sizes: Sizes) -> int:
+    """The largest speed so far of every switch."""
+    return change_impulses(sizes) + sizes.switched
+
+
+@kernel
 def change_room(sizes: Sizes) -> int:
     """Behind them, where one lane at a time is worked on: two matrices of q rows, and vectors."""
-    return change_impulses(sizes) + sizes.switched
+    return change_speeds(sizes) + sizes.switches
 
 
 @kernel

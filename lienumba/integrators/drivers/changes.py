@@ -32,6 +32,7 @@ from lienumba.integrators.layout import (
     RECENT,
     RELEASES,
     SETS,
+    SIZE,
     STALE,
     STATUS,
     STICK,
@@ -50,7 +51,7 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 ROUNDS = 64  # at one time
-DRIVEN = 1e-6  # m/s or rad/s: what touches and comes nearer faster than this after all impulses is driven through
+DRIVEN = 1e3  # times what is at rest: what touches and comes nearer faster after all impulses is driven through
 WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
 
 
@@ -80,6 +81,7 @@ def change(
             rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _remember(sizes, first, rows, lane, n == 0)
+                reactions.hasten(rows, first, sizes, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0)
                 if sizes.values > 0:
                     rows[first.lanes + GAINED, lane] = _energy(sizes, first, rows, plan, lane)
                 _act(sizes, first, rows, runs, queue, plan, lane)
@@ -167,7 +169,8 @@ def _closed(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, t
     open_ = rows[first.lanes + STATUS, lane] != 0.0
     for event in range(sizes.events):
         if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
-            open_ = open_ or _apart(sizes, first, rows, plan, lane, event) > tolerance + TOUCH
+            size = reactions.number(rows, first, sizes, lane, plan.targets[plan.acts[event, TARGET]], SIZE)
+            open_ = open_ or _apart(sizes, first, rows, plan, lane, event) > tolerance + TOUCH * size
     if open_:
         for event in range(sizes.events):
             if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
@@ -286,12 +289,13 @@ def _hit(
     p, hit = r.problem, False
     for s in range(sizes.switches):
         row, on = p.switches[s, SWITCH_FIRST], rows[first.state + layout.on_row(sizes) + s, lane] != OFF
+        still = reactions.still(rows, first, sizes, lane, s)
         if p.switches[s, SWITCH_KIND] == BILATERAL and on:
             for i in range(row, row + p.switches[s, SWITCH_ROWS]):
-                hit = hit or max(r.rates[i], -r.rates[i]) > reactions.STILL
+                hit = hit or max(r.rates[i], -r.rates[i]) > still
         if p.switches[s, SWITCH_KIND] == UNILATERAL:
-            touches = on or reactions.touches(rows, first, sizes, lane, row)
-            hit = hit or (touches and r.rates[row] < -reactions.STILL)
+            touches = on or reactions.touches(rows, first, sizes, lane, s, row)
+            hit = hit or (touches and r.rates[row] < -still)
     if hit and reactions.impulses(r, rows, first, sizes, lane) != complementarity.SOLVED:
         rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for i in range(sizes.switched):
@@ -322,7 +326,8 @@ def _go_on(
     reactions.read(r, rows, first, sizes, lane)
     for s in range(sizes.switches):
         row, unilateral = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_KIND] == UNILATERAL
-        if unilateral and r.rates[row] < -DRIVEN and reactions.touches(rows, first, sizes, lane, row):
+        driven = unilateral and r.rates[row] < -DRIVEN * reactions.still(rows, first, sizes, lane, s)
+        if driven and reactions.touches(rows, first, sizes, lane, s, row):
             rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]

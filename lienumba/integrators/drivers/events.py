@@ -45,7 +45,7 @@ from lienumba.numerics.operations import absolute, maximum
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
 LONGEST_SEARCH = 200  # of tries
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
-TOUCH = 1e-9  # m or rad: a contact whose gap is at most so wide touches
+TOUCH = 1e-9  # of the length of a contact: where its gap is at most so wide it touches
 EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
 ROUGH = 2.0**-13  # of a step: how exactly it is known where a step is cut, on whose end all is located again
 FLAT = 0.0625  # a secant that goes less far tells nothing

@@ -32,7 +32,9 @@ from lienumba.integrators.layout import (
     OFF,
     REST_SPEED,
     RESTITUTION,
+    SIZE,
     SLIDE,
+    SPEED,
     STATIC,
     STATIC_EFFORT,
     STICK,
@@ -46,7 +48,7 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 
-STILL = 1e-9  # m/s or rad/s: what moves no faster than this is at rest
+STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
 INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
@@ -97,9 +99,24 @@ def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, w
 
 
 @inlined
-def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, row: int) -> bool:
+def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, row: int) -> bool:
     """Whether a contact with this normal row does."""
-    return rows[first.change + layout.border_gaps(sizes) + row, lane] <= TOUCH
+    gap = rows[first.change + layout.border_gaps(sizes) + row, lane]
+    return gap <= TOUCH * number(rows, first, sizes, lane, switch, SIZE)
+
+
+@apart
+def hasten(rows: Rows, first: Workspace, sizes: Sizes, lane: int, begins: bool) -> None:
+    """The largest speeds of a lane's switches so far; begins: with the run."""
+    for s in range(sizes.switches):
+        row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, SPEED)
+        rows[row, lane] = speed if begins or speed > rows[row, lane] else rows[row, lane]
+
+
+@inlined
+def still(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """How fast (m/s or rad/s) what is at rest may seem to be."""
+    return STILL * rows[first.change + layout.change_speeds(sizes) + switch, lane]
 
 
 @apart
@@ -110,10 +127,11 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         kind, row, closed = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
         if kind == BILATERAL and closed:
             p.law[s] = float(HOLDS)
-        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, row)):
+        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, KINETIC)
             rebound = -number(rows, first, sizes, lane, s, RESTITUTION) * p.free[row]
-            if p.free[row] < -STILL and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
+            comes = p.free[row] < -still(rows, first, sizes, lane, s)
+            if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 p.free[row] -= rebound
     return solve(p)
 
@@ -178,16 +196,16 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
     for s in range(sizes.switches):
         kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
-        closed, speed = rows[on + s, lane] != OFF, _along(r, s, r.rates)
+        closed, speed, rest = rows[on + s, lane] != OFF, _along(r, s, r.rates), still(rows, first, sizes, lane, s)
         if kind == BILATERAL and closed:
             p.law[s] = float(HOLDS)
-        if kind == UNILATERAL and r.rates[row] <= STILL and (closed or touches(rows, first, sizes, lane, row)):
+        if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, STATIC)
-            if speed > STILL:
+            if speed > rest:
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, STATIC_EFFORT)
-            if speed > STILL:
+            if speed > rest:
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
 
 

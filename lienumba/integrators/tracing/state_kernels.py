@@ -75,7 +75,7 @@ def border(tracer: Tracer) -> Kernel:
     now, first = posture.now, constraints.permanent_rows(model)
     w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
     triangle = turning.triangle(model, now, S)
-    numbers, memory = turning.numbers(model, now), turning.memory(model, now, w)
+    numbers, memory = turning.numbers(model, now, w, b), turning.memory(model, now, w)
     return tracer.kernel("border", (*triangle, *w, *b, *gap, *numbers, *memory, sound))
 
 

@@ -24,13 +24,14 @@ JOINT, COORDINATE, PARAMETERS, CLOSES, ONCE = "joint", "coordinate", "parameters
 @dataclass(frozen=True)
 class Action:
     """What happens at an event; ends_run: whether it is the end of the run, and a success; needs, takes: the keys that
-    it must have, and those that it may have besides."""
+    it must have, and those that it may have besides; did: what it did to what it acts on, if it acts."""
 
     name: str
     words: str
     ends_run: bool = False
     needs: tuple[str, ...] = ()
     takes: tuple[str, ...] = ()
+    did: str = ""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -41,11 +42,13 @@ class Action:
 ACTIONS: Registry[Action] = Registry("action", lambda action: action.name)
 RECORD = ACTIONS.add(Action("record", "its time and how often"))
 ACTIONS.add(Action("stop", "the run ends there, as a success", ends_run=True))
-LOCK = ACTIONS.add(Action("lock", "coordinates of a joint stay as they are", needs=(JOINT,), takes=(COORDINATE, ONCE)))
-UNLOCK = ACTIONS.add(Action("unlock", "they are free again", needs=(JOINT,), takes=(COORDINATE, ONCE)))
-RELEASE = ACTIONS.add(Action("release", "a joint is gone", needs=(JOINT,), takes=(ONCE,)))
-ENGAGE = ACTIONS.add(Action("engage", "a joint is there", needs=(JOINT,), takes=(CLOSES, ONCE)))
-SET = ACTIONS.add(Action("set", "parameters take other values", needs=(PARAMETERS,), takes=(ONCE,)))
+LOCK = ACTIONS.add(
+    Action("lock", "coordinates of a joint stay as they are", needs=(JOINT,), takes=(COORDINATE, ONCE), did="locked")
+)
+UNLOCK = ACTIONS.add(Action("unlock", "they are free again", needs=(JOINT,), takes=(COORDINATE, ONCE), did="unlocked"))
+RELEASE = ACTIONS.add(Action("release", "a joint is gone", needs=(JOINT,), takes=(ONCE,), did="released"))
+ENGAGE = ACTIONS.add(Action("engage", "a joint is there", needs=(JOINT,), takes=(CLOSES, ONCE), did="engaged"))
+SET = ACTIONS.add(Action("set", "parameters take other values", needs=(PARAMETERS,), takes=(ONCE,), did="set"))
 
 
 def described() -> str:

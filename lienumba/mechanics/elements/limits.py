@@ -6,12 +6,11 @@ from pydantic import Field
 
 from lienumba.errors import Problem
 from lienumba.keys.types import NAME_RULE, Name, NotNegative, Number, Section
-from lienumba.mechanics.elements.contacts.base import Share
+from lienumba.mechanics.elements.contacts.base import REST, Share
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism import model as m
 from lienumba.words import show
 
-REST_SPEED = 1e-3  # m/s or rad/s
 SIDES = {"low": 1.0, "high": -1.0}
 
 
@@ -30,17 +29,16 @@ class Limit(Section):
     )
     rest_speed: NotNegative | None = Field(
         default=None,
-        description=f"the rate in rad/s or m/s below which a rebound is none, at least 0 (or omit it: {REST_SPEED:g})",
+        description=f"the rate in rad/s or m/s below which a rebound is none, at least 0 {REST}",
     )
 
     def to_model(self, names: Names) -> Iterator[m.Limit]:
         """Its sides, as kernels see them."""
-        rest_speed = REST_SPEED if self.rest_speed is None else self.rest_speed
         for key, side in SIDES.items():
             value = getattr(self, key)
             if value is not None:
                 which = names.coordinate(self.joint, self.coordinate)
-                yield m.Limit(f"{self.name}.{key}", which, side, value, self.restitution, rest_speed)
+                yield m.Limit(f"{self.name}.{key}", which, side, value, self.restitution, self.rest_speed)
 
     def faults(self) -> Iterator[Problem]:
         """What is wrong with its numbers together; places are its keys."""

@@ -206,14 +206,14 @@ class Lock:
 @dataclass(frozen=True)
 class Limit:
     """A rigid stop on a coordinate: side * (coordinate - value) >= 0; side: 1 of a lower stop, -1 of an upper one.
-    restitution: 0 to 1; rest_speed: (m/s or rad/s) of an impact below which it has none."""
+    restitution: 0 to 1; rest_speed: (m/s or rad/s) of a rebound below which there is none, None: see `scales`."""
 
     name: str
     coordinate: Coordinate
     side: float
     value: Number
     restitution: Number = 0.0
-    rest_speed: Number = 0.0
+    rest_speed: Number | None = 0.0
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ class Contact:
     restitution: Number = 0.0
     static: Number = 0.0
     kinetic: Number = 0.0
-    rest_speed: Number = 0.0
+    rest_speed: Number | None = 0.0
 
 
 @dataclass(frozen=True)

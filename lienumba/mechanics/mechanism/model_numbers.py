@@ -52,7 +52,7 @@ def map_numbers(
             restitution=law(contact.restitution),
             static=law(contact.static),
             kinetic=law(contact.kinetic),
-            rest_speed=number(contact.rest_speed, False),
+            rest_speed=None if contact.rest_speed is None else number(contact.rest_speed, False),
         )
 
     return Model(
@@ -122,7 +122,7 @@ def map_numbers(
                 limit,
                 value=number(limit.value, False),
                 restitution=law(limit.restitution),
-                rest_speed=number(limit.rest_speed, False),
+                rest_speed=None if limit.rest_speed is None else number(limit.rest_speed, False),
             )
             for limit in model.limits
         ),

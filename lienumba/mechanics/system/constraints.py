@@ -292,7 +292,7 @@ def sizes(model: Model, now: Instant) -> tuple[list[Any], list[Any], list[Any]]:
     for c, (arms, lengths) in zip(constraints_of(model), own, strict=True):
         arm = largest([x for p in arms if p is not None for x in p])
         if c.own:  # nobody says what it reaches
-            arm = largest([_size(lent.bodies[i]) for i in c.bodies if i != GROUND])
+            arm = largest([size_of(lent.bodies[i]) for i in c.bodies if i != GROUND])
         motions = [now.motion(i) for i in c.bodies if i != GROUND]
         position = largest([x for m in motions for x in m.r])
         turning = largest([x for m in motions for x in m.w])
@@ -315,8 +315,8 @@ def _arms(model: Model, switch: Switch) -> tuple[Sequence[Any], list[Any]]:
     return joint.points or (), JOINTS[joint.type].reach(joint)
 
 
-def _size(body: Body) -> Any:
-    """As long as a slender bar of the same mass and inertia."""
+def size_of(body: Body) -> Any:
+    """As long (m) as a slender bar of the same mass and inertia."""
     xx, yy, zz, *_ = body.inertia
     return sqrt(6.0 * (xx + yy + zz) / body.mass)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from lienumba.mechanics.elements.events import ends_run
+from lienumba.mechanics.elements.events import ACTIONS, ends_run
 from lienumba.present.citation.source import CitedScenario
 from lienumba.words import listed, number
 
@@ -51,16 +51,31 @@ def contacts(source: CitedScenario) -> str:
 
 
 def events(source: CitedScenario) -> str:
-    """Those that end a run, and those that are recorded."""
+    """Those that end a run, those that change the mechanism, and those that are recorded."""
     watched = source.content.get("events", [])
     ending = [_event(event) for event in watched if ends_run(event["action"])]
-    recorded = [_event(event) for event in watched if not ends_run(event["action"])]
+    acting = [f"{_event(event)} {_did(event)}" for event in watched if ACTIONS[event["action"]].did]
+    recorded = [_event(event) for event in watched if not (ends_run(event["action"]) or ACTIONS[event["action"]].did)]
     said = []
     if ending:
         said.append(f"Runs ended at {'the first of ' if len(ending) > 1 else ''}{_named('the event', ending)}.")
+    if acting:
+        said.append(f"{_named('The event', acting)}.")
     if recorded:
         said.append(f"It was recorded when {_named('the event', recorded)} first occurred, and how often.")
     return " ".join(said)
+
+
+def _did(event: Table) -> str:
+    """What an event did, and to what."""
+    if event.get("joint") is not None:
+        whole = f"the {event['coordinate']} of " if event.get("coordinate") is not None else ""
+        what = f"{whole}the joint {event['joint']}"
+    else:
+        what = listed(
+            [f"{name} to {x if isinstance(x, str) else number(x)}" for name, x in event["parameters"].items()]
+        )
+    return f"{ACTIONS[event['action']].did} {what}{' (once in a run)' if event.get('once') else ''}"
 
 
 def _event(event: Table) -> str:

@@ -228,7 +228,8 @@ def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.nd
     stops: list[m.Limit | m.Contact] = [*model.limits, *touching]
     for stop in stops:
         bad |= ~((np.asarray(stop.restitution) >= 0.0) & (np.asarray(stop.restitution) <= 1.0))
-        bad |= ~(np.asarray(stop.rest_speed) >= 0.0)
+        if stop.rest_speed is not None:
+            bad |= ~(np.asarray(stop.rest_speed) >= 0.0)
     for contact in touching:
         bad |= ~((np.asarray(contact.kinetic) >= 0.0) & np.asarray(contact.static >= contact.kinetic))
         for number in contact.numbers.values():

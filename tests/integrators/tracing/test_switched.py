@@ -195,7 +195,8 @@ def test_what_the_kernels_say_lies_where_drivers_look(traced: Any) -> None:
     w = constraints.rates(model, now)[first:]
     close(part(layout.border_rates, q), w)
     close(part(layout.border_gaps, q), constraints.residual(model, now)[first:])
-    close(part(layout.border_numbers, 6 * sizes.switches), turning.numbers(model, now))
+    numbers = turning.numbers(model, now, w, b)
+    close(part(layout.border_numbers, layout.CONTACT_NUMBERS * sizes.switches), numbers, 1e-9)
     close(part(layout.border_memory, sizes.memory), turning.memory(model, now, w))
     assert border[layout.border_sound(sizes)] == sound == 1.0
 

@@ -32,7 +32,11 @@ from lienumba.mechanics.mechanism.kinematics import Motion
 from lienumba.numerics.number import Vector
 from lienumba.words import show
 
-REST_SPEED, VELOCITY = 1e-3, 1e-3  # m/s
+VELOCITY = 1e-3  # m/s
+REST = (
+    "(or omit it: 0.001 sqrt(a L), where a is the acceleration that presses, of lengths gravity at least, and L the size "
+    "of the smaller body, or 1 rad)"
+)
 Share = Annotated[
     float,
     Field(strict=True, allow_inf_nan=False, ge=0, le=1),
@@ -77,7 +81,7 @@ class ContactType(Section):
     )
     rest_speed: Annotated[NotNegative | None, Unit("m s-1")] = Field(
         default=None,
-        description=f"the speed in m/s below which a rebound is none, at least 0 (or omit it: {REST_SPEED:g})",
+        description=f"the speed in m/s below which a rebound is none, at least 0 {REST}",
     )
     stiffness: Annotated[Positive | None, Unit("N m-1")] = Field(
         default=None, description="the stiffness in N/m of a contact that yields, above 0 (or omit it: it is rigid)"
@@ -143,7 +147,7 @@ class ContactType(Section):
                 restitution=self.restitution,
                 static=static,
                 kinetic=kinetic,
-                rest_speed=REST_SPEED if self.rest_speed is None else self.rest_speed,
+                rest_speed=self.rest_speed,
             )
 
     def faults(self) -> Iterator[Problem]:

@@ -7,9 +7,9 @@ from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Limit, Model
 from lienumba.mechanics.system import constraints
-from lienumba.mechanics.system.switched import laws
+from lienumba.mechanics.system.switched import laws, scales
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import sqrt, where
@@ -20,8 +20,9 @@ NEGLIGIBLE = 1e-12
 
 def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
-    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s)."""
-    first = constraints.permanent_rows(model)
+    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s). Gaps
+    are relative to their lengths."""
+    first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     found: list[Any] = []
     for switch in switches_of(model):
@@ -39,7 +40,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
         if switch.what == FRICTION:
             found += [0.0, turns]
         else:
-            found.append(where(mode.on > OFF, -reactions[0], -gaps[switch.first]))
+            found.append(where(mode.on > OFF, -reactions[0], -gaps[switch.first] / lengths[switch.first]))
             found.append(where(mode.on > OFF, turns, rates[switch.first]))
     return found
 
@@ -66,21 +67,24 @@ def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
     return evaluate(model, model.forces[switch.index].numbers[name], everything)
 
 
-def numbers(model: Model, now: Instant) -> list[Any]:
+def numbers(model: Model, now: Instant, rates: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
     """Of each switch: restitution, static and kinetic coefficient, the speed (m/s or rad/s) below which nothing comes
-    back, static and kinetic effort (N or N m)."""
+    back, static and kinetic effort (N or N m), and its length and speed (see `scales`). rates, accelerations: of all
+    rows that are switched."""
     found: list[Any] = []
-    for switch in switches_of(model):
+    lengths, speeds = scales.lengths(model, now), scales.speeds(model, now, rates, accelerations)
+    for switch, speed in zip(switches_of(model), speeds, strict=True):
         own: tuple[Any, ...] = (0.0,) * 6
-        if switch.what == LIMIT:
-            limit = model.limits[switch.index]
-            own = (limit.restitution, 0.0, 0.0, limit.rest_speed, 0.0, 0.0)
-        elif switch.what == CONTACT:
-            contact = model.contacts[switch.index]
-            own = (contact.restitution, contact.static, contact.kinetic, contact.rest_speed, 0.0, 0.0)
+        if switch.what in (LIMIT, CONTACT):
+            stop = model.limits[switch.index] if switch.what == LIMIT else model.contacts[switch.index]
+            least = stop.rest_speed
+            if least is None:
+                least = scales.rest(model, now, switch, accelerations[switch.first])
+            friction = (0.0, 0.0) if isinstance(stop, Limit) else (stop.static, stop.kinetic)
+            own = (stop.restitution, *friction, least, 0.0, 0.0)
         elif switch.what == FRICTION:
             own = (0.0,) * 4 + tuple(_effort(model, switch, now, name) for name in ("static", "coulomb"))
-        found += own
+        found += (*own, lengths[switch.first], speed)
     return found
 
 

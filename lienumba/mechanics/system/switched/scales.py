@@ -1,0 +1,60 @@
+"""How large and how fast a switched constraint is: what its gap and its rates compare with, whatever the units.
+
+The length of a row in metres is that of its smaller body, as a slender bar of the same mass and inertia; of an angle it
+is 1. The speed of a switch is the largest rate of its rows, or what their accelerations would give within this length.
+"""
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import Any
+
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.massless import with_lent_masses
+from lienumba.mechanics.mechanism.model import GROUND, Model
+from lienumba.mechanics.system import constraints, dynamics
+from lienumba.mechanics.system.switches import Switch, switches_of
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import absolute, maximum, minimum, sqrt
+
+FAR = 4e-6  # of a position in lengths: a billionth of that is its rounding
+FAST = 2e-4  # of the speeds of bodies, likewise with what is left by projections
+REST = 1e-3  # of the speed that the acceleration gives within the length
+
+
+def lengths(model: Model, now: Instant) -> list[Any]:
+    """Of every switched row (m, or 1)."""
+    bodies, found = with_lent_masses(model).bodies, list[Any]()
+    reach, far, _ = constraints.sizes(model, now)
+    for c in constraints.constraints_of(model):
+        if c.switch is not None:
+            own = [constraints.size_of(bodies[i]) for i in c.bodies if i != GROUND]
+            found += [None if kind == "r" else reduce(minimum, own) for kind in c.kinds]
+    first = constraints.permanent_rows(model)
+    return [
+        1.0 if size is None else size + FAR * (a + b)
+        for size, a, b in zip(found, reach[first:], far[first:], strict=True)
+    ]
+
+
+def speeds(model: Model, now: Instant, rates: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
+    """Of every switch (m/s or rad/s). rates, accelerations: of all switched rows, these without their reactions."""
+    size, speed = lengths(model, now), constraints.sizes(model, now)[2][constraints.permanent_rows(model) :]
+    found = []
+    for switch in switches_of(model):
+        largest: Any = 0.0
+        for i in range(switch.first, switch.first + switch.rows):
+            largest = maximum(largest, maximum(absolute(rates[i]), sqrt(absolute(accelerations[i]) * size[i])))
+            largest = maximum(largest, FAST * speed[i])
+        found.append(largest)
+    return found
+
+
+def rest(model: Model, now: Instant, switch: Switch, acceleration: Number) -> Any:
+    """The speed (m/s or rad/s) below which nothing comes back of an impact, where nobody says one: the rebound would
+    rise by half a millionth of the length. acceleration: of the gap; in metres it counts as gravity at least."""
+    row = constraints.permanent_rows(model) + switch.first
+    pressing: Any = maximum(-acceleration, 0.0)
+    if [kind for c in constraints.constraints_of(model) for kind in c.kinds][row] == "m":
+        for g in dynamics.gravity(model, now.t):
+            pressing = maximum(pressing, absolute(g))
+    return REST * sqrt(pressing * lengths(model, now)[switch.first])
