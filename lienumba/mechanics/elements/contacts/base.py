@@ -34,8 +34,8 @@ from lienumba.words import show
 
 VELOCITY = 1e-3  # m/s
 REST = (
-    "(or omit it: 0.001 sqrt(a L), where a is the acceleration that presses, of lengths gravity at least, and L the size "
-    "of the smaller body, or 1 rad)"
+    "(or omit it: 0.001 sqrt(a L), where a is the acceleration that presses, of lengths gravity at least, and L the "
+    "size of the smaller body, or 1 rad)"
 )
 Share = Annotated[
     float,
