@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from lienumba.analysis.by_run import run_table as run_table
     from lienumba.analysis.changed import changes as changes
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
     from lienumba.analysis.statistics.covariance import covariance as covariance
@@ -29,6 +30,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "quantile_interval": "lienumba.analysis.statistics.intervals",
     "rotation_covariance": "lienumba.analysis.statistics.rotations",
     "rotation_error": "lienumba.analysis.statistics.rotations",
+    "run_table": "lienumba.analysis.by_run",
     "sensitivity": "lienumba.analysis.sensitivities.sensitivity",
     "summarise": "lienumba.analysis.summary",
     "work_precision": "lienumba.analysis.studies.study",
@@ -44,6 +46,7 @@ __all__ = [
     "quantile_interval",
     "rotation_covariance",
     "rotation_error",
+    "run_table",
     "sensitivity",
     "summarise",
     "work_precision",

@@ -1,4 +1,5 @@
-"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, import, schema, doctor.
+"""The command line: run, merge, replay, sample, validate, info, plot, animate, report, analyse, table, import, schema,
+doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -16,7 +17,7 @@ from lienumba.cli.checking import doctor, info, sample, schema, validate
 from lienumba.cli.importing import import_
 from lienumba.cli.options import Command, Group
 from lienumba.cli.running import merge, replay, run
-from lienumba.cli.showing import analyse, animate, plot, report
+from lienumba.cli.showing import analyse, animate, plot, report, table
 
 app = typer.Typer(
     cls=Group,
@@ -47,7 +48,7 @@ def _main(
     pass
 
 
-for command in (run, merge, replay, sample, validate, info, plot, animate, report, analyse, schema, doctor):
+for command in (run, merge, replay, sample, validate, info, plot, animate, report, analyse, table, schema, doctor):
     app.command(cls=Command)(command)
 app.command("import", cls=Command)(import_)
 

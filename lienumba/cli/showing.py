@@ -1,4 +1,4 @@
-"""Commands that show a dataset: plot, animate, report, analyse."""
+"""Commands that show a dataset: plot, animate, report, analyse, table."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -161,3 +161,43 @@ def analyse(
             print_sensitivity(found)
             if output is not None:
                 console.say(f"written to {output}")
+
+
+def table(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset of runs (.nc).", show_default=False)],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[OUTPUT]...",
+            help="Such as tip, last_position.top.z or event_time.far (default: all that a run has once).",
+            show_default=False,
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="TABLE",
+            help="A .csv, .parquet or .mat file to write (default: FILE's stem with .csv).",
+        ),
+    ] = None,
+) -> None:
+    """Write one row for each run: how it ended, its inputs, and the numbers that it has once."""
+    with console.exit_codes():
+        from lienumba.analysis.by_run import ENDINGS, run_table, save
+        from lienumba.store.files import reading
+        from lienumba.store.targets import CHOOSE, claimed
+
+        target = output if output is not None else Path(file.stem + ".csv")
+        with claimed(target, "table of runs", ENDINGS, f"{CHOOSE}, or delete it") as own:
+            with reading(file) as (dataset, _):
+                rows = run_table(dataset, outputs or (), time)
+            save(rows, own)
+        console.say(f"written to {target}: {len(rows):,} runs, {len(rows.columns)} columns")

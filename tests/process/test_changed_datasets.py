@@ -29,7 +29,15 @@ RAW = {  # of the whole, or of a variable: what an attribute becomes
     "a role of another": ("position", "role", "input"),
     "no path": ("bodies.bob.mass", "role", "grid"),
 }
-COMMANDS = (["info"], ["info", "--cite"], ["analyse"], ["plot"], ["replay", "--run", "1"], ["report"])
+COMMANDS = (
+    ["info"],
+    ["table", "-o", "made.csv"],
+    ["info", "--cite"],
+    ["analyse"],
+    ["plot"],
+    ["replay", "--run", "1"],
+    ["report"],
+)
 
 
 @pytest.fixture(scope="module")

@@ -44,26 +44,61 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
     sampled: bool (runs,).
     """
     good = ds[STATUS].isin(GOOD).values & sampled
-    by_variable = {FAILED: [FAILED]} | {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
+    by_variable = {FAILED: [FAILED]} | _by_variable(ds)
     asked = [output for name in names for output in _matching(name, by_variable)]
     if not names:
         asked = _default_outputs(ds, by_variable, time)
         asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
-    at = _stored(ds, time) if "time" in ds.sizes else 0
-    for name in dict.fromkeys(_variable_of(output, by_variable) for output in asked):
-        wanted = [output for output in asked if _variable_of(output, by_variable) == name]
-        if time is not None and (name not in ds or "time" not in ds[name].dims):
-            raise ScenarioError(f"time = {time:g}: has no meaning for {name}, which each run has once; leave it out")
-        if name not in ds:
+    for name, wanted in _asked(asked, by_variable):
+        if name in ds:
+            yield from _of_variable(ds, name, by_variable[name], wanted, time, good)
+        elif time is None:
             values = np.where(sampled, (~good).astype(float), nan)
             yield Output(FAILED, "1", "whether the run failed", values)
         else:
-            yield from _read(ds[name], by_variable[name], dict.fromkeys(wanted), at, good)
+            raise _timeless(name, time)
+
+
+def of_every_run(ds: xr.Dataset, names: Sequence[str], time: float | None) -> Iterator[Output]:
+    """The outputs of these names, or all that a run has once, of all runs, however they ended; time (s): a stored one,
+    or the last, of series."""
+    by_variable = _by_variable(ds)
+    once = [output for name, each in by_variable.items() if "time" not in ds[name].dims for output in each]
+    asked = [output for name in names for output in _matching(name, by_variable)] or once
+    for name, wanted in _asked(asked, by_variable):
+        at = time if "time" in ds[name].dims else None
+        yield from _of_variable(ds, name, by_variable[name], wanted, at, np.ones(ds.sizes["run"], bool))
+
+
+def _by_variable(ds: xr.Dataset) -> dict[str, list[str]]:
+    return {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
+
+
+def _asked(outputs: Iterable[str], by_variable: dict[str, list[str]]) -> Iterator[tuple[str, list[str]]]:
+    """Outputs by their variables, in the order of the first of each."""
+    found: dict[str, list[str]] = {}
+    for output in dict.fromkeys(outputs):
+        found.setdefault(_variable_of(output, by_variable), []).append(output)
+    yield from found.items()
+
+
+def _of_variable(
+    ds: xr.Dataset, name: str, names: list[str], wanted: Iterable[str], time: float | None, kept: np.ndarray
+) -> Iterator[Output]:
+    """Outputs of a variable, NaN of runs that are not kept."""
+    in_time = "time" in ds[name].dims
+    if time is not None and not in_time:
+        raise _timeless(name, time)
+    yield from _read(ds[name], names, wanted, _stored(ds, time) if in_time else 0, kept)
+
+
+def _timeless(name: str, time: float) -> ScenarioError:
+    return ScenarioError(f"time = {time:g}: has no meaning for {name}, which each run has once; leave it out")
 
 
 def default_outputs(ds: xr.Dataset) -> list[str]:
     """The names of the outputs that say most."""
-    return _default_outputs(ds, {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}, None)
+    return _default_outputs(ds, _by_variable(ds), None)
 
 
 def _is_output(variable: xr.DataArray) -> bool:
@@ -119,7 +154,9 @@ def _read(
     at_place = dict(zip(names, places(variable), strict=True))
     needed = [sorted({at_place[name][k] for name in wanted}) for k in range(len(dims_of(variable)))]
     part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(dims_of(variable), needed, strict=True)})
-    values = np.where(good.reshape(-1, *(1 for _ in needed)), part.transpose("run", ...).values, nan)
+    values = part.transpose("run", ...).values
+    if not good.all():
+        values = np.where(good.reshape(-1, *(1 for _ in needed)), values, nan)
     scale = float(np.nanmax(abs(values), initial=0.0))
     long_name = str(variable.attrs.get("long_name", ""))
     for name in wanted:

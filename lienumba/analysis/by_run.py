@@ -1,0 +1,105 @@
+"""A sweep as a table with one row for each run: how it ended, its inputs, and the numbers that it has once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from lienumba.analysis.outcomes import BY_CODE
+from lienumba.analysis.sensitivities.outputs import of_every_run
+from lienumba.errors import ScenarioError
+from lienumba.store.layout import RUN
+from lienumba.store.outputs import Output, whole
+from lienumba.store.study_layout import is_study
+
+if TYPE_CHECKING:
+    import pandas
+
+CSV, PARQUET, MATLAB = ".csv", ".parquet", ".mat"
+ENDINGS = (CSV, PARQUET, MATLAB)
+LONGEST = 63  # names of variables in MATLAB
+
+
+def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None) -> pandas.DataFrame:
+    """One row for each run, whether it failed or not.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What `lienumba.run` returned.
+    output : str or sequence of str
+        Names such as `tip` or `last_position.top.z`; all numbers that a run has once if omitted.
+    time : float, optional
+        A stored time in s at which series are read; the last if omitted.
+
+    Returns
+    -------
+    pandas.DataFrame
+        With the index `run`; the columns `status`, the inputs, and the outputs, in their units, which stand in
+        `attrs["units"]` by the names of the columns. NaN: a run has no such number.
+    """
+    import pandas
+
+    if is_study(ds):
+        raise ScenarioError("the dataset is that of a study, which has no runs alone; give one of a sweep")
+    inputs = {str(name): x for name, x in ds.coords.items() if x.attrs.get("role") == "input" and x.dims == RUN}
+    columns: dict[str, Any] = {"status": [BY_CODE[code] for code in ds["status"].values.tolist()]}
+    units = {name: str(x.attrs.get("units", "1")) for name, x in inputs.items()}
+    columns |= {name: x.values for name, x in inputs.items()}
+    for found in of_every_run(ds, [output] if isinstance(output, str) else output, time):
+        columns[found.name], units[found.name] = found.values, found.units
+    table = pandas.DataFrame(columns, index=pandas.Index(ds[RUN[0]].values, name=RUN[0]))
+    table.attrs["units"] = units
+    return table
+
+
+def save(table: pandas.DataFrame, output: Output) -> None:
+    """Write a table of runs, by the ending of its name."""
+    ending = output.path.suffix.lower()
+    with whole(output) as partial:
+        if ending == CSV:
+            table.to_csv(partial)
+        elif ending == PARQUET:
+            try:
+                table.to_parquet(partial, engine="pyarrow")
+            except ImportError as error:
+                raise ScenarioError(
+                    f"output = {output.path}: Parquet takes the package pyarrow (pip install pyarrow); "
+                    f"install it or choose {CSV} or {MATLAB}"
+                ) from error
+        else:
+            _matlab(table, partial)
+
+
+def _matlab(table: pandas.DataFrame, path: Any) -> None:
+    """Columns under names that MATLAB takes; `names` and `units` say what they are."""
+    from scipy.io import savemat
+
+    columns = {str(name): table[name].to_numpy() for name in table}
+    short = _short([RUN[0], *columns])
+    units = table.attrs["units"]
+    values = [table.index.to_numpy(), *columns.values()]
+    texts = {"names": [RUN[0], *columns], "units": ["", *(units.get(name, "") for name in columns)]}
+    described = {name: np.array(each, dtype=object) for name, each in texts.items()}
+    named = dict(zip(short, values, strict=True))
+    with open(path, "wb") as file:
+        savemat(file, {"runs": named, **described}, long_field_names=True, oned_as="column", do_compression=True)
+
+
+def _short(names: Sequence[str]) -> list[str]:
+    """Different names of letters, digits and underscores that begin with a letter, short enough."""
+    import re
+
+    found: list[str] = []
+    for name in names:
+        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "x"
+        plain = (plain if plain[0].isalpha() else f"x{plain}")[:LONGEST]
+        count, new = 1, plain
+        while new in found:
+            count += 1
+            new = f"{plain[: LONGEST - 1 - len(str(count))]}_{count}"
+        found.append(new)
+    return found
