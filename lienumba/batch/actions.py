@@ -37,4 +37,6 @@ def _targets(model: Model, event: Event, held: Sequence[int]) -> list[int]:
     wanted = [(switches.LOCK, lock) for lock in event.locks]
     if event.action in (RELEASE.name, ENGAGE.name):
         wanted = [(switches.JOINT, event.joint)]
+    if event.action == RELEASE.name:  # with what locks it
+        wanted += [(switches.LOCK, n) for n, lock in enumerate(model.locks) if lock.joint == event.joint]
     return [n for n, switch in enumerate(switches_of(model)) if (switch.what, switch.index) in wanted]

@@ -34,6 +34,7 @@ from lienumba.scenario.checks.tables import check_samples
 from lienumba.scenario.checks.times import looked_at
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import build, unphysical
+from lienumba.scenario.start.captures import problems_of_captures
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.invalid import refuse_invalid
 from lienumba.scenario.start.stops import begin_beyond, problems_of_stops
@@ -121,6 +122,8 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     _check_forces(whole, now)
     if touching := problems_of_stops(whole, now):
         raise ScenarioError(*touching)
+    if never := problems_of_captures(whole, now):
+        raise ScenarioError(*never)
     always = _rank(lasting, typical) if switches_of(whole) else found
     return Nominal(scenario, whole, now, typical, found, always, (model, start), done)
 

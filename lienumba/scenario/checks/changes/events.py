@@ -1,5 +1,7 @@
 """What is wrong with what events do: whether it can ever be done, whether others contradict it; one sentence each."""
 
+import ast
+
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK, Event
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.locks import lockable, whole
@@ -97,7 +99,7 @@ def _check_against(found: list[tuple[str, Event]], parameters: Parameters, repor
     for place, event in found:
         when = _written(event, parameters)
         for other_place, other in found:
-            same = event.joint == other.joint and when == _written(other, parameters)
+            same = event.joint == other.joint and _meaning(when) == _meaning(_written(other, parameters))
             if not same or OPPOSITE.get(event.action) != other.action:
                 continue
             if event.coordinate in (None, other.coordinate) or other.coordinate is None:
@@ -109,6 +111,11 @@ def _written(event: Event, parameters: Parameters) -> str:
     """The condition of an event, as the file has it."""
     formula = parameters.places.get(("events", event.name, "when"))
     return event.when if formula is None else formula.text
+
+
+def _meaning(when: str) -> str:
+    """A condition whatever its spaces and how its numbers are written."""
+    return ast.dump(ast.parse(when.strip(), mode="eval"))
 
 
 def _check_waiting(acting: list[Event], lists: Lists, report: Report) -> None:
