@@ -58,9 +58,9 @@ INSIDE = {  # the floors of rooms, lowest first
         {"runner", "prepared"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
-    "cli": [{"options"}, {"checking", "importing", "running", "showing"}],
+    "cli": [{"options"}, {"checking", "importing", "linear", "running", "showing"}],
     "analysis": [
-        {"changed", "text_table"}, {"labels", "outcomes"}, {"summary", "summary_rows", "summary_text"},
+        {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"by_run", "panels"},
     ],
 }  # fmt: skip

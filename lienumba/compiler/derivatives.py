@@ -141,10 +141,12 @@ def replayed(
     values: Sequence[object],
     given: Callable[[str, int], Any],
     functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
+    order: Sequence[Symbol] | None = None,
 ) -> list[Any]:
-    """What a graph computes, on other numbers: given(array, row) for each of its inputs."""
+    """What a graph computes, on other numbers: given(array, row) for each of its inputs; order: its live nodes, if they
+    are known."""
     known: dict[int, Any] = {}
-    for node in live(values):
+    for node in live(values) if order is None else order:
         if node.op == "input":
             known[node.id] = given(*node.args)
         else:

@@ -55,6 +55,7 @@ def test_the_gallery_is_complete() -> None:
         "hold_down",
         "iiwa",
         "leg_test",
+        "machine_on_mounts",
         "n_four_bar",
         "pawl",
         "pendulum_chain",
@@ -72,6 +73,7 @@ def test_the_gallery_is_complete() -> None:
         "talos",
         "template",
         "thruster",
+        "top_over_spin",
         "ur5",
         "ur5_recorded",
     }

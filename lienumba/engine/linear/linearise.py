@@ -100,7 +100,7 @@ def linearise(
             "input": names_u, "output": seen,
             **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
         },
-        {"scenario": asked.scenario.to_toml(), "rotation": list(map(float, rotation))},
+        asked.attributes("linear systems") | {"rotation": list(map(float, rotation))},
     )  # fmt: skip
     acts = np.nansum(np.abs(ds["B"].values), axis=(0, 1, 2)) + np.nansum(np.abs(ds["D"].values), axis=(0, 1, 2))
     kept = [n for n, x in enumerate(acts) if x != 0.0 or n % len(DERIVATIVES) == 0]  # forces see no derivatives

@@ -28,6 +28,8 @@ Array = npt.NDArray[Any]
 QUANTILES = (0.05, 0.5, 0.95)
 ROUNDING = 1e-7  # of the largest eigenvalue: what grows more slowly may be rounding of a double zero
 PARTS = ("real", "imag")
+STATUS = "0: linearised, 1: the run is not there at this time, or has no linear equations"
+NONE = complex(np.nan, np.nan)
 
 
 def modes(
@@ -73,9 +75,7 @@ def modes(
     for states in asked.states(tracer, prepared):
         check_states(tracer, states)
         values, moved = _eigenvalues(recorded, states, turning(rotation), shapes)
-        found.append(
-            _tracked(values, moved, weights, _order(asked)) if moved is not None else (values, None, None, None)
-        )
+        found.append((values,) if moved is None else _tracked(values, moved, weights, _order(asked)))
     if not any(np.isfinite(values).any() for values, *_ in found):
         raise ScenarioError("no run has modes at these times: it fails before, or nothing of it can move")
     return _dataset(asked, model, found)
@@ -96,10 +96,10 @@ def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -
         order = np.lexsort((values.real, np.where(upper, values.imag, np.inf)), axis=1)
         count = int(upper.sum(axis=1).max(initial=0))
         order, widest = order[:, :count], max(widest, count)
-        values = np.take_along_axis(np.where(upper, values, np.nan), order, axis=1)
+        values = np.take_along_axis(np.where(upper, values, NONE), order, axis=1)
         moved = None if moved is None else np.take_along_axis(moved, order[:, :, None], axis=1)
         kept.append((runs, values, moved))
-    total = np.full((len(states.labels), widest), np.nan, complex)
+    total = np.full((len(states.labels), widest), NONE)
     bodies = 6 * len(recorded.tracer.graph()[1].bodies)
     every = np.full((len(total), widest, bodies), np.nan, complex) if shapes else None
     for runs, values, moved in kept:
@@ -162,7 +162,7 @@ def _dataset(asked: Asked, model: Model, found: Sequence[tuple[Any, ...]]) -> "x
             parts.append(np.pad(x, padding, constant_values=fill))
         return np.stack(parts, axis=1)
 
-    values, dims = whole(0), ("run", "time", "mode")
+    values, dims = whole(0, NONE), ("run", "time", "mode")
     sizes = np.abs(values)
     limit = ROUNDING * np.nanmax(np.where(np.isnan(values), 0.0, sizes), axis=2)
     growing = np.nan_to_num(values.real, nan=-1.0) > limit[:, :, None]
@@ -176,7 +176,9 @@ def _dataset(asked: Asked, model: Model, found: Sequence[tuple[Any, ...]]) -> "x
         "angular_frequency": (dims, values.imag, {"units": "rad s-1", "long_name": "imaginary part"}),
         "frequency": (dims, frequency, {"units": "Hz"}),
         "damping_ratio": (dims, damping, {"units": "1", "long_name": "-real part / |eigenvalue|"}),
-        "stable": (dims[:2], np.where(there, ~growing.any(axis=2), False), {"long_name": "no mode grows"}),
+        "grows": (dims, growing, {"long_name": "whether the mode grows, beyond rounding"}),
+        "stable": (dims[:2], there & ~growing.any(axis=2), {"long_name": "no mode grows"}),
+        "status": (dims[:2], np.where(there, 0, 1).astype(np.int8), {"long_name": STATUS}),
         "frequency_quantiles": (("quantile", *dims[1:]), quantiles, {"units": "Hz"}),
     }
     coordinates: dict[str, Any] = {
@@ -194,7 +196,7 @@ def _dataset(asked: Asked, model: Model, found: Sequence[tuple[Any, ...]]) -> "x
         crossed = (place != place[:1]) & np.isfinite(values.real)
         variables["crossed"] = (dims, crossed, {"long_name": "stands elsewhere among the frequencies of its run"})
         coordinates |= {"body": [body.name for body in model.bodies], "axis": list("xyz"), "part": list(PARTS)}
-    return xr.Dataset(variables, coordinates, {"scenario": asked.scenario.to_toml(), "title": "vibration modes"})
+    return xr.Dataset(variables, coordinates, asked.attributes("vibration modes"))
 
 
 def _quantile(frequency: Array, q: float) -> Array:

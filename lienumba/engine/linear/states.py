@@ -14,6 +14,7 @@ from lienumba.batch.records import per_run
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.programs import batch_of, by_joints, compiled_of
+from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import state_rows
@@ -32,6 +33,7 @@ from lienumba.scenario.base.arguments import labels_of
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Prepared, check_initial, design, prepare
+from lienumba.store import provenance
 from lienumba.store.form import scenario_tables
 
 if TYPE_CHECKING:
@@ -91,7 +93,9 @@ class Asked:
             with reading(source) as (ds, where):
                 check_allowed(scenario_tables(ds, where), where, "a linearisation", allow_code)
                 scenario = resolve(scenario_tables(ds, where), overrides=overrides)
-                labels = labels_of(runs, ds["run"].values.tolist())
+                labels = ds["run"].values.tolist() if runs is None else list(runs)
+                for label in labels:
+                    check_run(ds, where, label)
                 own = ds.sel(run=labels)
                 samples = {str(n): x.values for n, x in own.coords.items() if x.attrs.get("role") == "input"}
         else:
@@ -101,6 +105,13 @@ class Asked:
         if scenario.plan is not None:
             raise ScenarioError("a study has no states of its own to be linearised; leave study out")
         return Asked(scenario, list(labels), samples, _times(at, scenario.data.integrator.end_time))
+
+    def attributes(self, what: str) -> dict[str, Any]:
+        """Of a dataset that is made of these."""
+        own = self.scenario
+        title = ": ".join(filter(None, [own.data.title, what]))
+        seed = own.data.sweep.seed
+        return dict(provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command()))
 
     def prepared(self) -> Prepared:
         """These runs at their start."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -65,10 +66,15 @@ class Recorded:
                 chosen[rank] = found.chosen
                 yield _system(own + first, found, {name: x[own] for name, x in seen.items()}, bodies[own])
 
+    @cached_property
+    def _solvable(self) -> Equations:
+        """What says the accelerations and multipliers."""
+        return self.equations.only(("a", "mu"))
+
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
         n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
-        still = self._at(self.equations.only(("a", "mu")), states, [0.0] * n, [0.0] * m)
+        still = self._at(self._solvable, states, [0.0] * n, [0.0] * m)
         M, C = -_dense(still, "along", "a", states), -_dense(still, "rows", "a", states)
         whole = np.zeros((len(M), n + m, n + m))
         whole[:, :n, :n], whole[:, n:, :n], whole[:, :n, n:] = M, C, C.transpose(0, 2, 1)

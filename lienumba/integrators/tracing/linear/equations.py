@@ -18,11 +18,12 @@ along the same velocities, so that M is symmetric; what a step of `JointChart.sl
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol
 
 from lienumba.compiler.derivatives import partials, replayed
 from lienumba.compiler.series import FUNCTIONS
-from lienumba.compiler.symbols import Graph, Symbol
+from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.model import Model
@@ -121,6 +122,14 @@ class Equations:
             used,
         )
 
+    @property
+    def _every(self) -> list[Any]:
+        return [*self.values, *self.entries.values()]
+
+    @cached_property
+    def _order(self) -> list[Symbol]:
+        return live(self._every)
+
     def only(self, columns: Sequence[str]) -> "Equations":
         """With these derivatives alone."""
         kept = [self.columns[name] for name in columns]
@@ -151,8 +160,7 @@ class Equations:
         inputs = inputs or [0.0] * len(self.columns[INPUTS])
         given = {STATE: state.__getitem__, CLOCK: lambda _: t, UNKNOWN: [*a, *mu].__getitem__}
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
-        every = [*self.values, *self.entries.values()]
-        found = replayed(every, lambda array, row: given[array](row), functions)
+        found = replayed(self._every, lambda array, row: given[array](row), functions, self._order)
         values, slopes = found[: len(self.values)], found[len(self.values) :]
         by_name = {name: [values[n] for n in part] for name, part in self.outputs.items()}
         return Linear(by_name, dict(zip(self.entries, slopes, strict=True)), self)

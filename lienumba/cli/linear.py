@@ -1,0 +1,89 @@
+"""Commands about what is near a state: modes."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lienumba.cli.options import OverwriteOption, QuietOption, RunsOption, SetOption
+from lienumba.present.terminal import console
+
+SourceArgument = Annotated[
+    Path, typer.Argument(metavar="SOURCE", help="A scenario (TOML), or a dataset (.nc).", show_default=False)
+]
+RotationOption = Annotated[
+    str,
+    typer.Option("--rotation", metavar="X,Y,Z", help="Relative to axes that turn at this rate in rad/s."),
+]
+CodeOption = Annotated[
+    bool, typer.Option("--allow-code", help="Run Python code that the source brings, or names outside its folder.")
+]
+
+
+def modes(
+    source: SourceArgument,
+    at: Annotated[
+        str, typer.Option("--at", metavar="TIMES", help='Times in s, such as 0,1.5,end ("end": of the runs).')
+    ] = "0",
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIGURE", help="A PNG, SVG or PDF file of them, replaced.", show_default=False),
+    ] = None,
+    rotation: RotationOption = "0,0,0",
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    allow_code: CodeOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Find the vibration modes of every run: frequencies, damping, shapes; which are unstable."""
+    with console.exit_codes():
+        from contextlib import ExitStack
+
+        from lienumba.analysis.mode_rows import mode_rows
+        from lienumba.engine.linear.modes import modes as found_modes
+        from lienumba.scenario.base.arguments import parse_assignments
+        from lienumba.store.outputs import write
+        from lienumba.store.targets import claimed_dataset
+
+        with ExitStack() as stack:
+            own = None
+            if output is not None:
+                own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
+            found = found_modes(
+                source, at=at.split(","), rotation=_three(rotation), runs=_labels(runs),
+                overrides=parse_assignments(settings or []), allow_code=allow_code,
+            )  # fmt: skip
+            if own is not None:
+                write(found, own)
+        if plot is not None:
+            from lienumba.figures.modes import save
+
+            save(found, plot)
+        if not quiet:
+            with console.unheard():
+                wide = console.wide_output(140)
+                for rows in mode_rows(found):
+                    wide.print(rows.table.on_terminal(rows.headline))
+                    for note in rows.notes:
+                        wide.print(note, markup=False)
+                for file in filter(None, (output, plot)):
+                    console.say(f"written to {file}")
+
+
+def _three(rotation: str) -> Any:
+    """What is given is checked where it is used."""
+    return rotation.split(",")
+
+
+def _labels(runs: str | None) -> Any:
+    """The labels of `--runs`."""
+    if runs is None:
+        return None
+    from lienumba.scenario.base.arguments import parse_ranges
+
+    return [label for part in parse_ranges(runs, "--runs") for label in part]
