@@ -49,7 +49,8 @@ def _main(
     pass
 
 
-for command in (run, merge, replay, modes, sample, validate, info, plot, animate, report, analyse, table, schema, doctor):
+COMPUTING, SHOWING = (run, merge, replay, modes, sample), (plot, animate, report, analyse, table)
+for command in (*COMPUTING, validate, info, *SHOWING, schema, doctor):
     app.command(cls=Command)(command)
 app.command("import", cls=Command)(import_)
 
