@@ -61,7 +61,7 @@ INSIDE = {  # the floors of rooms, lowest first
     "cli": [{"options"}, {"checking", "importing", "linear", "running", "showing"}],
     "analysis": [
         {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
-        {"sensitivities", "statistics", "studies"}, {"by_run", "panels"},
+        {"sensitivities", "statistics", "studies"}, {"by_run", "comparison", "panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lienumba.analysis.by_run import run_table as run_table
     from lienumba.analysis.changed import changes as changes
+    from lienumba.analysis.comparison import compare as compare
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
     from lienumba.analysis.statistics.covariance import covariance as covariance
     from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _MODULES = {  # of what needs xarray, which is imported when it is first asked for
     "changes": "lienumba.analysis.changed",
+    "compare": "lienumba.analysis.comparison",
     "covariance": "lienumba.analysis.statistics.covariance",
     "ellipsoid": "lienumba.analysis.statistics.covariance",
     "mean_interval": "lienumba.analysis.statistics.intervals",
@@ -37,6 +39,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
 }
 __all__ = [
     "changes",
+    "compare",
     "covariance",
     "ellipsoid",
     "mean_interval",

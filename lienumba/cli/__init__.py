@@ -1,5 +1,5 @@
-"""The command line: run, merge, replay, modes, sample, validate, info, plot, animate, report, analyse, table, import,
-schema, doctor.
+"""The command line: run, merge, replay, modes, sample, validate, info, plot, animate, report, analyse, compare, table,
+import, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 130 interrupted, resumable.
@@ -18,7 +18,7 @@ from lienumba.cli.importing import import_
 from lienumba.cli.linear import modes
 from lienumba.cli.options import Command, Group
 from lienumba.cli.running import merge, replay, run
-from lienumba.cli.showing import analyse, animate, plot, report, table
+from lienumba.cli.showing import analyse, animate, compare, plot, report, table
 
 app = typer.Typer(
     cls=Group,
@@ -49,7 +49,7 @@ def _main(
     pass
 
 
-COMPUTING, SHOWING = (run, merge, replay, modes, sample), (plot, animate, report, analyse, table)
+COMPUTING, SHOWING = (run, merge, replay, modes, sample), (plot, animate, report, analyse, compare, table)
 for command in (*COMPUTING, validate, info, *SHOWING, schema, doctor):
     app.command(cls=Command)(command)
 app.command("import", cls=Command)(import_)

@@ -1,4 +1,4 @@
-"""Commands that show a dataset: plot, animate, report, analyse, table."""
+"""Commands that show a dataset: plot, animate, report, analyse, compare, table."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -159,6 +159,50 @@ def analyse(
                 sensitivity_file.save(found, own)
         with console.unheard():
             print_sensitivity(found)
+            if output is not None:
+                console.say(f"written to {output}")
+
+
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="FIRST", help="A dataset of a sweep (.nc).", show_default=False)],
+    second: Annotated[Path, typer.Argument(metavar="SECOND", help="Another, of another design.", show_default=False)],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[OUTPUT]...",
+            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
+            show_default=False,
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
+    ] = None,
+) -> None:
+    """Say what two sweeps differ in, run by run: what the scenarios differ in, and the outputs of equal samples."""
+    with console.exit_codes():
+        from lienumba.analysis.comparison import compare
+        from lienumba.analysis.sensitivities import sensitivity_file
+        from lienumba.present.terminal.comparison import print_comparison
+        from lienumba.store.files import reading
+        from lienumba.store.targets import CHOOSE, claimed
+
+        with ExitStack() as stack:
+            if output is not None:
+                claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
+                own = stack.enter_context(claim)
+            with reading(first) as (one, _), reading(second) as (other, _):
+                found = compare(one, other, outputs or (), time)
+            if output is not None:
+                sensitivity_file.save(found, own)
+        with console.unheard():
+            print_comparison(found, str(first), str(second))
             if output is not None:
                 console.say(f"written to {output}")
 

@@ -1,0 +1,185 @@
+"""Two sweeps run by run: what the one design does that the other does not.
+
+Runs with the same label are pairs. With the same seed and sampler they have the same samples, so that what both designs
+share falls out of the difference: of pairs with a correlation r its variance is 1 - r of that of independent runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from lienumba.analysis.sensitivities import outputs
+from lienumba.analysis.sensitivities.outputs import FAILED, Output
+from lienumba.errors import ScenarioError
+from lienumba.store.form import scenario_tables
+from lienumba.store.study_layout import is_study
+from lienumba.sweep.confidence import half_width, proportion
+from lienumba.words import listed, plural, show
+
+CONFIDENCE = 0.95
+FEWEST = 2  # pairs, which give the first interval
+MOST_CHANGES = 20  # of the scenario that are told
+NAMED = {  # what the columns are; in the unit of the output where "" stands
+    "mean_a": ("", "mean of the first over the pairs"),
+    "mean_b": ("", "mean of the second over the pairs"),
+    "difference": ("", "mean of second minus first"),
+    "difference_low": ("", "lower end of the 95 % confidence interval of the difference"),
+    "difference_high": ("", "upper end of the 95 % confidence interval of the difference"),
+    "larger": ("1", "part of the pairs in which the second is larger"),
+    "correlation": ("1", "correlation of both over the pairs"),
+    "pairs": ("1", "runs that are good and have a value in both"),
+}
+
+
+def compare(
+    first: xr.Dataset, second: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None
+) -> xr.Dataset:
+    """Paired differences of two sweeps, over the runs that both have.
+
+    Parameters
+    ----------
+    first, second : xarray.Dataset
+        What `lienumba.run` returned of two designs, best with the same seed and sampler.
+    output : str or sequence of str
+        Names such as `tip` or `position.top.z`, or `failed`; those that say most in both if omitted.
+    time : float, optional
+        A stored time in s at which series are read; the last if omitted.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimension `output`: `mean_a`, `mean_b`, their `difference` from `difference_low` to `difference_high`
+        (Student's t of the pairs; of `failed` Clopper's and Pearson's bounds for either kind of pair that differs,
+        which hold at least 95 %), `larger`, `correlation`, `pairs`. The attribute `changes` says what the scenarios
+        differ in, `notes` what to beware of.
+
+    Raises
+    ------
+    ScenarioError
+        Where they have no runs or outputs in common.
+    """
+    for ds in (first, second):
+        if is_study(ds):
+            raise ScenarioError("a study compares settings already; give two datasets of sweeps")
+    one, other = _paired(first, second)
+    sampled = one["run"].values >= 0
+    names = [output] if isinstance(output, str) else list(output)
+    chosen = names or [name for name in outputs.default_outputs(one) if name in set(outputs.default_outputs(other))]
+    if not names:
+        chosen = [*chosen, FAILED] if (one["status"].values != other["status"].values).any() else chosen
+        if not chosen:
+            raise ScenarioError("the datasets have no output in common; name one that both have, such as position")
+    found = [list(_read(ds, which, chosen, time, sampled)) for ds, which in ((one, "first"), (other, "second"))]
+    in_both = {x.name for x in found[1]}
+    pairs = [(a, next(b for b in found[1] if b.name == a.name)) for a in found[0] if a.name in in_both]
+    rows = [_difference(a, b) for a, b in pairs]
+    data = {
+        name: ("output", np.array([row[name] for row in rows]), {"units": unit or "of the output", "long_name": text})
+        for name, (unit, text) in NAMED.items()
+    }
+    coordinates = {"output": [a.name for a, _ in pairs], "output_units": ("output", [a.units for a, _ in pairs])}
+    attributes = {
+        "titles": "\n".join(str(ds.attrs.get("title", "")) for ds in (first, second)),
+        "runs": int(sampled.sum()),
+        "changes": "\n".join(_changes(first, second)),
+        "notes": "\n".join(_notes(first, second, one, other)),
+    }
+    return xr.Dataset(data, coordinates, attributes)
+
+
+def _read(
+    ds: xr.Dataset, which: str, names: Sequence[str], time: float | None, sampled: np.ndarray
+) -> Iterator[Output]:
+    try:
+        yield from outputs.read(ds, names, time, sampled)
+    except ScenarioError as error:
+        raise ScenarioError(str(error).replace("the dataset", f"the {which} dataset", 1)) from error
+
+
+def _paired(first: xr.Dataset, second: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    """Both with the runs that both have, in the same order."""
+    labels = np.intersect1d(first["run"].values, second["run"].values)
+    if (labels >= 0).sum() < FEWEST:
+        raise ScenarioError(
+            f"the datasets have {plural(int((labels >= 0).sum()), 'run', 'runs')} in common, and a comparison takes "
+            f"at least {FEWEST}; runs are paired by their labels"
+        )
+    one, other = (ds.sel(run=labels) for ds in (first, second))
+    return one, other
+
+
+def _difference(first: Output, second: Output) -> dict[str, float]:
+    """One row of what is found."""
+    both = np.isfinite(first.values) & np.isfinite(second.values)
+    a, b = first.values[both], second.values[both]
+    n = len(a)
+    if n < FEWEST:
+        return dict.fromkeys(NAMED, np.nan) | {"pairs": n}
+    d = b - a
+    change = float(d.mean())
+    if first.name == FAILED:
+        low, high = _proportions(int((d < 0).sum()), int((d > 0).sum()), n)
+    else:
+        half = float(half_width(d.std(ddof=1), n, CONFIDENCE))
+        low, high = change - half, change + half
+    spread = a.std() * b.std()
+    correlation = float(((a - a.mean()) * (b - b.mean())).mean() / spread) if spread else np.nan
+    return {
+        "mean_a": float(a.mean()), "mean_b": float(b.mean()), "difference": change, "difference_low": low,
+        "difference_high": high, "larger": float((d > 0).mean()), "correlation": correlation, "pairs": n,
+    }  # fmt: skip
+
+
+def _proportions(less: int, more: int, n: int) -> tuple[float, float]:
+    """Bounds for the difference of two proportions from n pairs, of which so many are true in the first alone, and in
+    the second alone: each of both is bounded with half of what is left of the confidence (Bonferroni)."""
+    confidence = 0.5 + 0.5 * CONFIDENCE
+    ends = [proportion(count, n, confidence) for count in (less, more)]
+    return float(ends[1][0] - ends[0][1]), float(ends[1][1] - ends[0][0])
+
+
+def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:
+    runs = one.sizes["run"]
+    for ds, which in ((first, "first"), (second, "second")):
+        if ds.sizes["run"] > runs:
+            yield f"{ds.sizes['run'] - runs:,} runs of the {which} have no partner, and do not count"
+    inputs = [
+        {str(name): x.values for name, x in ds.coords.items() if x.attrs.get("role") == "input"} for ds in (one, other)
+    ]
+    shared = [name for name in inputs[0] if name in inputs[1]]
+    unlike = [name for name in shared if not np.array_equal(inputs[0][name], inputs[1][name])]
+    if shared and len(unlike) == len(shared):
+        yield "no input has the same samples in both: the intervals hold, but are as wide as those of unrelated runs"
+    elif unlike:
+        yield f"the samples of {listed(unlike[:6])} differ between both" + (", and of others" if unlike[6:] else "")
+    for which, own, others in (("first", inputs[0], inputs[1]), ("second", inputs[1], inputs[0])):
+        varied = sorted(set(own) - set(others))
+        if varied:
+            yield f"varied in the {which} alone: {', '.join(varied[:6])}" + (", ..." if varied[6:] else "")
+
+
+def _changes(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
+    """What the scenarios differ in, path by path."""
+    one, other = (dict(_leaves(scenario_tables(ds, "the dataset"), "")) for ds in (first, second))
+    paths = [path for path in dict.fromkeys([*one, *other]) if path != "title" and one.get(path) != other.get(path)]
+    for path in paths[:MOST_CHANGES]:
+        before, after = (show(values[path]) if path in values else "not given" for values in (one, other))
+        yield f"{path}: {before}, then {after}"
+    if paths[MOST_CHANGES:]:
+        yield f"and {len(paths) - MOST_CHANGES} more"
+
+
+def _leaves(tables: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """The values of a scenario by their paths; elements of lists by their names, where they have some."""
+    if isinstance(tables, dict) and tables:
+        for key, value in tables.items():
+            yield from _leaves(value, f"{path}.{key}" if path else str(key))
+    elif isinstance(tables, list) and tables and all(isinstance(x, dict) and "name" in x for x in tables):
+        for element in tables:
+            yield from _leaves({k: x for k, x in element.items() if k != "name"}, f"{path}.{element['name']}")
+    else:
+        yield path, tables
