@@ -34,8 +34,12 @@ CLOCK = TOLERANCE + TOLERANCES
 # run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
 # of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes;
 # GAINED: the energy (J) that comes of numbers that are set, and of bodies that are moved to close a joint.
+# Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
+# from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
+# of an open gap; NEAR: whether that is at the end of the step, which was cut for it.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, LANES = range(9, 23)
+FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED = range(9, 22)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, LANES = range(22, 31)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many

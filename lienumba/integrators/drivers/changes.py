@@ -12,7 +12,8 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import complementarity, reactions, stages
-from lienumba.integrators.drivers.events import SLIGHT, TOUCH, note
+from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows

@@ -114,6 +114,28 @@ def _hold(p: Problem, first: int, rows: int) -> None:
 
 
 @apart
+def _hold_all(p: Problem) -> bool:
+    """All rows that hold to rate 0 at once, where there is no other law; whether that is so."""
+    n = 0
+    for s in range(p.law.size):
+        if p.law[s] != FREE and p.law[s] != HOLDS:
+            return False
+    for s in range(p.law.size):
+        for i in range(p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS]):
+            if p.law[s] == HOLDS:
+                p.best[n] = float(i)
+                n += 1
+    for i in range(n):
+        for j in range(n):
+            p.matrix[i, j] = p.S[int(p.best[i]), int(p.best[j])]
+        p.matrix[i, n] = -p.rates[int(p.best[i])]
+    eliminate(p.matrix, n, p.step)
+    for i in range(n):
+        _push(p, int(p.best[i]), p.step[i])
+    return True
+
+
+@apart
 def _rub(p: Problem, first: int, tangents: int, most: float) -> None:
     """Tangents to rate 0, or onto the edge of the disk of radius `most`, against their rates: (S + k) x = g, k >= 0."""
     a, b, c = p.S[first, first], 0.0, 1.0
@@ -300,9 +322,10 @@ def solve(p: Problem) -> int:
     """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found."""
     for _ in range(ROUNDS):
         update_rates(p)
-        for _ in range(SWEEPS):
-            if not _sweep(p):
-                return PARADOX
+        if not _hold_all(p):
+            for _ in range(SWEEPS):
+                if not _sweep(p):
+                    return PARADOX
         least = _newton(p)
         update_rates(p)
         _clean(p)

@@ -1,8 +1,4 @@
-"""Events: conditions that become true, located on the continuous extension of the open step.
-
-Where the mechanism changes, what the step was computed with is as good as the method at its ends alone: a step that has
-a change inside is tried again, to end on it. A series is as good everywhere.
-"""
+"""Events: which conditions have become true in the open step, and what that means for it."""
 
 import numpy as np
 
@@ -11,16 +7,19 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, search
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
+    BILATERAL,
     BUSY,
     CHANGED,
     CUT,
     FRESH,
+    JUMP,
     LOCKS,
+    NEAR,
     OFF,
     ONCE,
     OPENS,
@@ -42,81 +41,8 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 from lienumba.numerics.operations import absolute, maximum
 
-FINEST = 2.0**-52  # a fraction of a step is known to the last bit
-LONGEST_SEARCH = 200  # of tries
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
-TOUCH = 1e-9  # of the length of a contact: where its gap is at most so wide it touches
-EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
-ROUGH = 2.0**-13  # of a step: how exactly it is known where a step is cut, on whose end all is located again
-FLAT = 0.0625  # a secant that goes less far tells nothing
-
-
-@inlined
-def _margin(kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, fraction: Lanes) -> Lanes:
-    """A condition at a fraction of the open step."""
-    store(at.clock, layout.TIME, t)
-    between(kernels, at, fraction)
-    store(at.clock, layout.TIME, t + fraction * length)
-    call(kernels[layout.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
-    return load(at.following, event)
-
-
-@apart
-def locate(
-    kernels: np.ndarray, at: Workspace, event: int, t: Lanes, length: Lanes, end: Lanes, before: Lanes, after: Lanes,
-    lanes: Mask, rough: bool,
-) -> Lanes:  # fmt: skip
-    """The fraction of the open step at which a condition is true, directly behind one at which it is not, in these
-    lanes, as exactly as times are different numbers; before, after: what it is at the start and at the fraction `end`;
-    rough: within `ROUGH` will do where it is not near an end of the step. By Chandrupatla's method, from a secant on:
-    inverse quadratic interpolation where three values allow it, else halves. Where the root stays on one side, it is
-    felt for in steps that double: near it a condition is rounding, of which no interpolation makes sense."""
-    low, high, f_low, f_high = splat(0.0), end, before, after
-    third, f_third = splat(0.0), before  # the end that was replaced last
-    newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
-    part = choose(part > FLAT, part, 0.5)
-    finest = FINEST * maximum(splat(1.0), (t + length) / length)
-    least, reach, left = finest, finest, lanes
-    for _ in range(LONGEST_SEARCH):
-        if not any_lane(left):
-            break
-        lower = newest_low == 1.0
-        a, b = choose(lower, low, high), choose(lower, high, low)
-        x = a + part * (b - a)
-        f = _margin(kernels, at, event, t, length, x)
-        true = f > 0.0
-        replaced, f_replaced = choose(true, high, low), choose(true, f_high, f_low)
-        third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
-        high, f_high = choose(left & true, x, high), choose(left & true, f, f_high)
-        low, f_low = choose(true, low, choose(left, x, low)), choose(true, f_low, choose(left, f, f_low))
-        newest = choose(true, splat(0.0), splat(1.0))
-        if rough:
-            least = choose((x > 2.0 * EDGE) & (x < 1.0 - 2.0 * EDGE), maximum(finest, splat(ROUGH)), finest)
-        reach = choose(newest == newest_low, maximum(2.0 * reach, least), least)
-        newest_low = choose(left, newest, newest_low)
-        left = left & (high - low > least)
-        part = choose(left, _part(low, f_low, high, f_high, third, f_third, newest_low == 1.0, reach), part)
-    store(at.clock, layout.TIME, t)
-    return high
-
-
-@inlined
-def _part(
-    low: Lanes, f_low: Lanes, high: Lanes, f_high: Lanes, third: Lanes, f_third: Lanes, lower: Mask, reach: Lanes
-) -> Lanes:  # fmt: skip
-    """Where to look next, as a part of the way from the newest end of the bracket to the other; reach: how far away
-    from both at least."""
-    a, f_a = choose(lower, low, high), choose(lower, f_low, f_high)
-    b, f_b = choose(lower, high, low), choose(lower, f_high, f_low)
-    across, place = (a - b) / (third - b), (f_a - f_b) / (f_third - f_b)
-    smooth = (place * place < across) & ((1.0 - place) * (1.0 - place) < 1.0 - across)
-    towards = f_a / (f_b - f_a) * (f_third / (f_b - f_third))
-    towards = towards + (third - a) / (b - a) * (f_a / (f_third - f_a)) * (f_b / (f_third - f_b))
-    part = choose(smooth, towards, 0.5)
-    nearest = reach / (high - low)  # so that the other end comes near, too
-    nearest = choose(nearest < 0.5, nearest, 0.5)
-    part = choose(part > nearest, part, nearest)
-    return choose(part < 1.0 - nearest, part, 1.0 - nearest)
+BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
 
 @apart
@@ -129,15 +55,6 @@ def note(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Que
             if runs.event_counts[block, event, place] == 0.0:
                 runs.event_times[block, event, place] = time
             runs.event_counts[block, event, place] += 1.0
-
-
-@apart
-def keep_state(first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, event: int, source: int) -> None:
-    """Keep the state at an event that is the first of its kind, where they are wanted."""
-    block, place = queue.block[lane], queue.lane[lane]
-    if event < runs.event_states.shape[1] and runs.event_counts[block, event, place] == 0.0:
-        for row in range(runs.event_states.shape[2]):
-            runs.event_states[block, event, row, place] = rows[source + row, lane]
 
 
 @inlined
@@ -195,35 +112,6 @@ def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Qu
         rows[first.lanes + PICKED, lane] = 1.0 if useful else 0.0
 
 
-@apart
-def _find(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, turned: Mask
-) -> None:  # fmt: skip
-    """When a condition becomes true in these lanes, to its time. Of an open gap that begins to grow it is looked for
-    the time at which it closed before, if it did, by more than what touches."""
-    count = layout.conditions(sizes)
-    new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
-    before, after = load(at.conditions, n), load(new, n)
-    before = choose(before < 0.0, before, -after)  # at 0, where something has just closed or opened
-    switch = (n - sizes.events) // layout.CONDITIONS
-    second = n >= sizes.events and (n - sizes.events) % layout.CONDITIONS == SLIDES
-    dipping = second and plan.switches[switch, SWITCH_KIND] == UNILATERAL
-    acts = n >= sizes.events or (plan.acts[n, ACTION] != RECORDS and plan.stops[n] == 0)
-    rough = acts and not dipping and kernels[layout.EXPAND] == 0
-    fraction = locate(kernels, at, n, t, length, splat(1.0), before, after, turned, rough)
-    if dipping:
-        gap, on = n - SLIDES + OPENS, load(at.state, layout.on_row(sizes) + switch)
-        deep = _margin(kernels, at, gap, t, length, fraction)
-        dips = turned & (on == float(OFF)) & (deep > TOUCH) & (load(times, gap) == NEVER)
-        turned = turned & (on != float(OFF))
-        if any_lane(dips):
-            part = locate(kernels, at, gap, t, length, fraction, -deep, deep, dips, False)
-            store(times, gap, choose(dips, t + part * length, load(times, gap)))
-        store(at.clock, layout.TIME, t)
-    time = choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
-    store(times, n, choose(turned, time, load(times, n)))
-
-
 @inlined
 def _closed(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Mask:
     """Where a condition is about the forces of a contact that is closed, and sticks if it is about its friction."""
@@ -234,46 +122,69 @@ def _closed(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Mask:
 
 
 @apart
-def find_events(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
-) -> Lanes:  # fmt: skip
-    """What happens within the step in the lanes `good`; returns the time at which it is left, because an event stops
-    the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
-    step is to be tried again, to end on a change, the time of that is its CUT, and -1 is returned."""
-    count, extended, happened = layout.conditions(sizes), False, splat(0.0)
+def _see(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
+    plan: Plan, end: float, good: Mask,
+) -> None:  # fmt: skip
+    """The conditions at the end of the open step, and of each whether its time is SOUGHT, is that of the end or is
+    NEVER, in the lanes `good`. What becomes true as the time passes the end of a step that ends on a discontinuity is
+    true at the end."""
+    count = layout.conditions(sizes)
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
-    store(at.lanes, CHANGED, splat(0.0))
-    store(at.clock, layout.TIME, load(at.lanes, UNTIL))
+    until, noise = load(at.lanes, UNTIL), splat(0.0)
+    store(at.clock, layout.TIME, until)
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
-    noise = splat(0.0)
+    jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
+    if any_lane(jumps):
+        store(at.clock, layout.TIME, until * BEHIND)
+        call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
     for s in range(sizes.switches):
         noise = maximum(noise, SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS)))
     for n in range(count):
+        if n >= sizes.events and plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == BILATERAL:
+            store(times, n, splat(NEVER))
+            continue
         least = choose(noise > 0.0, noise, 0.0) if n >= sizes.events else splat(0.0)
         turned = good & (load(new, n) > least) & (choose(load(at.conditions, n) > least, 1.0, 0.0) == 0.0)
-        store(times, n, splat(NEVER))
-        if n < sizes.events and plan.acts[n, ACTION] != RECORDS and any_lane(turned):
-            _acts(sizes, first, rows, runs, queue, plan, n)
-            turned = turned & (load(at.lanes, PICKED) != 0.0)
-        if any_lane(turned):
-            if not extended:
-                stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
-                extended = True
-            _find(kernels, sizes, at, plan, n, t, length, turned)
-            happened = choose(turned, splat(1.0), happened)
-            if n < runs.event_states.shape[1]:
-                between(kernels, at, (load(times, n) - t) / length)
-                ends = turned & (load(times, n) == load(at.lanes, UNTIL))
-                stages.commit(ends, at.now, at.new, layout.state_rows(sizes))
-                store(at.lanes, PICKED, choose(turned, splat(1.0), splat(0.0)))
-                for lane in range(W):
-                    if rows[first.lanes + PICKED, lane] != 0.0:
-                        keep_state(first, rows, runs, queue, lane, n, first.now)
+        time = choose(turned, splat(SOUGHT), splat(NEVER))
         if n >= sizes.events:  # forces of redundant contacts do not tell: look again
-            doubtful = good & _closed(sizes, at, plan, n) & (load(new, n) > least) & (load(times, n) == NEVER)
-            store(times, n, choose(doubtful, load(at.lanes, UNTIL), load(times, n)))
-            happened = choose(doubtful, splat(1.0), happened)
+            doubtful = good & _closed(sizes, at, plan, n) & (load(new, n) > least)
+            time = choose(doubtful & (time == NEVER), until, time)
+        elif any_lane(jumps):
+            behind = load(at.following, n)
+            passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0) & (behind > 0.0)
+            time = choose(passed, until, time)
+            store(new, n, choose(passed, behind, load(new, n)))
+        if n < sizes.events and plan.acts[n, ACTION] != RECORDS and any_lane(time < NEVER):
+            _acts(sizes, first, rows, runs, queue, plan, n)
+            time = choose(load(at.lanes, PICKED) != 0.0, time, splat(NEVER))
+        store(times, n, time)
+        if n < runs.event_states.shape[1] and any_lane(time == until):
+            store(at.lanes, PICKED, choose(time == until, splat(1.0), splat(0.0)))
+            for lane in range(W):
+                if rows[first.lanes + PICKED, lane] != 0.0:
+                    keep_state(first, rows, runs, queue, lane, n, first.new)
+
+
+@apart
+def find_events(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
+    queue: Queue, plan: Plan, end: float, good: Mask, t: Lanes, length: Lanes,
+) -> Lanes:  # fmt: skip
+    """What happens within the step in the lanes `good`; returns the time at which it is left, because an event stops
+    the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
+    step is to be tried again, to end directly behind a change, the time of that is its CUT, and -1 is returned."""
+    count, happened, sought = layout.conditions(sizes), splat(0.0), splat(0.0)
+    times = at.conditions + ROW * 2 * count
+    store(at.lanes, CHANGED, splat(0.0))
+    store(at.lanes, NEAR, splat(0.0))
+    _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
+    for n in range(count):
+        happened = choose(load(times, n) < NEVER, splat(1.0), happened)
+        sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
+    store(at.clock, layout.TIME, t)
+    if any_lane(sought != 0.0):
+        search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
     for lane in range(W):
@@ -283,17 +194,17 @@ def find_events(
             step = rows[first.clock + layout.LENGTH, lane]
             part = (change - rows[first.clock + layout.TIME, lane]) / step
             inside = not exact and EDGE < part < 1.0 - EDGE
-            if change - (ROUGH * step if inside else 0.0) >= stop:
+            if change - (LATER * step if inside else 0.0) >= stop:
                 change, inside = NEVER, False
             leaves = min(stop, change)
             if inside:
-                rows[first.lanes + CUT, lane], leaves = change, -1.0
+                rows[first.lanes + CUT, lane], leaves = change + LATER * step, -1.0
             else:
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
     left = load(at.lanes, PICKED)
-    stages.commit(good & (left >= 0.0), at.conditions, new, count)
+    stages.commit(good & (left >= 0.0), at.conditions, at.conditions + ROW * count, count)
     return left
 
 

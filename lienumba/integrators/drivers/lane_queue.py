@@ -153,6 +153,15 @@ def keep(
 
 
 @apart
+def keep_state(first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, event: int, source: int) -> None:
+    """Keep the state at an event that is the first of its kind, where they are wanted."""
+    block, place = queue.block[lane], queue.lane[lane]
+    if event < runs.event_states.shape[1] and runs.event_counts[block, event, place] == 0.0:
+        for row in range(runs.event_states.shape[2]):
+            runs.event_states[block, event, row, place] = rows[source + row, lane]
+
+
+@apart
 def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue) -> bool:
     """Whether a lane has come to a discontinuity; then it goes for the next one."""
     own, block, place = first.lanes, queue.block[lane], queue.lane[lane]

@@ -21,7 +21,7 @@ from lienumba.integrators.drivers.complementarity import (
     size,
     solve,
 )
-from lienumba.integrators.drivers.events import TOUCH
+from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     BILATERAL,
@@ -309,13 +309,17 @@ def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: 
 @apart
 def _take(r: Reactions, phase: float) -> None:
     """Take rows of this phase as long as they are independent of those that are taken."""
-    p, q = r.problem, r.taken.size
+    p, q, some = r.problem, r.taken.size, False
+    for i in range(q):
+        some = some or r.wanted[i] == phase
+    if not some:
+        return
     for i in range(q):
         for j in range(q):
             p.matrix[i, j] = p.S[i, j]
     for i in range(q):
         if r.taken[i] != 0.0:
-            _remove(p, i)
+            _remove(r, i)
     while True:
         best = -1
         for i in range(q):
@@ -326,15 +330,16 @@ def _take(r: Reactions, phase: float) -> None:
         if best < 0:
             return
         r.taken[best] = 1.0
-        _remove(p, best)
+        _remove(r, best)
 
 
 @inlined
-def _remove(p: Problem, row: int) -> None:
-    """What a row leaves of the others."""
+def _remove(r: Reactions, row: int) -> None:
+    """What a row leaves of the others that are wanted."""
+    p = r.problem
     pivot = p.matrix[row, row]
     for i in range(p.free.size):
-        if i != row:
+        if i != row and r.wanted[i] >= 0.0:
             factor = p.matrix[i, row] / pivot
             for j in range(p.free.size):
                 p.matrix[i, j] -= factor * p.matrix[row, j]

@@ -206,6 +206,16 @@ def stage(
     return rotation
 
 
+@inlined
+def end_slope(kernels: np.ndarray, sizes: Sizes, at: Workspace, until: Lanes) -> None:
+    """The slope at the end of an open step, about its start."""
+    if kernels[layout.CLOSE] == 0:
+        store(at.clock, layout.TIME, until)
+        last = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1)
+        call(kernels[layout.FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
+    call(kernels[layout.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+
+
 @apart
 def extend(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, until: Lanes
@@ -214,14 +224,33 @@ def extend(
     series says it all."""
     if kernels[layout.EXPAND] != 0:
         return
-    if kernels[layout.CLOSE] == 0:
-        store(at.clock, layout.TIME, until)
-        last = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1)
-        call(kernels[layout.FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
-    call(kernels[layout.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+    end_slope(kernels, sizes, at, until)
     for s in range(sizes.stages + 1, sizes.slopes - 1):
         stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
     store(at.clock, layout.TIME, t)
+
+
+@apart
+def extend_at_end(sizes: Sizes, nodes: np.ndarray, at: Workspace, lanes: Mask) -> None:
+    """Behind `end_slope`: what will do for the continuous extension next to the end of the step in these lanes. What
+    only the extension needs has the weight (1 - fraction)^2 there: a straight line between the ends is enough."""
+    last = layout.report_row(sizes, sizes.slopes - 1)
+    for s in range(sizes.stages + 1, sizes.slopes - 1):
+        for i in range(sizes.elements):
+            first, end = layout.slope_row(sizes, i, 0), layout.slope_row(sizes, i, sizes.stages)
+            for n in range(sizes.coordinates):
+                _between(at.slopes, lanes, nodes[s], first + n, end + n, layout.slope_row(sizes, i, s) + n)
+        for n in range(layout.REPORTS):
+            _between(
+                at.slopes, lanes, nodes[s], layout.report_row(sizes, 0) + n, last + n, layout.report_row(sizes, s) + n
+            )
+
+
+@inlined
+def _between(slopes: Address, lanes: Mask, node: float, first: int, end: int, row: int) -> None:
+    """On the straight line from one row to another."""
+    a = load(slopes, first)
+    store(slopes, row, choose(lanes, a + node * (load(slopes, end) - a), load(slopes, row)))
 
 
 @apart

@@ -13,7 +13,8 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.changes import change
-from lienumba.integrators.drivers.dense_output import between, keep_between, keep_ends, observe
+from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe
+from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events
 from lienumba.integrators.drivers.lane_queue import (
     END,
@@ -236,7 +237,7 @@ def drive(
             store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))
             reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace)
         if layout.conditions(sizes) > 0:
-            left = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+            left = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, plan, pace[END], good, t, length)
             good = good & (left >= 0.0)
             until = choose(left < until, left, until)
         if pace[STEP] == 0.0:
@@ -250,7 +251,7 @@ def drive(
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
         if any_lane(good & (left < end)):
-            between(kernels, at, (left - t) / length)
+            read_off(kernels, sizes, nodes, at, t, length, left)
         _move(kernels, sizes, at, good, left, table, pace)
         leave(sizes, at, left, good)
         reached = good & (load(lanes, T) == load(lanes, JUMP))

@@ -255,6 +255,11 @@ class Event:
     closing: Number | None = None
 
     @property
+    def acts(self) -> bool:
+        """Whether the mechanism changes."""
+        return self.joint >= 0 or bool(self.locks or self.values)
+
+    @property
     def numbers(self) -> tuple[Timed, ...]:
         """What its action reads where it happens."""
         return tuple(x for _, x in self.values) + (() if self.closing is None else (self.closing,))

@@ -35,8 +35,8 @@ class Discontinuity:
 
 
 def discontinuities(model: Model, end: float) -> list[Discontinuity]:
-    """The points of tables whose argument is a straight line in t, the times at which such lines are compared, and the
-    samples of laws, of runs to this end."""
+    """The points of tables whose argument is a straight line in t, the times at which such lines are compared, by
+    laws and by events that act, and the samples of laws, of runs to this end."""
     found = []
     for formula, numbers, state in _formulas(model):
         lines = [(line, numbers[name].knots) for name, line in formula.table_calls()]
@@ -54,6 +54,7 @@ def discontinuities(model: Model, end: float) -> list[Discontinuity]:
 def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:
     """Every formula that varies in time, its numbers and tables, and the names in it that are no numbers."""
     timed: list[Any] = [*model.gravity, *(q.value for q in model.quantities)]
+    timed += [event.when for event in model.events if event.acts]
     for driver in model.drivers:
         timed += driver.value
     for numbers in (*(force.numbers for force in model.forces), *(q.numbers for q in model.quantities)):
