@@ -258,8 +258,8 @@ def search(
             found = choose(straight, guess - miss / slope, found)
             picked = picked & (choose(straight, 1.0, 0.0) == 0.0)
         if any_lane(picked):
-            far = _locate(kernels, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough)
-            found = choose(picked, far, found)
+            place = _locate(kernels, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough)
+            found = choose(picked, place, found)
         store(at.lanes, FOUND, choose(found == 1.0, load(at.lanes, UNTIL), t + found * length))
         kept = False
         for lane in range(W):
