@@ -72,7 +72,7 @@ def entry(text: str) -> str:
 
 
 def _key(text: str) -> str:
-    return "\0".join((text, *cpu()))
+    return "\0".join((text, *cpu(), str(LEVEL)))
 
 
 def emit(text: str, name: str, features: str, passes: int = 0) -> bytes:

@@ -87,6 +87,12 @@ class Graph:
         """All operations and their order, as a key."""
         return tuple(self._memo)
 
+    def close(self) -> None:
+        """Nothing more is recorded or looked for: operations go when nobody holds them, without the collector, which
+        would have to walk through all of them."""
+        self._memo.clear()
+        self.nodes.clear()
+
 
 class Symbol:
     """One value of a graph. `invariant`: depends on parameters alone."""

@@ -1,7 +1,9 @@
-"""Run by test_cpus.py in processes of their own, with names of sweeps: hashes of every variable's bits, as JSON."""
+"""Run by test_cpus.py in processes of their own, with names of sweeps: hashes of every variable's bits, as JSON.
+LEVEL in the environment: of code generation."""
 
 import hashlib
 import json
+import os
 import struct
 import sys
 from pathlib import Path
@@ -32,6 +34,7 @@ def main(names: list[str]) -> None:
     from lienumba.compiler import native
     from tests.rigs import sweeps
 
+    native.LEVEL = int(os.environ.get("LEVEL", native.LEVEL))
     every = sweeps.SWEEPS | {"paced": sweeps.paced}
     found = {name: hashes(sweeps.run(every[name](runs=12))) for name in names if name in every}
     if "rotations" in names:

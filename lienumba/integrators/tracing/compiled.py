@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from lienumba.compiler import emit, segments
 from lienumba.compiler.memo import Memo, UnknownError, content
+from lienumba.compiler.symbols import uncollected
 from lienumba.integrators.tracing import law_keys, machine, program, step_kernels, stored
 from lienumba.integrators.tracing.machine import Machine
 from lienumba.integrators.tracing.program import Method, Outline
@@ -35,9 +36,10 @@ def compiled(
         found = None if key is None else stored.find(key)
         if found is None:
             begin()
-            made = program.build(model, method, selection, fixed)
-            code = machine.compile_kernels(made)
-            found = made.outline(), code
+            with uncollected():
+                made = program.build(model, method, selection, fixed)
+                found = made.outline(), machine.compile_kernels(made)
+                del made
             if key is not None:
                 stored.keep(key, *found)
         outline, code = found

@@ -116,6 +116,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     for name, kernel in kernels.items():
         kernels[name] = kernel.hoisted_from(rows)
         rows += len(kernel.hoisted)
+    tracer.close()
     seen = sum(count for _, count in observed.values())
     return Program(
         tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1), series=series), tracer.augmented,

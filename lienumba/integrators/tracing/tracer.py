@@ -153,6 +153,7 @@ class Tracer:
 
     def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
         self.template = template
+        self.graphs: list[Graph] = []
         graph, model = self.graph()
         self.whole = kkt.Structure.of(permanent(model), selection.rows, (), selection.singular)
         self.tableau = METHODS[method.tableau]
@@ -244,7 +245,14 @@ class Tracer:
         return bool(switches or model.held) or not is_zero(dynamics.power(model, now, mu))
 
     def graph(self, graph: Graph | None = None) -> tuple[Graph, Model]:
-        return symbolic(self.template, graph)
+        graph, model = symbolic(self.template, graph)
+        self.graphs.append(graph)
+        return graph, model
+
+    def close(self) -> None:
+        """Every kernel is traced."""
+        for graph in self.graphs:
+            graph.close()
 
     def kernel(self, name: str, outputs: Iterable[Number], rows: Sequence[int] | None = None) -> Kernel:
         """A kernel that puts its outputs into these rows, by default one after the other. Where its

@@ -1,6 +1,7 @@
 """The memo of programs: what has the same structure is compiled once, and what differs never shares a program."""
 
 import copy
+import gc
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +15,7 @@ import xarray as xr
 
 import lienumba
 from lienumba.compiler.memo import text_of
+from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.integrators.tracing import compiled as memo
 from lienumba.integrators.tracing import machine, program, step_kernels
 from lienumba.integrators.tracing.compiled import PROGRAMS
@@ -133,6 +135,18 @@ def assert_same_bits(a: xr.Dataset, b: xr.Dataset) -> None:
     assert set(a.variables) == set(b.variables)
     for name in a.variables:
         assert a[name].values.tobytes() == b[name].values.tobytes(), name
+
+
+def test_a_program_leaves_nothing_behind_for_the_collector() -> None:
+    """A graph that only the collector could free would be walked through three times before it is."""
+    gc.collect()
+    gc.disable()
+    try:
+        lienumba.run(arm())
+        left = sum(isinstance(thing, Symbol | Graph) for thing in gc.get_objects())
+    finally:
+        gc.enable()
+    assert left < 100  # of thousands; a formula has a graph of its own
 
 
 @pytest.mark.parametrize("name", SAME)
