@@ -10,7 +10,7 @@ from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.layout import ACT_NUMBERS, SWITCH_NUMBERS, on_row, record_rows, state_rows
+from lienumba.integrators.layout import ACT_NUMBERS, NEWTON, SWITCH_NUMBERS, on_row, record_rows, state_rows
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
@@ -21,6 +21,7 @@ NO_EVENTS = Plan(
     np.zeros(0, np.int64), np.zeros((0, ACT_NUMBERS), np.int64), np.zeros(0, np.int64),
     np.zeros((0, SWITCH_NUMBERS), np.int64),
 )  # fmt: skip
+EXACT = Tolerance(*(1e-11,) * 6)  # of implicit stages in steps of one length
 SKIPPED = -1.0  # the code of lanes behind the last run
 
 
@@ -241,7 +242,8 @@ def _on_grid(times: Any, h: float | None) -> Any:
 def _pace(batch: Batch) -> np.ndarray:
     """See `variable_step.drive`."""
     if batch.h is not None:
-        return np.array([_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0])
+        given = [_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0]
+        return np.array([*given, *EXACT.numbers] if batch.machine.kernels[NEWTON] else given)
     assert batch.pace is not None
     pace = batch.pace
     return np.array([batch.end, 0.0, pace.longest, pace.shortest, *pace.tolerance.numbers])

@@ -14,7 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED = 10, 11, 12, 13
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED = 10, 11, 12, 13, 14
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -79,5 +79,11 @@ STATUSES = (
         UNSOLVED,
         "contacts_not_solved",
         "the impulses or forces of contacts were not found; give less friction, or fewer contacts that say the same",
+    ),
+    Status(
+        UNSETTLED,
+        "stages_not_solved",
+        "the equations of an implicit step were not solved, also in much shorter steps; see whether a force jumps, or "
+        "take an explicit method",
     ),
 )

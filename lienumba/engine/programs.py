@@ -55,11 +55,12 @@ def method_of(resolved: Scenario) -> "Method":
 
     data = resolved.data
     integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
+    method = METHODS[integrator.method]
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
         baumgarte=projection.baumgarte,
-        queued=adaptive or _changes(data.model) or METHODS[integrator.method].series, adaptive=adaptive,
+        queued=adaptive or _changes(data.model) or method.series or method.implicit, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
         order=order_of(integrator) or 0,
     )  # fmt: skip

@@ -13,11 +13,11 @@ from lienumba.numerics.operations import kernel
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
-    "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick",
+    "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -71,7 +71,7 @@ class Sizes(NamedTuple):
     have a time of their own also of F at the end and of the extension's stages: there the last one is F at the end
     as the next step has it; events; correction: rows of an iterate of the position projection between its state and
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
-    hoisted; series: rows of the coefficients of a step and what belongs to them.
+    hoisted; series: rows of the coefficients of a step and what belongs to them; iterate: of implicit stages, rows.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act.
@@ -98,6 +98,7 @@ class Sizes(NamedTuple):
     memory: int = 0
     work: int = 0
     values: int = 0
+    iterate: int = 0
 
 
 @kernel
@@ -153,6 +154,22 @@ def acceleration_row(sizes: Sizes, stage: int) -> int:
 def series_row(sizes: Sizes) -> int:
     """The first row of the coefficients of a step, counted as that of a slope: behind all of these."""
     return acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
+
+
+# ---------------------------------------------------------------- implicit stages, in the place of a series
+CHANGE, SOLVED, SINCE, SPAN, IMPLICIT = range(5)  # rows behind an iterate; of its polynomial the start and length (s)
+
+
+@kernel
+def iterate_row(sizes: Sizes) -> int:
+    """The first row of what stages are, counted as that of a slope."""
+    return series_row(sizes)
+
+
+@kernel
+def following_row(sizes: Sizes) -> int:
+    """Of what an iteration makes of it, and says of that."""
+    return iterate_row(sizes) + sizes.iterate + IMPLICIT
 
 
 # ---------------------------------------------------------------- switched constraints

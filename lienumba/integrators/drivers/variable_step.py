@@ -16,6 +16,7 @@ from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe
 from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events
+from lienumba.integrators.drivers.implicit import shorten, solve_stages
 from lienumba.integrators.drivers.lane_queue import (
     END,
     LONGEST,
@@ -123,6 +124,12 @@ def _try(
         call(kernels[layout.FIRST], x, p, at.clock, 0, last, at.work)
         _take(stale, sizes, at.slopes)
         store(lanes, STALE, splat(0.0))
+    unsettled = splat(0.0)
+    if kernels[layout.NEWTON] != 0:
+        if not adaptive and sizes.exchangeable > 0:
+            call(kernels[layout.FIRST], x, p, at.clock, 0, at.slopes, at.work)
+        unsettled = solve_stages(kernels, sizes, at, stale)
+        store(lanes, STALE, splat(0.0))
     if kernels[layout.STEP] != 0:
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
@@ -130,7 +137,8 @@ def _try(
     if kernels[layout.DEFECT] != 0:
         call(kernels[layout.DEFECT], x, p, at.clock, at.slopes, at.slopes, at.work)
     trial = lanes + ROW * TRIAL
-    store(trial, 0, load(new, layout.state_rows(sizes) + layout.CODE))
+    said = load(new, layout.state_rows(sizes) + layout.CODE)
+    store(trial, 0, choose(unsettled == 0.0, said, unsettled))
     store(at.clock, layout.TIME, load(lanes, UNTIL))
     busy = load(lanes, BUSY) != 0.0
     iterations = lanes + ROW * ITERATIONS
@@ -231,7 +239,8 @@ def drive(
         good = busy & (trial == 0.0)
         left = splat(NEVER)
         if pace[STEP] > 0.0:
-            store(lanes, STATUS, choose(busy, trial, load(lanes, STATUS)))
+            again = shorten(lanes, busy, length, pace[STEP])
+            store(lanes, STATUS, choose(busy, choose(again, splat(0.0), trial), load(lanes, STATUS)))
         else:
             good = good & (load(at.control, layout.ERROR) <= 1.0)
             store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))

@@ -2,6 +2,7 @@
 
 from lienumba.integrators.methods.classical import CLASSICAL
 from lienumba.integrators.methods.pairs import PAIRS
+from lienumba.integrators.methods.radau import RADAU
 from lienumba.integrators.methods.tableau import METHODS
 from lienumba.integrators.methods.taylor import TAYLOR
 
@@ -9,5 +10,5 @@ __all__ = ["DEFAULT", "DEFAULT_PAIR", "METHODS"]
 
 DEFAULT, DEFAULT_PAIR = "rk4", "dop853"  # with a step, with a tolerance
 
-for tableau in (*CLASSICAL, *PAIRS, TAYLOR):
+for tableau in (*CLASSICAL, *PAIRS, *RADAU, TAYLOR):
     METHODS.add(tableau)

@@ -1,4 +1,4 @@
-"""An explicit Runge-Kutta method as a record."""
+"""A Runge-Kutta method as a record."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,14 +14,15 @@ Row = tuple[Fraction, ...]
 
 @dataclass(frozen=True)
 class Tableau:
-    """A (strictly lower rows), b, c of an explicit method, and its order.
+    """A (strictly lower rows), b, c of an explicit method, or of one by collocation, and its order.
 
     `errors`: for embedded pairs, the weights of one or two estimates of the error in the stages and, last, in F at the
     end of the step; `D`: see `extension`; `more`: rows of the stages behind that one, which only the extension needs;
     `first`: of a commutator-free method, the weights of the first of two exponentials in each stage and at the end, or
     none where there is but one; `flat`: the method that this one is in a vector space; `words`: what a citation says of
     it, with [@key] for each of its `references`; `series`: whether a step is a power series in time, of which the rest
-    says nothing but an order that may be another.
+    says nothing but an order that may be another; `damping`: of an implicit method, the diagonal with which the
+    estimate of its error is damped; `layers`: of one by collocation, the polynomials that are 1 at one of its nodes.
     """
 
     name: str
@@ -36,6 +37,8 @@ class Tableau:
     flat: str = ""
     references: tuple[Reference, ...] = ()
     series: bool = False
+    damping: Fraction = Fraction(0)
+    layers: tuple[Row, ...] = ()
 
     @classmethod
     def of(
@@ -65,6 +68,16 @@ class Tableau:
         return bool(self.first)
 
     @property
+    def implicit(self) -> bool:
+        """Whether stages are equations; the first one is F at the start, which only the estimate of the error reads."""
+        return bool(self.layers)
+
+    @property
+    def estimated(self) -> int:
+        """The order of the error of one step, as it is estimated."""
+        return len(self.layers) + 1 if self.implicit else self.order
+
+    @property
     def c(self) -> Row:
         return tuple(sum(row, Fraction(0)) for row in self.A)
 
@@ -81,8 +94,11 @@ class Tableau:
 
     def extension(self, s: Number, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
         """The weights of all stages in the continuous extension at the fraction s of a step: nested as in Hairer,
-        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic. number: what coefficients become."""
+        Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic; of a collocation its polynomial.
+        number: what coefficients become."""
         stages = range(len(self.stages))
+        if self.implicit:
+            return self._collocated(s, number)
         b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
         first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
         layers = [b, [f - w for f, w in zip(first, b, strict=True)]]
@@ -92,6 +108,16 @@ class Tableau:
         for n, layer in reversed(list(enumerate(layers))):
             total = [(s if n % 2 == 0 else 1 - s) * (number(w) + x) for w, x in zip(layer, total, strict=True)]
         return tuple(total)
+
+    def _collocated(self, s: Number, number: Callable[[Fraction], Any]) -> tuple[Any, ...]:
+        found = []
+        for layer in self.layers:
+            total = number(Fraction(0))
+            for n, w in reversed(list(enumerate(layer))):
+                total = s * (number(w / (n + 1)) + total)
+            found.append(total)
+        rest = len(self.stages) - 1 - len(found)
+        return (number(Fraction(0)), *found, *(number(Fraction(0)) for _ in range(rest)))
 
 
 def rows(texts: Sequence[str]) -> tuple[Row, ...]:

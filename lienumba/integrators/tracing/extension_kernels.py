@@ -29,12 +29,12 @@ def close(tracer: Tracer) -> Kernel:
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
-        square = worst([square, _work_error_square(tracer, graph, model, behind)])
-    said = (square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tableau.order))
+        square = worst([square, work_error_square(tracer, graph, model, behind)])
+    said = (square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tableau.estimated))
     return tracer.kernel("close", said)
 
 
-def _work_error_square(tracer: Tracer, graph: Graph, model: Model, behind: int) -> Number:
+def work_error_square(tracer: Tracer, graph: Graph, model: Model, behind: int) -> Number:
     """Of the work in a step. What is prescribed moves as exactly where a force has a kink as elsewhere, so that nothing
     but the power of its driver shows the kink."""
     h, sizes, place = graph.input("clock", layout.LENGTH), tracer.sizes, len(tracer.augmented.angles)

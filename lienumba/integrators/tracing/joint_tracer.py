@@ -142,6 +142,22 @@ class JointTracer(Tracer):
             along += link.move.tangent(state_of(link, tuple(posture.z)), tuple(found[rate] for rate in link.rates))
         return [*along, *(rows[row] for row in used)]
 
+    def field(self, model: Model, state: Sequence[State], a: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
+        return [(*self.carried(model, state, a), *laws)]
+
+    def gathered(self, q: Sequence[Number], v: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
+        return [(*q, *v, *laws, *(0.0,) * (self.chart.size - 2 * self.velocities - len(laws)))]
+
+    def apart(self, u: Sequence[Vector]) -> tuple[list[Number], list[Number], list[Number]]:
+        n = self.velocities
+        return list(u[0][:n]), list(u[0][n : 2 * n]), list(u[0][2 * n : 2 * n + self.laws])
+
+    def carried(self, model: Model, state: Sequence[State], a: Sequence[Number]) -> list[Number]:
+        rates: list[Number] = []
+        for link in self.tree(model).links:
+            rates += link.move.along(state_of(link, state[0]), tuple(a[rate] for rate in link.rates))
+        return rates
+
     @property
     def coordinates(self) -> tuple[range, range]:
         return range(self.velocities), range(self.velocities, 2 * self.velocities)

@@ -1,6 +1,7 @@
 """The kernels of one mechanism and one method: what the driver calls.
 
     step       state -> state, code, margin         one Munthe-Kaas step (clock: t, h), or for large mechanisms
+      guess, newton    see `lienumba.integrators.tracing.implicit.kernels`
       first, stage     state, u -> slopes, sound, ...    the slopes of one stage
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
@@ -30,6 +31,7 @@ from fractions import Fraction
 from lienumba.compiler.convolutions import SeriesKernel
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
+from lienumba.integrators import layout
 from lienumba.integrators.layout import Sizes
 from lienumba.integrators.methods.charts import JOINT
 from lienumba.integrators.tracing import (
@@ -40,6 +42,7 @@ from lienumba.integrators.tracing import (
     step_kernels,
 )
 from lienumba.integrators.tracing.augmented_state import AugmentedState
+from lienumba.integrators.tracing.implicit import kernels as implicit
 from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
@@ -90,6 +93,10 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels, series = series_kernels.kernels(tracer)
     else:
         kernels = step_kernels.step(tracer)
+    if tracer.tableau.implicit:
+        tracer.sizes = tracer.sizes._replace(iterate=implicit.rows_of(tracer))
+        kernels |= implicit.kernels(tracer)
+        series = 2 * (tracer.sizes.iterate + layout.IMPLICIT)
     levels = tracer.levels()
     chord = 0
     if "position" in levels and method.position != "none":
@@ -106,7 +113,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels |= {"place": place(tracer), "read": read(tracer)}
     if method.queued and not method.order:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
-    if method.adaptive and not method.order:
+    if method.adaptive and not method.order and not tracer.tableau.implicit:
         kernels["close"] = extension_kernels.close(tracer)
     if template.events or tracer.augmented.switches:
         kernels["events"] = state_kernels.events(tracer)

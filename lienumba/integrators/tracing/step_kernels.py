@@ -22,7 +22,7 @@ VectorField = Callable[[Sequence[State], Number], Sequence[Algebra]]
 
 
 @dataclass
-class _Reports:
+class Reports:
     """What the stages of a step report beside their slopes."""
 
     sound: list[Number] = field(default_factory=list)
@@ -41,6 +41,8 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     """The step as one kernel, or as many if a stage is too long to be repeated in it; where lanes have a time of their
     own, also what the continuous extension needs."""
     stages, count, queued = tracer.tableau.stages, tracer.sizes.stages, tracer.method.queued
+    if tracer.tableau.implicit:
+        return {"first": _stage(tracer, first=True)}
     stage = _stage(tracer, first=False)
     if stage.counts()["operations"] * count > INLINE:
         used = [s for s, row in enumerate(stages) if any(row) and s != count]
@@ -64,7 +66,7 @@ def _inline(tracer: Tracer) -> Kernel:
     """A whole step. Where lanes have a time of their own, the slopes and the power of all stages are kept; extra:
     these, where a tolerance chooses steps, because then the first one is known."""
     graph, model = tracer.graph()
-    sizes, augmented, reports = tracer.sizes, tracer.augmented_rows(graph), _Reports()
+    sizes, augmented, reports = tracer.sizes, tracer.augmented_rows(graph), Reports()
     t, h, within = _clock(graph)
     first: tuple[Coordinates, ...] = ()
     if tracer.method.adaptive:
@@ -88,7 +90,7 @@ def _inline(tracer: Tracer) -> Kernel:
     code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
     if tracer.structure.leaning:
         code = where(sound < 0.0, PARADOX, code)
-    after = _augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
+    after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
     if not tracer.method.queued:
         return tracer.kernel("step", outputs)
@@ -109,7 +111,7 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     that are carried on but not in the slopes.
     """
     graph, model = tracer.graph()
-    sizes, reports = tracer.sizes, _Reports()
+    sizes, reports = tracer.sizes, Reports()
     t, h, within = _clock(graph)
     node = 0.0 if first else graph.input("clock", layout.NODE)
     F = _vector_field(tracer, model, tracer.augmented_rows(graph), reports, h, within, node)
@@ -131,7 +133,7 @@ def _finish(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     sizes = tracer.sizes
     t, h, _ = _clock(graph)
-    reports = _Reports()
+    reports = Reports()
     for s in range(sizes.stages):
         reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, s)), tracer)
     if tracer.reports_accelerations:
@@ -142,7 +144,7 @@ def _finish(tracer: Tracer) -> Kernel:
         reports.accelerations = [x for first in last for x in graph.inputs("extra", 6, first)]
     augmented = tracer.augmented_rows(graph)
     now = tracer.posture(model, tracer.state(graph, "state"), augmented, t).now
-    return tracer.kernel("finish", _augmented_after(tracer, model, augmented, now, h, reports))
+    return tracer.kernel("finish", augmented_after(tracer, model, augmented, now, h, reports))
 
 
 def _combinations(tracer: Tracer, stages: Iterable[int]) -> dict[str, Kernel]:
@@ -172,7 +174,7 @@ def _slopes(chart: Chart, graph: Graph, stages: int) -> list[Coordinates]:
 
 
 def _vector_field(
-    tracer: Tracer, model: Model, augmented: Vector, reports: _Reports, h: Number, within: Number,
+    tracer: Tracer, model: Model, augmented: Vector, reports: Reports, h: Number, within: Number,
     node: Number | None = None,
 ) -> VectorField:  # fmt: skip
     """F (Terze et al. 2015, eq. 15): velocities and accelerations at a state; what each stage reports is noted aside.
@@ -193,8 +195,8 @@ def _vector_field(
     return F
 
 
-def _augmented_after(
-    tracer: Tracer, model: Model, augmented: Vector, now: Instant, h: Number, reports: _Reports
+def augmented_after(
+    tracer: Tracer, model: Model, augmented: Vector, now: Instant, h: Number, reports: Reports
 ) -> list[Number]:
     """What is augmented after a step that ends at `now`."""
     rows = tracer.augmented.counted(model, now)

@@ -314,6 +314,36 @@ class Tracer:
         """Without those that are states of laws alone."""
         return self.k
 
+    @cached_property
+    def used(self) -> tuple[int, ...]:
+        """The rows of C in use, ascending."""
+        rows = (v - 6 * self.structure.bodies for v in self.structure.order)
+        return tuple(sorted(row for row in rows if row >= 0))
+
+    def field(self, model: Model, state: Sequence[State], a: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
+        """F of every element, from accelerations along the velocities and the rates of laws' states."""
+        moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(state[: self.k])]
+        return [*moving, *self.law_states.slopes(self.law_states.apart(laws))]
+
+    def gathered(self, q: Sequence[Number], v: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
+        """The coordinates of every element, from those of the places and velocities and from laws' states."""
+        places, velocities = (len(part) for part in self.coordinates)
+        own = [(*q[places * i : places * (i + 1)], *v[velocities * i : velocities * (i + 1)]) for i in range(self.k)]
+        return [*own, *self.law_states.slopes(self.law_states.apart(laws))]
+
+    def apart(self, u: Sequence[Vector]) -> tuple[list[Number], list[Number], list[Number]]:
+        """Of the coordinates of every element those of the places, the velocities and laws' states."""
+        places, velocities = self.coordinates
+        laws = [x for element in u[self.k :] for x in (element[row] for row in RATES)]
+        q, v = (
+            [x for element in u[: self.k] for x in element[part.start : part.stop]] for part in (places, velocities)
+        )
+        return q, v, laws[: sum(self.law_states.sizes.values())]
+
+    def carried(self, model: Model, state: Sequence[State], a: Sequence[Number]) -> list[Number]:
+        """Accelerations along the velocities as closed loops carry them on."""
+        return [*a]
+
     def law_rates(self, model: Model, now: Instant) -> list[Number]:
         """Of the states of all laws; 0 of those that are sampled or held."""
         return self.law_states.together(law_states.rates(model, now))

@@ -49,6 +49,14 @@ def check_method(integrator: Integrator, changing: str, report: "Report") -> Non
             method.name,
         )
     _check_series(integrator, report)
+    if method.implicit and (as_vectors or integrator.group != R3xSO3.__name__):
+        key, value = (chosen, integrator.coordinates) if as_vectors else ("integrator.group", integrator.group)
+        report.add(
+            key,
+            f'has no implicit steps, as integrator.method = "{method.name}" makes them',
+            'give coordinates = "lie" or "joint" and no group, or an explicit method',
+            value,
+        )
     if integrator.dexpinv is None:
         return
     given = integrator.dexpinv

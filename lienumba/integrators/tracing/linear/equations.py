@@ -98,9 +98,8 @@ class Equations:
         t, inputs = graph.input(CLOCK, layout.TIME), graph.inputs(INPUTS, more.inputs if more else 0)
         model = more.model(model, t, inputs) if more else model
         elements, augmented = tracer.state(graph, STATE), tracer.augmented_rows(graph)
-        posture = tracer.posture(model, elements, augmented, t)
-        used = tuple(sorted(row - 6 * tracer.structure.bodies for row in tracer.structure.order))
-        used = tuple(row for row in used if row >= 0)
+        posture = tracer.posture(model, elements, augmented, t, graph.input(CLOCK, layout.MIDDLE))
+        used = tracer.used
         a = graph.inputs(UNKNOWN, tracer.velocities)
         mu: list[Number] = [0.0] * tracer.structure.rows
         for n, row in enumerate(used):
@@ -145,6 +144,7 @@ class Equations:
         parameter: Callable[[int], Any],
         functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
         inputs: Sequence[Any] = (),
+        within: Any = None,
     ) -> Linear:
         """f and its derivatives on other numbers.
 
@@ -156,9 +156,11 @@ class Equations:
         parameter : the number of the model in a row of the parameters, such as `partial(graph.input, "parameters")`
         functions : what computes an operation
         inputs : of somebody's own; 0 by default
+        within : a time (s) that tells on which side of a jump t lies, by default t itself
         """
         inputs = inputs or [0.0] * len(self.columns[INPUTS])
-        given = {STATE: state.__getitem__, CLOCK: lambda _: t, UNKNOWN: [*a, *mu].__getitem__}
+        clock = {layout.TIME: t, layout.MIDDLE: t if within is None else within}
+        given = {STATE: state.__getitem__, CLOCK: clock.__getitem__, UNKNOWN: [*a, *mu].__getitem__}
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
         found = replayed(self._every, lambda array, row: given[array](row), functions, self._order)
         values, slopes = found[: len(self.values)], found[len(self.values) :]

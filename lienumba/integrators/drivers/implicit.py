@@ -1,0 +1,71 @@
+"""Implicit stages: Newton's method in all lanes that need it, each stopped by its own changes.
+
+Of changes that shrink by a factor q each, all that follow the last one amount to q/(1 - q) of it: where that is a
+fraction of what the tolerance allows, the lane is done. Where rounding keeps them from shrinking any more, and they are
+small, it is done, too.
+"""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers.stages import commit
+from lienumba.integrators.layout import BUSY, CUT, REJECTED, TRIAL, Sizes, T, Workspace
+
+ITERATIONS = 12
+ENOUGH = 1e-6  # squared: of what the tolerance allows, what all further changes may amount to
+CERTAIN = 1e-12  # squared: a change so small needs no second one
+ROUNDING = 1e2  # squared: changes below this, that no longer shrink, are rounding
+GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
+PARTS = 2.0**-20  # of a step of given length: no part is shorter
+
+
+@apart
+def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) -> Lanes:
+    """The iterate of the step that the clock says, in all lanes; whether it was found: 0, or the code. fresh: where no
+    step before says anything."""
+    slopes, rows = at.slopes, sizes.iterate
+    now = slopes + ROW * layout.iterate_row(sizes)
+    following = slopes + ROW * layout.following_row(sizes)
+    store(now, rows + layout.SPAN, choose(fresh, splat(0.0), load(now, rows + layout.SPAN)))
+    for row in range(rows):  # what an earlier run has left is no number to go on with
+        store(now, row, choose(fresh, splat(0.0), load(now, row)))
+    call(kernels[layout.GUESS], at.state, at.parameters, at.clock, slopes, slopes, at.work)
+    for row in range(rows):
+        store(now, row, load(following, row))
+    pending = load(at.lanes, BUSY) != 0.0
+    failed, before = splat(0.0), splat(np.inf)
+    for _ in range(ITERATIONS):
+        if not any_lane(pending):
+            break
+        call(kernels[layout.NEWTON], at.state, at.parameters, at.clock, slopes, slopes, at.work)
+        change = load(following, rows + layout.CHANGE)
+        sound = load(following, rows + layout.SOLVED) > 0.0
+        commit(pending & sound, now, following, rows)
+        factor = change / before  # squared: of the changes
+        rest = change * factor / choose(factor < 0.25, 0.25, 1e-6)
+        done = sound & ((rest <= ENOUGH) | (change <= CERTAIN) | ((change <= ROUNDING) & (factor > 0.25)))
+        lost = (change < codes.HUGE) & sound
+        lost = choose(lost & ((factor < GROWING) | (change <= ROUNDING)), splat(0.0), splat(1.0)) != 0.0
+        failed = choose(pending & lost, splat(1.0), failed)
+        pending = pending & (choose(done | lost, splat(0.0), splat(1.0)) != 0.0)
+        before = change
+    failed = choose(pending, splat(1.0), failed)
+    good = failed == 0.0
+    store(now, rows + layout.SINCE, load(at.clock, layout.TIME))
+    store(now, rows + layout.SPAN, choose(good, load(at.clock, layout.LENGTH), splat(0.0)))
+    for row in range(rows):
+        store(now, row, choose(good, load(now, row), 0.0))
+    return choose(good, splat(0.0), splat(codes.UNSETTLED))
+
+
+@inlined
+def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
+    """Where stages were not found in a step of given length, it is made in parts; in which lanes it is."""
+    again = busy & (load(lanes, TRIAL) == codes.UNSETTLED) & (0.25 * length > PARTS * step)
+    until = load(lanes, T) + 0.25 * length
+    store(lanes, CUT, choose(again & (until < load(lanes, CUT)), until, load(lanes, CUT)))
+    store(lanes, REJECTED, load(lanes, REJECTED) + choose(again, 1.0, 0.0))
+    return again

@@ -1,0 +1,1 @@
+"""Steps whose stages are equations."""

@@ -1,0 +1,276 @@
+"""The kernels of implicit steps by collocation.
+
+guess      state, iterate -> iterate            stages on the polynomial of the step before
+newton     state, iterate -> iterate, change, whether it is sound     one iteration of Newton's method
+step       state, iterate -> state, slopes, code, margin              the end, and what the continuous extension reads
+close      state, new state, slopes -> the error, damped, and the factor of the controller
+
+An iterate has of every stage its coordinates u, the accelerations a, the rates of laws' states and the multipliers mu.
+Newton's method asks for accelerations and multipliers, such that a bushing of any stiffness is a term of its matrix;
+the kinematics u = h A k, which are not stiff, are iterated beside it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.series import FUNCTIONS
+from lienumba.compiler.symbols import Graph
+from lienumba.integrators import layout
+from lienumba.integrators.codes import verdict
+from lienumba.integrators.methods import munthe_kaas, step_control
+from lienumba.integrators.methods.charts import Coordinates
+from lienumba.integrators.tracing.extension_kernels import work_error_square
+from lienumba.integrators.tracing.implicit import stage_system
+from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
+from lienumba.integrators.tracing.tracer import Tracer, finite, flat, worst
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import dynamics
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import maximum, minimum, where
+
+SWEEPS, FIRST_SWEEPS, LAST_SWEEPS = 3, 5, 5  # of the kinematics: in an iteration, before the first, behind the last
+FARTHEST = 2.0  # how far a polynomial is followed, in lengths of its step
+
+Iterate = tuple[list[list[Any]], list[list[Any]]]  # of every stage u by element, and the unknowns
+
+
+@dataclass(frozen=True)
+class _Stages:
+    """A step on symbols. A: of the implicit stages; nodes: c of these."""
+
+    tracer: Tracer
+    graph: Graph
+    model: Model
+
+    @staticmethod
+    def of(tracer: Tracer) -> "_Stages":
+        return _Stages(tracer, *tracer.graph())
+
+    @property
+    def A(self) -> list[list[float]]:
+        return [[float(x) for x in row[1:]] for row in self.tracer.tableau.A[1:]]
+
+    @property
+    def nodes(self) -> list[float]:
+        return [float(c) for c in self.tracer.tableau.c[1:]]
+
+    def clock(self, row: int) -> Any:
+        return self.graph.input("clock", row)
+
+    @property
+    def h(self) -> Any:
+        return self.clock(layout.LENGTH)
+
+    def iterate(self, array: str, first: int) -> Iterate:
+        """From these rows."""
+        size, unknown, elements = self.tracer.chart.size, sum(stage_system.unknowns(self.tracer)), self.tracer.elements
+        stages, every = [], []
+        for i in range(len(self.nodes)):
+            start = first + i * (size * elements + unknown)
+            stages.append([self.graph.inputs(array, size, start + size * e) for e in range(elements)])
+            every.append(list(self.graph.inputs(array, unknown, start + size * elements)))
+        return stages, every
+
+    def rows(self, u: Sequence[Sequence[Coordinates]], unknown: Sequence[Sequence[Any]]) -> list[Any]:
+        return [x for own, more in zip(u, unknown, strict=True) for x in (*flat(own), *more)]
+
+    def swept(self, u: list[list[Any]], unknown: list[list[Any]], sweeps: int) -> Any:
+        """u = h A k, so many times, and k."""
+        tracer, chart, x = self.tracer, self.tracer.chart_of(self.model), self.tracer.state(self.graph, "state")
+        n, laws, _ = stage_system.unknowns(tracer)
+        k: list[list[Coordinates]] = []
+        for _ in range(sweeps):
+            k = []
+            for own, w in zip(u, unknown, strict=True):
+                at = tuple(chart.moved(body, z) for body, z in zip(x, own, strict=True))
+                F = tracer.field(self.model, at, w[:n], w[n : n + laws])
+                k.append([chart.slope(*each) for each in zip(x, own, at, F, strict=True)])
+            u = [
+                [
+                    munthe_kaas.weighted([self.h * w for w in row], [slopes[e] for slopes in k])
+                    for e in range(tracer.elements)
+                ]
+                for row in self.A
+            ]
+        return u, k
+
+    def state_at(self, u: Sequence[Coordinates]) -> list[Any]:
+        """All rows of the state of a stage."""
+        chart, x = self.tracer.chart_of(self.model), self.tracer.state(self.graph, "state")
+        moved = [chart.moved(body, z) for body, z in zip(x, u, strict=True)]
+        return [*flat(moved), *self.tracer.augmented_rows(self.graph)]
+
+    def linear(self, equations: Equations, state: list[Any], c: float, unknown: list[Any]) -> Linear:
+        n, laws, _ = stage_system.unknowns(self.tracer)
+        t = self.clock(layout.TIME) + c * self.h
+        a, mu = unknown[:n], unknown[n + laws :]
+        parameter = partial(self.graph.input, "parameters")
+        return equations.at(state, t, a, mu, parameter, FUNCTIONS, within=self.clock(layout.MIDDLE))
+
+    def mask(self) -> list[Number]:
+        return self.tracer.mask(self.tracer.augmented_rows(self.graph))
+
+
+def rows_of(tracer: Tracer) -> int:
+    """Of an iterate."""
+    own = tracer.chart.size * tracer.elements + sum(stage_system.unknowns(tracer))
+    return len(tracer.tableau.layers) * own
+
+
+def kernels(tracer: Tracer) -> dict[str, Kernel]:
+    """All of them; `tracer.sizes` has the rows of an iterate."""
+    equations = Equations.of(tracer)
+    found = {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer)}
+    if tracer.method.adaptive:
+        found["close"] = _close(tracer, equations)
+    return found
+
+
+def _guess(tracer: Tracer) -> Kernel:
+    """The unknowns on the polynomial of the last step, as far as that is to be trusted; else 0."""
+    step = _Stages.of(tracer)
+    graph, first = step.graph, layout.iterate_row(tracer.sizes)
+    _, unknown = step.iterate("extra", first)
+    since, span = (graph.input("extra", first + tracer.sizes.iterate + row) for row in (layout.SINCE, layout.SPAN))
+    known = span > 0.0
+    over = where(known, 1.0 / where(known, span, 1.0), 0.0)
+    guessed = []
+    for c in step.nodes:
+        x = minimum(((step.clock(layout.TIME) - since) + c * step.h) * over, FARTHEST)
+        weights = []
+        for layer in tracer.tableau.layers:
+            total: Any = float(layer[-1])
+            for w in reversed(layer[:-1]):
+                total = total * x + float(w)
+            weights.append(total)
+        extrapolated = munthe_kaas.weighted(weights, [tuple(own) for own in unknown])
+        guessed.append([where(known, y, 0.0) for y in extrapolated])
+    zero = [[munthe_kaas.origin(tracer.chart)] * tracer.elements for _ in step.nodes]
+    u, _ = step.swept(zero, guessed, FIRST_SWEEPS)
+    following = layout.following_row(tracer.sizes)
+    rows = step.rows(u, guessed)
+    return tracer.kernel("guess", rows, range(following, following + len(rows)))
+
+
+def _newton(tracer: Tracer, equations: Equations) -> Kernel:
+    step = _Stages.of(tracer)
+    u, unknown = step.iterate("extra", layout.iterate_row(tracer.sizes))
+    u, _ = step.swept(u, unknown, SWEEPS)
+    stages = [
+        step.linear(equations, step.state_at(own), c, w) for own, c, w in zip(u, step.nodes, unknown, strict=True)
+    ]
+    n, laws, _ = stage_system.unknowns(tracer)
+    mask = step.mask()
+    right = []
+    for stage, w in zip(stages, unknown, strict=True):
+        rates = [rate - x for rate, x in zip(stage.laws, w[n : n + laws], strict=True)]
+        off = [r - (1.0 - mask[row]) * mu for r, row, mu in zip(stage.rows, tracer.used, w[n + laws :], strict=True)]
+        right.append([*stage.along, *rates, *off])
+    changes = stage_system.solved(tracer, stages, step.A, step.h, mask, right)
+    new = [[x + dx for x, dx in zip(w, own, strict=True)] for w, own in zip(unknown, changes, strict=True)]
+    rows = step.rows(u, new)
+    said = [_size(step, changes), where(finite([x for own in new for x in own]), 1.0, 0.0)]
+    following = layout.following_row(tracer.sizes)
+    return tracer.kernel("newton", [*rows, *said], range(following, following + len(rows) + len(said)))
+
+
+def _size(step: _Stages, changes: Sequence[Sequence[Any]]) -> Any:
+    """The largest change of a stage, squared, as a fraction of what the tolerance allows."""
+    tracer, x = step.tracer, step.tracer.state(step.graph, "state")
+    n, laws, _ = stage_system.unknowns(tracer)
+    squares = []
+    moving = [[step.h * sum(w * own[m] for w, own in zip(row, changes, strict=True)) for m in range(n + laws)]
+              for row in step.A]  # fmt: skip
+    for row, own in zip(step.A, moving, strict=True):
+        places = [step.h * sum(w * other[m] for w, other in zip(row, moving, strict=True)) for m in range(n)]
+        estimates = [[z] for z in tracer.gathered(places, own[:n], own[n:])]
+        squares.append(tracer.error_square(step.graph, step.model, estimates, x, x))
+    return worst(squares)
+
+
+def _step(tracer: Tracer) -> Kernel:
+    step = _Stages.of(tracer)
+    graph, model, sizes = step.graph, step.model, tracer.sizes
+    chart, x, augmented = tracer.chart_of(model), tracer.state(graph, "state"), tracer.augmented_rows(graph)
+    u, unknown = step.iterate("extra", layout.iterate_row(sizes))
+    u, k = step.swept(u, unknown, LAST_SWEEPS)
+    n, laws, _ = stage_system.unknowns(tracer)
+    square: Number = 0.0
+    rotation: Number = 0.0
+    for own in u:
+        for z in own:
+            rotation = maximum(chart.rotation(z), rotation)
+    new = []
+    for body, z in zip(x, u[-1], strict=True):
+        for c in z:
+            square = square + c * c
+        new.append(chart.settled(chart.moved(body, z)))
+    reports = Reports(power=[0.0])
+    margin = graph.input("extra", layout.report_row(sizes, 0) + layout.STAGE_MARGIN)
+    reports.margin.append(margin)
+    mask, t = step.mask(), step.clock(layout.TIME)
+    for own, w, c in zip(u, unknown, step.nodes, strict=True):
+        at = [chart.moved(body, z) for body, z in zip(x, own, strict=True)]
+        posture = tracer.posture(model, at, augmented, t + c * step.h, step.clock(layout.MIDDLE))
+        mu: list[Number] = [0.0] * tracer.structure.rows
+        for row, m in zip(tracer.used, w[n + laws :], strict=True):
+            mu[row] = mask[row] * m
+        if tracer.augmented.work:
+            reports.power.append(dynamics.power(model, posture.now, mu))
+    reports.accelerations = tracer.carried(model, new, unknown[-1][:n])
+    now = tracer.posture(model, new, augmented, t + step.h).now
+    after = augmented_after(tracer, model, augmented, now, step.h, reports)
+    outputs = [*flat(new), *after, verdict(tracer.strict(rotation), square, 1.0, 1.0)]
+    outputs += [margin] if tracer.augmented.masks else []
+    rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
+    for s, slopes in enumerate(k, 1):
+        for i, f in enumerate(slopes):
+            outputs += f
+            rows += [behind + layout.slope_row(sizes, i, s) + c for c in range(sizes.coordinates)]
+        if tracer.augmented.work:
+            outputs.append(reports.power[s])
+            rows.append(behind + layout.report_row(sizes, s) + layout.POWER)
+    return tracer.kernel("step", outputs, rows)
+
+
+def _close(tracer: Tracer, equations: Equations) -> Kernel:
+    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff."""
+    step = _Stages.of(tracer)
+    graph, model, sizes, behind = step.graph, step.model, tracer.sizes, layout.first_slope(tracer.sizes)
+    _, unknown = step.iterate("extra", behind + layout.iterate_row(sizes))
+    n, laws, count = stage_system.unknowns(tracer)
+    weights = munthe_kaas.scaled(step.h, tracer.tableau.errors[0])
+    rough = []
+    for i in range(tracer.elements):
+        slopes = [
+            graph.inputs("extra", tracer.chart.size, behind + layout.slope_row(sizes, i, s))
+            for s in range(sizes.stages)
+        ]
+        rough.append(munthe_kaas.weighted(weights, slopes))
+    places, velocities, states = tracer.apart(rough)
+    x0 = [*flat(tracer.state(graph, "state")), *tracer.augmented_rows(graph)]
+    stage = step.linear(equations, x0, 0.0, unknown[0])
+    beta = float(tracer.tableau.damping) * step.h
+    right: list[Any] = [0.0] * (n + laws + count)
+    given = {"q": [beta * q for q in places]}
+    for name, first in (("along", 0), ("laws", n)):
+        for (row, c), value in stage.block(name, "q").items():
+            right[first + row] = right[first + row] + value * given["q"][c]
+    for name, first in (("along", 0), ("rows", n + laws)):
+        for (row, c), value in stage.block(name, "a").items():
+            right[first + row] = right[first + row] - value * velocities[c]
+    for m, x in enumerate(states):
+        right[n + m] = right[n + m] + x
+    damping = [[float(tracer.tableau.damping)]]
+    (found,) = stage_system.solved(tracer, [stage], damping, step.h, step.mask(), [right])
+    moved = [q + beta * v for q, v in zip(places, found[:n], strict=True)]
+    estimates = [[z] for z in tracer.gathered(moved, found[:n], found[n : n + laws])]
+    square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
+    if tracer.augmented.work:
+        square = worst([square, work_error_square(tracer, graph, model, behind)])
+    factor = step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)
+    return tracer.kernel("close", (square, *factor))

@@ -1,0 +1,106 @@
+"""The linear systems of implicit stages, by a sparse elimination on symbols.
+
+With the equations of motion f(q, v, s, a, mu) = 0 (`lienumba.integrators.tracing.linear.equations`) at every stage,
+u = h A k and so dq = h^2 A^2 da, dv = h A da, Newton's matrix couples the stages:
+
+    along:  d_ij M - h A_ij F_v - (h^2 A^2)_ij F_q,  C^T;      rows:  d_ij C, and what xi - C a changes by.
+
+A variable leaves with its copies of all stages, one behind the other, in the order in which the mechanism's own matrix
+is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of their rows, for all x, y >= 0.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from lienumba.integrators.tracing.linear.equations import Linear
+from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import is_zero
+
+Rows = list[dict[int, Any]]
+Matrix = Sequence[Sequence[float]]
+
+
+def unknowns(tracer: Tracer) -> tuple[int, int, int]:
+    """Of one stage: accelerations, rates of the states of laws, multipliers of the rows in use."""
+    laws = sum(tracer.law_states.sizes.values())
+    return tracer.velocities, laws, len(tracer.used)
+
+
+def solved(
+    tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number], right: Sequence[list[Any]]
+) -> list[list[Any]]:
+    """What Newton's matrix makes of these right-hand sides, stage by stage; mask: 1 or 0 for each row of C."""
+    s, sizes = range(len(stages)), unknowns(tracer)
+    size, rows = sum(sizes), _matrix(tracer, stages, A, h, mask)
+    order = [size * i + variable for variable in _order(tracer) for i in s]
+    flat = _eliminated(rows, [x for own in right for x in own], order)
+    return [flat[size * i : size * (i + 1)] for i in s]
+
+
+def _order(tracer: Tracer) -> list[int]:
+    n, laws, _ = unknowns(tracer)
+    bodies = 6 * tracer.structure.bodies
+    place = {row: n + laws + m for m, row in enumerate(tracer.used)}
+    own = [v if v < bodies else place[v - bodies] for v in tracer.structure.order if v < bodies or v - bodies in place]
+    rates = [] if bodies else list(reversed(range(n)))
+    return [*range(n, n + laws), *rates, *own]
+
+
+def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> Rows:
+    n, laws, count = unknowns(tracer)
+    size, s = n + laws + count, range(len(stages))
+    first = {"along": 0, "laws": n, "rows": n + laws}
+    A2 = [[sum(A[i][m] * A[m][j] for m in s) for j in s] for i in s]
+    rows: Rows = [{} for _ in range(size * len(stages))]
+
+    def add(i: int, row: int, j: int, column: int, x: Any) -> None:
+        own = rows[size * i + row]
+        own[size * j + column] = own.get(size * j + column, 0.0) + x
+
+    for i, stage in enumerate(stages):
+        for name, start in first.items():
+            for by, column, weights in (("v", 0, A), ("laws", n, A), ("q", 0, A2)):
+                for (row, c), x in stage.block(name, by).items():
+                    scaled = (h * h if by == "q" else h) * x
+                    for j in s:
+                        if abs(weights[i][j]) > 1e-15:
+                            add(i, start + row, j, column + c, -(weights[i][j] * scaled))
+            for by, column in (("a", 0), ("mu", n + laws)):
+                for (row, c), x in stage.block(name, by).items():
+                    add(i, start + row, i, column + c, -x)
+        for m in range(laws):
+            add(i, n + m, i, n + m, 1.0)
+        for m, row in enumerate(tracer.used):
+            off = 1.0 - mask[row]
+            if not is_zero(off):
+                add(i, n + laws + m, i, n + laws + m, off)
+    return rows
+
+
+def _eliminated(rows: Rows, right: list[Any], order: Sequence[int]) -> list[Any]:
+    columns: dict[int, set[int]] = {}
+    for row, entries in enumerate(rows):
+        for column, x in entries.items():
+            if not is_zero(x):
+                columns.setdefault(column, set()).add(row)
+    place = {variable: n for n, variable in enumerate(order)}
+    inverse: dict[int, Any] = {}
+    for p in order:
+        pivot = rows[p]
+        inverse[p] = 1.0 / pivot[p]
+        later = sorted((c for c, x in pivot.items() if place[c] > place[p] and not is_zero(x)), key=place.__getitem__)
+        for row in sorted((r for r in columns[p] if place[r] > place[p]), key=place.__getitem__):
+            factor = rows[row].pop(p) * inverse[p]
+            for c in later:
+                rows[row][c] = rows[row].get(c, 0.0) - factor * pivot[c]
+                columns.setdefault(c, set()).add(row)
+            right[row] = right[row] - factor * right[p]
+    found: dict[int, Any] = {}
+    for p in reversed(order):
+        total = right[p]
+        for c, x in rows[p].items():
+            if place[c] > place[p]:
+                total = total - x * found[c]
+        found[p] = total * inverse[p]
+    return [found[p] for p in range(len(rows))]
