@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.elements.joints import JOINTS, freedom
 from lienumba.mechanics.mechanism.kinematics import Instant, Mode, still
 from lienumba.mechanics.mechanism.model import GROUND, Contact, Coordinate, Force, Limit, Lock, Model
@@ -13,6 +14,7 @@ from lienumba.mechanics.system.switched import laws
 from lienumba.mechanics.system.switches import BALL, CONTACT, FRICTION, JOINT, LOCK, Switch, switches_of
 from lienumba.mechanics.tree.links import tree_of
 from lienumba.mechanics.tree.posture import Posture
+from lienumba.numerics.jets import lift
 from tests.rigs import random_trees
 from tests.rigs.mechanisms import dense, vector
 
@@ -109,7 +111,10 @@ def _memory(model: Model, switch: Switch, now: Instant, rng: np.random.Generator
         return tuple(kept) if switch.memories == 9 else tuple(x + 0.01 * float(rng.standard_normal()) for x in kept)
     if switch.what == CONTACT and switch.tangents:
         angle = float(rng.uniform(0.0, 6.28))
-        return float(np.cos(angle)), float(np.sin(angle))
+        d = float(np.cos(angle)), float(np.sin(angle))
+        view, contact = still(now, tuple(range(len(model.bodies)))), model.contacts[switch.index]
+        normal = CONTACTS[contact.type].place(contact, *(view[i] for i in contact.bodies)).normal
+        return d if switch.memories == 2 else (*d, 1.0 if float(lift(normal[2]).a) >= 0.0 else -1.0)
     return (float(rng.choice([-1.0, 1.0])),) * switch.memories
 
 
@@ -132,7 +137,7 @@ def friction(case: Case) -> np.ndarray:
             n = constraints.permanent_rows(case.model) + switch.first
             along = w[n + 1 : n + 3]
             d = along / np.linalg.norm(along)
-            d = d if along @ np.array(mode.memory) >= 0.0 else -d
+            d = d if along @ np.array(mode.memory[:2]) >= 0.0 else -d
             T[n + 1 : n + 3, n] = -case.model.contacts[switch.index].kinetic * d
     return T
 

@@ -40,6 +40,7 @@ from lienumba.integrators.layout import (
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
+    SWITCH_MEMORIES,
     SWITCH_MEMORY,
     SWITCH_ROWS,
     SWITCH_TANGENTS,
@@ -279,6 +280,10 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             for n in range(p.switches[s, SWITCH_TANGENTS]):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
                 rows[memory, lane] = p.direction[end - p.switches[s, SWITCH_TANGENTS] + n]
+            for n in range(p.switches[s, SWITCH_TANGENTS], p.switches[s, SWITCH_MEMORIES]):
+                memory = p.switches[s, SWITCH_MEMORY] + n
+                measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
+                rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
     return 0
 
 

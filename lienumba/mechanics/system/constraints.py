@@ -218,10 +218,10 @@ def leaning(model: Model, now: Instant) -> Leaning:
     found: dict[tuple[int, int], Any] = {}
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
-            mode = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0)))
+            mode, still = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0))), kinematics.still(now, c.bodies)
             kinetic = where(mode.on > STICK, model.contacts[c.switch.index].kinetic, 0.0)
-            moving = tuple(lift(x).a for x in c.law(kinematics.still(now, c.bodies)))
-            for row, d in zip(range(rows.start, rows.stop), laws.sliding(moving, mode.memory), strict=True):
+            moving, kept = tuple(lift(x).a for x in c.law(still)), laws.heading(model, c.switch, still, mode.memory)
+            for row, d in zip(range(rows.start, rows.stop), laws.sliding(moving, kept), strict=True):
                 found[row, rows.start - 1] = -(kinetic * d)
     return found
 

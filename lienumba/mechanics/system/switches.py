@@ -79,7 +79,8 @@ def _described(model: Model) -> Iterator[Switch]:
         yield of(LIMIT, limit.name, n, 1)
     for n, contact in enumerate(model.contacts):
         tangents = 0 if is_zero(contact.static) and is_zero(contact.kinetic) else 2
-        yield of(CONTACT, contact.name, n, 1 + tangents, tangents, tangents)
+        memories = tangents + 1 if tangents and contact.normal is None else tangents  # whose tangents these are
+        yield of(CONTACT, contact.name, n, 1 + tangents, tangents, memories)
     for n, force in enumerate(model.forces):
         if sticks(force):
             yield of(FRICTION, force.name, n, 1, 1, 1)

@@ -1,4 +1,5 @@
-"""Contacts that yield come to rigid ones as they get stiffer: by the time that an impact takes, which is 1/sqrt(k)."""
+"""Contacts and stops that yield come to rigid ones as they get stiffer: by the time that an impact takes, which is
+1/sqrt(k)."""
 
 import math
 
@@ -34,5 +35,37 @@ def test_a_contact_that_yields_comes_to_the_rigid_one() -> None:
     sweep = scenarios.table({"contacts.floor.stiffness": np.array([1e6, 1e8, 1e10])})
     soft = lienumba.run(data | {"model": model | {"contacts": [stiff]}, "sweep": sweep}).isel(time=-1, body=0, axis=2)
     error = abs(soft.position.values - known[0])
+    assert error[0] < 1e-2
+    np.testing.assert_allclose(error[:-1] / error[1:], 10.0, rtol=0.05)
+
+
+def test_an_end_stop_comes_to_the_rigid_one() -> None:
+    """A slide against a spring with a damper of the same damping ratio D: what leaves it, by a force that never pulls,
+    is slower by exp(-D w t) (cos + ...), whatever the stiffness; without damping, as fast as it came."""
+    body = {"name": "cart", "mass": 2, "inertia": [0.1] * 3}
+    slide = {"name": "rail", "type": "prismatic", "bodies": ["ground", "cart"], "points": [[0, 0, 0]] * 2}
+    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": 0, "speed": 1.0}
+    model = {"gravity": [0, 0, 0], "bodies": [body], "joints": [slide]}
+    data = {"title": "A buffer", "integrator": scenarios.settings(1.0, 1e-11), "output": {"times": [0, 1.0]}}
+    ratio, stiffness = 0.2, np.array([1e5, 1e7, 1e9])
+    # until the force would pull: k x + d v = 0, of x = exp(-a t) sin(w t) / w
+    decay, pulsation = ratio, math.sqrt(1 - ratio**2)
+    fraction = lambda t: (  # noqa: E731
+        math.sin(pulsation * t) + 2 * ratio * (pulsation * math.cos(pulsation * t) - decay * math.sin(pulsation * t))
+    )
+    t = brentq(fraction, 1.0, math.pi / pulsation, xtol=1e-15)
+    speed = math.exp(-decay * t) * (pulsation * math.cos(pulsation * t) - decay * math.sin(pulsation * t)) / pulsation
+    e = -speed
+    # from there on the damper keeps it from pulling: nothing acts, and the cart goes on as it is
+    assert 0.4 < e < 0.6
+    stop = {"name": "end", "joint": "rail", "high": 0.5, "restitution": e}
+    rigid = lienumba.run(data | {"model": model | {"limits": [stop]}}).isel(run=0, time=-1, body=0)
+    np.testing.assert_allclose([rigid.position[0], rigid.velocity[0]], [0.5 - 0.5 * e, -e], rtol=0, atol=1e-11)
+
+    buffer = {"name": "end", "type": "end_stop", "joint": "rail", "upper": 0.5, "stiffness": 1e5, "damping": 1.0}
+    damping = 2 * ratio * np.sqrt(2.0 * stiffness)
+    columns = {"forces.end.stiffness": stiffness, "forces.end.damping": damping}
+    soft = lienumba.run(data | {"model": model | {"forces": [buffer]}, "sweep": scenarios.table(columns)})
+    error = abs(soft.position.values[:, -1, 0, 0] - (0.5 - 0.5 * e))
     assert error[0] < 1e-2
     np.testing.assert_allclose(error[:-1] / error[1:], 10.0, rtol=0.05)

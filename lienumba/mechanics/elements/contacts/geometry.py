@@ -12,6 +12,7 @@ from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import sqrt, where
 
+POLE = 1e-12  # the square of how near to the far pole of a hemisphere its tangents are given up
 SQUARE_FLOOR = 1e-200  # below the square of every length that matters: zero divided by it is zero
 
 
@@ -37,13 +38,27 @@ def unit(v: so3.Vec3) -> tuple[so3.Vec3, Number]:
     return so3.scale(1.0 / length, v), length
 
 
-def tangents(n: so3.Vec3) -> tuple[so3.Vec3, so3.Vec3]:
-    """Two unit vectors across a unit vector and each other (Duff et al. 2017): x and y for the z axis."""
+def hemisphere(n: so3.Vec3) -> Number:
+    """By which tangents are chosen: 1 or -1."""
+    return where(n[2] < 0.0, -1.0, 1.0)
+
+
+def tangents(n: so3.Vec3, of: Number | None = None) -> tuple[so3.Vec3, so3.Vec3]:
+    """Two unit vectors across a unit vector and each other (Duff et al. 2017): x and y for the z axis. They jump where
+    the hemisphere changes; with that of another place they go on, up to its far pole."""
     x, y, z = n
-    sign = where(z < 0.0, -1.0, 1.0)
-    a = -1.0 / (sign + z)
+    sign = hemisphere(n) if of is None else of
+    away = sign + z
+    a = -1.0 / (away if of is None else where(away * away < POLE, sign, away))
     b = x * y * a
     return (1.0 + sign * (x * x * a), sign * b, -(sign * x)), (b, sign + y * y * a, -y)
+
+
+def carried(n: so3.Vec3, kept: Vector) -> Vector:
+    """Along the tangents, a direction that was kept along those of a hemisphere: (d1, d2, hemisphere)."""
+    first, second = tangents(n, kept[2])
+    d = so3.axpy(kept[0], first, so3.scale(kept[1], second))
+    return tuple(so3.dot(t, d) for t in tangents(n))
 
 
 def slip(place: Place, a: Motion, b: Motion) -> Vector:

@@ -13,6 +13,7 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.contacts import CONTACTS
+from lienumba.mechanics.elements.contacts.geometry import carried, hemisphere
 from lienumba.mechanics.elements.joints import parts
 from lienumba.mechanics.mechanism.kinematics import Law, View
 from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
@@ -110,7 +111,24 @@ def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
     """The memory of a switch if it were turned on now. rates: of its rows."""
     if switch.what == LOCK:
         return tuple(lift(x).a for x in measured(model, model.locks[switch.index], view))
-    return direction(rates[switch.rows - switch.tangents :], (0.0,) * switch.tangents) if switch.tangents else ()
+    if not switch.tangents:
+        return ()
+    found = direction(rates[switch.rows - switch.tangents :], (0.0,) * switch.tangents)
+    return found if switch.memories == switch.tangents else (*found, hemisphere(_normal(model, switch, view)))
+
+
+def heading(model: Model, switch: Switch, view: View, kept: Vector) -> Vector:
+    """The direction of sliding that was kept, along the tangents as they are now."""
+    if switch.memories == switch.tangents:
+        return kept[: switch.tangents]
+    return carried(_normal(model, switch, view), kept)
+
+
+def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:
+    """Of a contact, as a number, in the frame of its second body."""
+    contact = model.contacts[switch.index]
+    x, y, z = CONTACTS[contact.type].place(contact, *(view[i] for i in contact.bodies)).normal
+    return lift(x).a, lift(y).a, lift(z).a
 
 
 def direction(rates: Vector, otherwise: Vector) -> Vector:

@@ -24,6 +24,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
     are relative to their lengths."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
     found: list[Any] = []
     for switch in switches_of(model):
         if switch.what in (JOINT, LOCK):
@@ -33,7 +34,8 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
         reactions = [-mu for mu in multipliers[first:][own]]
         tangents = slice(switch.rows - switch.tangents, switch.rows)
         back: Any = 0.0
-        for x, d in zip(rates[own][tangents], mode.memory, strict=True):
+        kept = laws.heading(model, switch, everything, mode.memory)
+        for x, d in zip(rates[own][tangents], kept, strict=True):
             back = back - x * d
         pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
         turns = where(mode.on > STICK, back, pushed) if switch.tangents else 0.0
