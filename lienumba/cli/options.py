@@ -51,3 +51,21 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Show errors on
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")]
 DatasetArgument = Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)]
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)]
+OutputsArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[OUTPUT]...",
+        help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
+        show_default=False,
+    ),
+]
+TimeOption = Annotated[
+    float | None,
+    typer.Option(
+        "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
+    ),
+]
+TableOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
+]

@@ -10,7 +10,10 @@ from lienumba.cli.options import (
     AllowCodeOption,
     DatasetArgument,
     FileArgument,
+    OutputsArgument,
     QuietOption,
+    TableOption,
+    TimeOption,
 )
 from lienumba.present.terminal import console
 
@@ -122,24 +125,9 @@ def report(
 
 def analyse(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset of a sweep (.nc).", show_default=False)],
-    outputs: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[OUTPUT]...",
-            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
-            show_default=False,
-        ),
-    ] = None,
-    time: Annotated[
-        float | None,
-        typer.Option(
-            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
-    ] = None,
+    outputs: OutputsArgument = None,
+    time: TimeOption = None,
+    output: TableOption = None,
 ) -> None:
     """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
     with console.exit_codes():
@@ -166,24 +154,9 @@ def analyse(
 def compare(
     first: Annotated[Path, typer.Argument(metavar="FIRST", help="A dataset of a sweep (.nc).", show_default=False)],
     second: Annotated[Path, typer.Argument(metavar="SECOND", help="Another, of another design.", show_default=False)],
-    outputs: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[OUTPUT]...",
-            help="Such as tip, position.top.z, event_time.far or failed (default: what says most).",
-            show_default=False,
-        ),
-    ] = None,
-    time: Annotated[
-        float | None,
-        typer.Option(
-            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
-    ] = None,
+    outputs: OutputsArgument = None,
+    time: TimeOption = None,
+    output: TableOption = None,
 ) -> None:
     """Say what two sweeps differ in, run by run: what the scenarios differ in, and the outputs of equal samples."""
     with console.exit_codes():
@@ -217,12 +190,7 @@ def table(
             show_default=False,
         ),
     ] = None,
-    time: Annotated[
-        float | None,
-        typer.Option(
-            "--time", metavar="T", help="The stored time of series, in s (default: the last).", show_default=False
-        ),
-    ] = None,
+    time: TimeOption = None,
     output: Annotated[
         Path | None,
         typer.Option(
