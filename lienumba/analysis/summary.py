@@ -20,11 +20,13 @@ from lienumba.store.windows import windows
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
 AXES = ("axis", "body_axis")
+FEW = 64  # runs that tell of which size a variable is at the start
 
 
 @dataclass(frozen=True)
 class Quantiles:
-    """5, 50 and 95 % quantiles of one number of each run; body: to what it belongs, "" for the system."""
+    """5, 50 and 95 % quantiles of one number of each run; body: to what it belongs, "" for the system; scale: the
+    largest magnitude of the variable in all its components, at the start, too."""
 
     quantity: str
     body: str
@@ -33,6 +35,7 @@ class Quantiles:
     low: float
     median: float
     high: float
+    scale: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         finished=int((finished & sampled).sum()),
         final_time=time,
         outcomes=outcomes(ds),
-        final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled)),
+        final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled, _at_start(ds, name))),
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
         ended=tuple(_ended(ds, good & ~finished & sampled)),
         events=tuple(_happened(ds, good & sampled)),
@@ -163,10 +166,24 @@ def _happened(ds: xr.Dataset, which: np.ndarray) -> Iterator[Happened]:
             yield Happened(str(name), len(found), *np.quantile(found, QUANTILES).tolist())
 
 
-def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator[Quantiles]:
-    """Of each number that every run has of a variable (runs, ...), over these runs; NaN is left out."""
+def _at_start(ds: xr.Dataset, name: str) -> float:
+    """The largest number of a variable at the first stored time, of the first runs."""
+    if name not in ds or "time" not in ds[name].dims or ds[name].dims[:1] != RUN:
+        return 0.0
+    return _size(ds[name].isel(run=slice(0, FEW), time=0).values)
+
+
+def _size(values: np.ndarray) -> float:
+    """The largest magnitude; NaN counts for nothing."""
+    return float(np.fmax.reduce(abs(values).ravel(), initial=0.0))
+
+
+def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray, least: float = 0.0) -> Iterator[Quantiles]:
+    """Of each number that every run has of a variable (runs, ...), over these runs; NaN is left out. least: what the
+    scale of the variable is at least."""
     if not which.any():
         return
+    scale = max(_size(variable.values[which]), least)
     columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
     places = product(*(map(str, variable[dim].values) for dim in dims))
     for column, place in zip(columns, places, strict=True):
@@ -175,7 +192,7 @@ def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray) -> Iterator
             body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
             axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
             low, median, high = np.quantile(finite, QUANTILES).tolist()
-            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high)
+            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high, scale)
 
 
 def _maximum(ds: xr.Dataset, name: str, good: np.ndarray) -> float | None:

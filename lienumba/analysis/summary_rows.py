@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.text_table import NUMBER, WORD, TextTable
+from lienumba.analysis.text_table import NUMBER, WORD, TextTable, number_text
 
 if TYPE_CHECKING:
     from lienumba.analysis.summary import Happened, Quantiles, Summary
@@ -29,9 +29,10 @@ class QuantileRows:
         """Of the numbers; one run has no quantiles."""
         return ["5 %", "median", "95 %"] if self.runs > 1 else ["value"]
 
-    def numbers(self, row: Quantiles) -> list[float]:
+    def numbers(self, row: Quantiles) -> list[str]:
         """Those below the headings."""
-        return [row.low, row.median, row.high] if self.runs > 1 else [row.median]
+        found = [row.low, row.median, row.high] if self.runs > 1 else [row.median]
+        return [number_text(x, ".6g", row.scale) for x in found]
 
 
 def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
@@ -47,18 +48,25 @@ def happened_headings(summary: Summary) -> list[str]:
     return ["event", "runs", *(["5 %", "median", "95 %"] if summary.spread > 1 else ["time"]), "unit"]
 
 
-def happened_times(summary: Summary, event: Happened) -> list[float]:
+def happened_times(summary: Summary, event: Happened) -> list[str]:
     """Those below its headings."""
-    return [event.low, event.median, event.high] if summary.spread > 1 else [event.median]
+    found = [event.low, event.median, event.high] if summary.spread > 1 else [event.median]
+    return [number_text(t, ".6g") for t in found]
 
 
 def change_table(summary: Summary) -> TextTable:
     """What changed, how often, when, and by which impulses."""
+    impulse, energy = (
+        max((x for x in found if x == x), default=0.0)
+        for found in ([x.largest_impulse for x in summary.changes], [abs(x.energy) for x in summary.changes])
+    )
     headings = ["changed", "how", "runs", "times", "t: 5 %", "median", "95 %", "impulse", "largest", "energy lost"]
     rows = [
         [
-            x.what, x.kind.name, f"{x.runs:,}", f"{x.count:,}", *(f"{t:.6g}" for t in (x.low, x.median, x.high)),
-            *(f"{number:.4g}" for number in (x.impulse, x.largest_impulse, x.energy)),
+            x.what, x.kind.name, f"{x.runs:,}", f"{x.count:,}",
+            *(number_text(t, ".6g") for t in (x.low, x.median, x.high)),
+            *(number_text(size, ".4g", impulse) for size in (x.impulse, x.largest_impulse)),
+            number_text(x.energy, ".4g", energy),
         ]
         for x in summary.changes
     ]  # fmt: skip

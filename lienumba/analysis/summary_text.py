@@ -72,17 +72,14 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
 def _events(summary: Summary) -> Table:
     """When events first happened; of one run there is one time."""
     headings = happened_headings(summary)
-    rows = [[x.name, f"{x.runs:,}", *(f"{t:.6g}" for t in happened_times(summary, x)), "s"] for x in summary.events]
+    rows = [[x.name, f"{x.runs:,}", *happened_times(summary, x), "s"] for x in summary.events]
     kinds = [WORD, *repeat(NUMBER, len(headings) - 2), UNIT]
     return TextTable(headings, kinds, rows).on_terminal("events, the first of each run")
 
 
 def _quantiles(what: str, found: QuantileRows) -> Table:
     which = f", the last of {found.others + 1} bodies" if found.others else ""
-    rows = [
-        [row.quantity, row.body, row.axis, *(f"{x:.6g}" for x in found.numbers(row)), unit_label(row.units)]
-        for row in found.first
-    ]
+    rows = [[row.quantity, row.body, row.axis, *found.numbers(row), unit_label(row.units)] for row in found.first]
     headings = ["quantity", "body", "axis", *found.headings, "unit"]
     kinds = [*repeat(WORD, 3), *repeat(NUMBER, len(found.headings)), UNIT]
     return TextTable(headings, kinds, rows).on_terminal(what + which)

@@ -17,6 +17,7 @@ WORD: Kind = "word"
 NUMBER: Kind = "number"
 UNIT: Kind = "unit"
 NONE = "–"  # what stands where there is no number
+ROUNDING = 1e-12  # of the largest value of a variable: what is less, or varies by less, is rounding
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ def _safe(text: str) -> str:
     return escape(readable(text))
 
 
-def number_text(value: float, form: str) -> str:
-    """A number in this format, if there is one."""
-    return f"{value:{form}}" if value == value else NONE
+def number_text(value: float, form: str, scale: float = 0.0) -> str:
+    """A number in this format, if there is one; what is rounding beside this scale is 0, which has no sign."""
+    if value != value:
+        return NONE
+    text = f"{0.0 if abs(value) <= ROUNDING * scale else value:{form}}"
+    return text if any(digit in text.partition("e")[0] for digit in "123456789in") else text.removeprefix("-")

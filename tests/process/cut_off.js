@@ -1,11 +1,11 @@
 () => {
   // What of the page, or of a chart in it, reaches beyond its place.
   const found = [], wide = document.documentElement.clientWidth;
-  const scrolled = ".scroll, pre, nav, .plot, script, select, details:not([open]) > :not(summary)";
+  const apart = "nav, .plot, script, select, details:not([open]) > :not(summary)";
   const isShown = (box) => box.width > 0 && box.height > 0;
   for (const element of document.querySelectorAll("body *")) {
     const texts = [...element.childNodes].filter((node) => node.nodeType === 3 && node.textContent.trim());
-    if (!texts.length || element.closest(scrolled)) continue;
+    if (!texts.length || element.closest(apart)) continue;
     const box = element.getBoundingClientRect();
     const inside = getComputedStyle(element).display === "inline" ? 0 : element.scrollWidth - element.clientWidth;
     if (isShown(box) && (box.left < -1 || box.right > wide + 1 || inside > 1))

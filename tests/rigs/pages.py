@@ -68,7 +68,7 @@ def page_of(ds: Any, name: str = "pendel.nc", allow_code: bool = False) -> str:
 
 
 CAPTION = re.compile(r"<figcaption>(.*?)</figcaption><div class=\"plot\" data-chart")
-INLINE = ("strong", "code", "small", "a")
+INLINE = ("strong", "code", "small", "a", "wbr")
 
 
 class _Texts(HTMLParser):

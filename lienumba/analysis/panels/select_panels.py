@@ -16,6 +16,7 @@ import xarray as xr
 from lienumba.analysis.labels import axis_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
+from lienumba.analysis.text_table import ROUNDING
 from lienumba.batch.statuses import GOOD
 from lienumba.mechanics.system.output_variables import MODE, kept_largest
 from lienumba.store.components import components, dims_of, matching, places, unit
@@ -31,7 +32,6 @@ EACH = ("body", "joint")  # dimensions whose entries have panels of their own
 MOST_LINES = 12  # in one panel
 MOST_ASKED = 24  # panels
 MOST, TIMED, ALONE = 12, 6, 7  # panels where none is asked for: all, over the time, these without histograms
-ROUNDING = 1e-12  # of the largest value of a variable: what varies by less is constant
 FEW = 12  # runs: too few for a histogram
 RANKED = 10_000  # runs that say on which inputs an output depends
 

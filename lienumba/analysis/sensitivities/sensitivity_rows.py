@@ -47,8 +47,8 @@ class InputRow:
         half = 0.5 * (of["change_high"] - of["change_low"])
         spread = f" ± {half:.2g}" if half == half else ""
         ends = [number_text(of[name], ".4g") for name in ("input_low", "input_high", "low", "high")]
-        change = f"{of['change']:.3g}{spread}" if of["low"] == of["low"] else NONE
-        correlation = f"{round(r, 2) + 0.0:.2f} ± {0.5 * (r_high - r_low):.2f}" if r == r else NONE
+        change = f"{number_text(of['change'], '.3g')}{spread}" if of["low"] == of["low"] else NONE
+        correlation = f"{number_text(r, '.2f')} ± {0.5 * (r_high - r_low):.2f}" if r == r else NONE
         return [correlation, *ends, change]
 
     @property

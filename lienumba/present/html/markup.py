@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from lienumba.analysis.text_table import NONE, WORD, TextTable
+from lienumba.analysis.text_table import WORD, TextTable, number_text
+from lienumba.words import is_number
 
-VOID = {"input", "br"}
+VOID = {"input", "br", "wbr"}
 RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
@@ -33,22 +35,33 @@ def join(children: Iterable[str]) -> Markup:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, prose: bool = False) -> Markup:
-    """A table that scrolls inside itself; words: so many columns from the left hold words, the others numbers; prose:
-    some hold sentences."""
+    """A table that tables.js makes fit its place; words: so many columns from the left hold words, the others numbers;
+    prose: some hold sentences."""
     kinds = ["word" if n < words else "number" for n in range(len(headings))]
     head = element("tr", *(element("th", text, class_=kind) for text, kind in zip(headings, kinds, strict=True)))
-    body = (
-        element("tr", *(element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True)))
-        for row in rows
-    )
+    body = (element("tr", *(_cell(*place) for place in zip(row, kinds, headings, strict=True))) for row in rows)
     whole = element("table", element("thead", head), element("tbody", *body))
     kind = "scroll prose" if prose else "scroll"
     return element("div", whole, class_=kind, tabindex="0", role="region", aria_label=", ".join(headings))
 
 
+def _cell(text: str, kind: str, heading: str) -> Markup:
+    return element("td", breakable(text) if kind == "word" else text, class_=kind, data_label=heading)
+
+
+def breakable(text: str) -> Markup:
+    """A text that may be broken behind the dots and lines within its names, and nowhere else within words."""
+    if isinstance(text, Markup):
+        return text
+    first, *rest = re.split(r"(?<=[._])(?=[^\W\d_])", text)
+    return join([first, *(join([element("wbr"), part]) for part in rest)])
+
+
 def text_table(found: TextTable) -> Markup:
     """A table of an analysis, whose words are its first columns."""
-    return table(found.headings, found.rows, sum(kind == WORD for kind in found.kinds))
+    words = sum(kind == WORD for kind in found.kinds)
+    rows = ([*row[:words], *(typeset(text) if is_number(text) else text for text in row[words:])] for row in found.rows)
+    return table(found.headings, rows, words)
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
@@ -72,9 +85,14 @@ def sentence(text: str) -> Markup:
 
 def number(x: float, digits: int = 6) -> str:
     """A number as it is printed: 4.4 × 10⁻¹⁶, −0.25."""
-    if x != x:
-        return NONE
-    mantissa, _, power = f"{x:.{digits}g}".replace("-", "−").partition("e")
+    return typeset(number_text(x, f".{digits}g"))
+
+
+def typeset(text: str) -> str:
+    """The text of a number, or of none, as a page has it."""
+    if not any(digit in text for digit in "0123456789"):
+        return text
+    mantissa, _, power = text.replace("-", "−").partition("e")
     return (
         f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}"
         if power

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lienumba.engine.simulate import Progress, Tell
 
 ENDINGS = (".html", ".htm")
-SCRIPTS = ("theme.js", "charts.js", "sensitivity.js", "motion.js", "viewer.js")
+SCRIPTS = ("theme.js", "tables.js", "charts.js", "sensitivity.js", "motion.js", "viewer.js")
 SHADE = 0.3  # of white in the lighter half of a body that spins, or of black in the dark theme
 DARK = ("#4aa8e0", "#f08a3c", "#2fc198", "#e29ac6", "#e8ab2e", "#86cdf2", "#e6e7e8")  # of COLORS, on a dark page
 

@@ -19,7 +19,18 @@ from lienumba.analysis.summary_rows import (
     quantile_rows,
 )
 from lienumba.present.html.chart import Section, section
-from lienumba.present.html.markup import Markup, element, folded, join, number, sentence, table, text_table
+from lienumba.present.html.markup import (
+    Markup,
+    breakable,
+    element,
+    folded,
+    join,
+    number,
+    sentence,
+    table,
+    text_table,
+    typeset,
+)
 
 MOST_ROWS = 300  # of the folded table
 
@@ -78,7 +89,7 @@ def _quantiles(heading: str, found: QuantileRows) -> Iterator[Markup]:
 def _events(found: Summary) -> Iterator[Markup]:
     """When events first happened."""
     if found.events:
-        rows = [[x.name, f"{x.runs:,}", *map(number, happened_times(found, x)), "s"] for x in found.events]
+        rows = [[x.name, f"{x.runs:,}", *map(typeset, happened_times(found, x)), "s"] for x in found.events]
         yield element("h3", "Events, the first of each run")
         yield table(happened_headings(found), rows, 1)
 
@@ -100,6 +111,6 @@ def _table(found: QuantileRows, rows: Sequence[Quantiles]) -> Markup:
         of = [row.body] if "of" in words else []
         unit = unit_label(row.units)
         also = " ".join(filter(None, [*of, row.axis, f"({unit})" if unit else ""]))
-        first = join([row.quantity, element("span", f" {also}", class_="also")])
-        lines.append([first, *of, row.axis, *map(number, found.numbers(row)), unit])
+        first = join([breakable(row.quantity), element("span", f" {also}", class_="also")])
+        lines.append([first, *of, row.axis, *map(typeset, found.numbers(row)), unit])
     return element("div", table([*words, *found.headings, "unit"], lines, len(words)), class_="quantiles")

@@ -16,7 +16,7 @@ from lienumba.keys.types import NAME, Number, Section
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.scenario.base.toml import Keys
-from lienumba.words import show, suggestion
+from lienumba.words import is_number, show, suggestion
 
 Interpolation = Literal["hold", "linear", "cubic"]
 ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
@@ -202,7 +202,7 @@ def _csv(path: Path, columns: Sequence[str]) -> list[list[float]]:
 
 def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """The names in the first line, and the cells of each line below with its number; separated by commas, semicolons,
-    tabs or spaces."""
+    tabs or spaces. Nothing is quoted of a file that is no table: it may be somebody's secret."""
     lines = [
         (number, line.strip())
         for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1)
@@ -213,6 +213,8 @@ def csv_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     head = lines[0][1]
     separator = next((c for c in ",;\t" if c in head), " ")
     rows = list(csv.reader([line for _, line in lines], delimiter=separator, skipinitialspace=True))
+    if 2 * sum(any(map(is_number, row)) for row in rows[1:]) < len(rows) - 1:
+        raise BadValueError("is no table of numbers", "give a first line with the names of the columns, numbers below")
     return [cell.strip() for cell in rows[0]], [(n, row) for (n, _), row in zip(lines[1:], rows[1:], strict=True)]
 
 

@@ -21,8 +21,9 @@ from lienumba.analysis.studies.study_rows import (
     point_table,
     time_text,
 )
-from lienumba.present.html.markup import text_table
+from lienumba.present.html.markup import text_table, typeset
 from lienumba.store.study_layout import Coordinate
+from lienumba.words import is_number
 from tests.rigs.made_studies import METHODS, STEPS, study
 
 SQUARES = np.array(STEPS) ** 2 * np.ones((1, 2, 1))
@@ -118,5 +119,5 @@ def test_terminal_and_page_show_the_same_cells():
     cells = [html.unescape(x) for x in re.findall(r"<td[^>]*>([^<]*)</td>", text_table(table))]
     assert len(cells) == 8 * len(table.headings)
     for n, row in enumerate(table.rows):
-        assert cells[n * len(row) : (n + 1) * len(row)] == row
+        assert cells[n * len(row) : (n + 1) * len(row)] == [typeset(x) if is_number(x) else x for x in row]
         assert row in shown

@@ -8,6 +8,7 @@ function showSensitivity(data) {
   const chosen = { output: 0, input: 0 };
   const outputs = document.getElementById("output"), inputs = document.getElementById("input");
   const named = (x, at = "") => x.name + (x.unit ? ` (${x.unit})` : "") + at;
+  const short = (x) => x.toFixed(2).replace(/^-(?=0\.00$)/, "").replace("-", "−"); // 0 has no sign
   const safe = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;").replace(/%\{/g, "%&#123;");
 
   offer(outputs, data.outputs.map((x) => named(x, x.at && `, ${x.at}`)));
@@ -22,23 +23,32 @@ function showSensitivity(data) {
     const cell = (row, kind, text) => { const made = document.createElement(kind); made.textContent = text; row.append(made); return made; };
     const head = table.createTHead().insertRow();
     cell(head, "th", "");
-    data.inputs.forEach((x) => { cell(head, "th", x.name).className = "number"; });
+    data.inputs.forEach((x) => { cell(head, "th", "").append(breakable(x.name)); });
     const body = table.createTBody();
     return data.outputs.map((output, n) => {
       const row = body.insertRow();
-      cell(row, "th", output.name);
+      cell(row, "th", "").append(breakable(output.name));
       return data.inputs.map((input, k) => {
         const r = value("rank_correlation", n, k), button = document.createElement("button");
         button.type = "button";
-        button.textContent = Number.isFinite(r) ? r.toFixed(2).replace("-", "−") : "–";
+        button.textContent = Number.isFinite(r) ? short(r) : "–";
         button.setAttribute("aria-label", `${output.name} over ${input.name}: ${button.textContent}`);
         button.style.setProperty("--tint", r < 0 ? "var(--c1)" : "var(--c0)");
         button.style.setProperty("--weight", `${Math.round(55 * Math.abs(r) || 0)}%`);
         button.addEventListener("click", () => choose(n, k));
-        cell(row, "td", "").append(button);
+        const place = cell(row, "td", "");
+        place.dataset.label = input.name;
+        place.append(button);
         return button;
       });
     });
+  }
+
+  /** A name that may be broken behind its dots, as `breakable` in markup.py has it. */
+  function breakable(name) {
+    const parts = document.createDocumentFragment();
+    name.split(/(?<=[._])(?=[a-z])/i).forEach((part, n) => parts.append(...(n ? [document.createElement("wbr"), part] : [part])));
+    return parts;
   }
 
   function choose(output, input) {
@@ -60,8 +70,8 @@ function showSensitivity(data) {
   function scatter() {
     const { output: n, input: k } = chosen, x = points.inputs[k], y = points.outputs[n];
     const [r, low, high] = ["", "_low", "_high"].map((end) => value(`rank_correlation${end}`, n, k));
-    const told = Number.isFinite(r) ? `rank correlation ${r.toFixed(2)} (${low.toFixed(2)} to ${high.toFixed(2)}), ${data.outputs[n].runs.toLocaleString("en")} runs` : "no rank correlation";
-    caption("scatter-caption", `${data.outputs[n].name} over ${data.inputs[k].name}`, told.replace(/-/g, "−"));
+    const told = Number.isFinite(r) ? `rank correlation ${short(r)} (${short(low)} to ${short(high)}), ${data.outputs[n].runs.toLocaleString("en")} runs` : "no rank correlation";
+    caption("scatter-caption", `${data.outputs[n].name} over ${data.inputs[k].name}`, told);
     const trace = {
       type: "scatter", mode: "markers", x: x || [], y: y || [], customdata: data.labels, marker: { size: 5, color: "--c0 55%" },
       hovertemplate: `run %{customdata}<br>%{x:.5~g} ${safe(data.inputs[k].unit)}<br>%{y:.5~g} ${safe(data.outputs[n].unit)}<extra></extra>`,

@@ -41,6 +41,7 @@ async function part(places, what, fill) {
 async function start() {
   followTheme();
   offerScenario();
+  fitTables();
   if (!window.DecompressionStream) {
     say("The charts need a browser from 2023 or later: Chrome 80, Edge 80, Firefox 113, Safari 16.4, or newer.");
     return;

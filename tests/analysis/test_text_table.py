@@ -1,0 +1,27 @@
+"""Numbers as tables show them: what is rounding is 0, and 0 has no sign."""
+
+import numpy as np
+
+from lienumba.analysis import summarise
+from lienumba.analysis.summary_rows import quantile_rows
+from lienumba.analysis.text_table import number_text
+from tests.rigs.changing import changing
+
+
+def test_zero_has_no_sign_however_it_comes_about():
+    assert [number_text(x, ".6g") for x in (-0.0, 0.0, -1.5e-7, np.nan, -np.inf)] == ["0", "0", "-1.5e-07", "–", "-inf"]
+    assert [number_text(x, ".2f") for x in (-0.001, -0.0, -0.01, 0.001)] == ["0.00", "0.00", "-0.01", "0.00"]
+
+
+def test_what_is_rounding_beside_its_scale_is_zero():
+    assert [number_text(x, ".6g", 2.0) for x in (1.9e-12, -1.9e-12, 2.1e-12, -3.0)] == ["0", "0", "2.1e-12", "-3"]
+    assert number_text(1e-30, ".6g") == "1e-30"  # a scale that nobody knows says nothing
+
+
+def test_a_door_that_is_locked_stands_still_in_the_summary_and_moves_by_rounding_in_the_dataset():
+    ds = changing()
+    found = quantile_rows(summarise(ds).final, 4)
+    shown = {(row.quantity, row.body, row.axis): found.numbers(row) for row in found.first}
+    assert {tuple(shown["angular_velocity", "door", axis]) for axis in "xyz"} == {("0", "0", "0")}
+    assert 0 < abs(ds["angular_velocity"].sel(body="door").isel(time=-1)).max() < 1e-13  # it turned at 2 rad/s
+    assert shown["position", "door", "y"][1] != "0"
