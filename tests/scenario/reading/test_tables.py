@@ -122,3 +122,12 @@ def test_a_table_may_be_scaled_and_delayed_run_by_run() -> None:
         edges = np.clip(np.append(np.array(TIMES) + delay, 9.0), 0.0, 0.5)
         wanted = scale * float(np.sum(np.diff(edges) * VALUES))
         assert 2 * float(ds.velocity[n, -1, 0, 0]) == pytest.approx(wanted, abs=1e-13)
+
+
+@pytest.mark.parametrize("text", ["root:$6$secret:19000:0\ndaemon:*:19000:0\n", "key secret\nhost a\nport 22\nuser b\n"])
+def test_nothing_of_a_file_that_is_no_table_is_quoted(tmp_path: Path, text: str) -> None:
+    (tmp_path / "file").write_text(text)
+    for table in ("tables", "inputs"):
+        with pytest.raises(lienumba.ScenarioError, match="is no table of numbers; give a first line") as error:
+            resolve(ROD | {table: {"thrust": {"file": str(tmp_path / "file"), "time": "t", "value": "thrust"}}})
+        assert "secret" not in str(error.value)
