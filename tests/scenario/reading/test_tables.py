@@ -124,7 +124,9 @@ def test_a_table_may_be_scaled_and_delayed_run_by_run() -> None:
         assert 2 * float(ds.velocity[n, -1, 0, 0]) == pytest.approx(wanted, abs=1e-13)
 
 
-@pytest.mark.parametrize("text", ["root:$6$secret:19000:0\ndaemon:*:19000:0\n", "key secret\nhost a\nport 22\nuser b\n"])
+@pytest.mark.parametrize(
+    "text", ["root:$6$secret:19000:0\ndaemon:*:19000:0\n", "key secret\nhost a\nport 22\nuser b\n"]
+)
 def test_nothing_of_a_file_that_is_no_table_is_quoted(tmp_path: Path, text: str) -> None:
     (tmp_path / "file").write_text(text)
     for table in ("tables", "inputs"):
