@@ -1,6 +1,7 @@
 """The house: imports point downwards only, files stay short, the mathematics is documented. Read from the source."""
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -76,6 +77,12 @@ MOST_ANY = 0.05  # of parameters may be or hold anything
 BY_NAME = ("import_module", "__import__")
 
 
+@functools.cache
+def parsed(path: Path) -> ast.Module:
+    """The syntax tree of a file, read once."""
+    return ast.parse(path.read_text())
+
+
 def floor(name: str) -> int:
     """The height of a module or package directly below lienumba."""
     for height, names in enumerate(FLOORS):
@@ -129,7 +136,7 @@ def test_imports_point_downwards_only(path):
     here = part(path)
     if here in GROUND_FLOOR:
         return
-    for line, module in imports(ast.parse(path.read_text()), path):
+    for line, module in imports(parsed(path), path):
         below = target(module)
         if below is None or below in GROUND_FLOOR | {here}:
             continue
@@ -145,7 +152,7 @@ def test_imports_inside_a_room_point_downwards_only(room):
     assert set(heights) == {p.stem for p in (PACKAGE / room).iterdir() if p.stem not in ("__init__", "__pycache__")}
     for path in (PACKAGE / room).rglob("*.py"):
         names = path.relative_to(PACKAGE / room).with_suffix("").parts
-        for line, module in imports(ast.parse(path.read_text()), path):
+        for line, module in imports(parsed(path), path):
             inside = module.split(".")[2:] if module.startswith(f"lienumba.{room}.") else []
             if names[0] == "__init__" or not inside or inside[0] == names[0]:
                 continue
@@ -161,7 +168,7 @@ def test_the_drivers_see_neither_mechanics_nor_the_tracer():
         path = found.pop()
         if path not in seen:
             seen.add(path)
-            modules = [module for _, module in imports(ast.parse(path.read_text()), path)]
+            modules = [module for _, module in imports(parsed(path), path)]
             found += [file for module in modules if (file := file_of(module)) is not None]
     rooms = {path.relative_to(PACKAGE).parent.as_posix() for path in seen}
     assert rooms == {"numerics", "groups", "compiler", "compiler/routines", "integrators", "integrators/drivers"}
@@ -188,7 +195,7 @@ def test_tests_stand_in_the_mirror_of_the_tree():
 def test_the_ground_floor_imports_nothing_else_of_ours():
     for name in GROUND_FLOOR:
         path = PACKAGE / f"{name}.py"
-        assert {target(m) for _, m in imports(ast.parse(path.read_text()), path)} <= GROUND_FLOOR | {None}
+        assert {target(m) for _, m in imports(parsed(path), path)} <= GROUND_FLOOR | {None}
 
 
 def test_the_reader_of_imports_sees_them_all(tmp_path):
@@ -222,14 +229,14 @@ def test_no_test_file_is_long():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_every_module_says_what_it_is(path):
-    assert ast.get_docstring(ast.parse(path.read_text())), f"{path} has no docstring"
+    assert ast.get_docstring(parsed(path)), f"{path} has no docstring"
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if part(p) in ("groups", "mechanics")], ids=lambda p: p.stem)
 def test_every_public_function_of_the_mathematics_is_documented(path):
     bare = [
         f"{path.name}:{node.lineno} {node.name}"
-        for node in ast.parse(path.read_text()).body
+        for node in parsed(path).body
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and not ast.get_docstring(node)
     ]
     assert bare == []
@@ -242,7 +249,7 @@ def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
     if not light:
         return
     late = HEAVY | {"numpy"} if HELP in light else HEAVY
-    top = ast.Module([n for n in ast.parse(path.read_text()).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
+    top = ast.Module([n for n in parsed(path).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
     heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in late]
     assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
 
@@ -262,7 +269,7 @@ def test_commands_that_must_answer_at_once_load_nothing_heavy(arguments):
 
 def test_any_is_rare():
     """Numbers that are floats, arrays, jets or symbols are a `Number`; what is raw is an `object` until it is known."""
-    parameters = [x for path in FILES for x in annotated(ast.parse(path.read_text()))]
+    parameters = [x for path in FILES for x in annotated(parsed(path))]
     anything = [x for x in parameters if x is not None and re.search(r"\bAny\b", ast.unparse(x))]
     assert len(anything) <= MOST_ANY * len(parameters)
 

@@ -53,10 +53,15 @@ def state() -> str:
     digest = hashlib.sha256()
     for path in seen():
         digest.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes() + b"\0")
-    for name in ("llvmlite", "numpy"):
-        digest.update(f"{name} {version(name)}\0".encode())
-    digest.update(f"{sys.version} {platform.machine()}".encode())
+    digest.update(_versions().encode())
     return digest.hexdigest()[:20]
+
+
+@functools.cache
+def _versions() -> str:
+    """The libraries and the interpreter of this process."""
+    libraries = "".join(f"{name} {version(name)}\0" for name in ("llvmlite", "numpy"))
+    return f"{libraries}{sys.version} {platform.machine()}"
 
 
 _state = functools.cache(lambda: state())  # that of this process

@@ -22,10 +22,16 @@ def test_other_seeds_give_other_bits() -> None:
         assert_same(a, b)
 
 
-@pytest.mark.usefixtures("anew")
 @pytest.mark.parametrize("sweep", [*SWEEPS.values(), linkage], ids=[*SWEEPS, "linkage"])
 def test_one_and_two_workers(sweep: Any) -> None:
     data = sweep(runs=100)
+    assert_same(run(data, workers=1), run(data, workers=2))
+
+
+@pytest.mark.usefixtures("anew")
+@pytest.mark.parametrize("sweep", [top, wheel])
+def test_programs_made_anew_give_the_same_bits(sweep: Any) -> None:
+    data = sweep(runs=20)
     assert_same(run(data, workers=1), run(data, workers=2))
 
 

@@ -92,6 +92,7 @@ def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
 def test_other_versions_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
     from lienumba.compiler import cache
 
+    monkeypatch.setattr(cache, "_versions", cache._versions.__wrapped__)  # as in processes of their own
     states = {cache.state()}
     for package in ("llvmlite", "numpy"):
         other = lambda name, changed=package: "0.0" if name == changed else "1.0"  # noqa: E731
