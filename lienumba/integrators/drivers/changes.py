@@ -114,7 +114,7 @@ def change(
             if any_lane(hits):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(hits, x, at.now, layout.state_rows(sizes))
-            if forces and any_lane(hits):  # of locks and joints alone nothing is asked again
+            if forces and (sizes.values > 0 or any_lane(hits)):  # of locks and joints alone nothing is asked again
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:

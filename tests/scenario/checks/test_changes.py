@@ -136,6 +136,14 @@ CASES = {
         'events.act.when = "t > 1": happens whenever events.other does, which has action = "engage" of the '
         "same joint; give one of the two another condition",
     ),
+    "release and lock at once, written otherwise": (
+        rig(
+            event('action = "release"', 'joint = "pivot"'),
+            event('action = "lock"', 'joint = "pivot"', name="other", when="t>1.0e0"),
+        ).replace('t > 1"', 't > 1.0"'),
+        'events.act.when = "t > 1.0": happens whenever events.other does, which has action = "lock" of the same joint; '
+        "give one of the two another condition",
+    ),
     "lock of what is driven": (
         rig(SHAKEN, event('action = "lock"', 'joint = "rail"')),
         'events.act.joint = "rail": model.drivers.drive prescribes how it moves, a lock contradicts that; '

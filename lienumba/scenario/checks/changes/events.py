@@ -14,6 +14,7 @@ from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show, suggestion
 
 OPPOSITE = {LOCK.name: UNLOCK.name, RELEASE.name: ENGAGE.name}
+AGAINST = {*OPPOSITE.items(), (RELEASE.name, LOCK.name)}
 
 
 def check_events(lists: Lists, parameters: Parameters, report: Report) -> None:
@@ -100,7 +101,7 @@ def _check_against(found: list[tuple[str, Event]], parameters: Parameters, repor
         when = _written(event, parameters)
         for other_place, other in found:
             same = event.joint == other.joint and _meaning(when) == _meaning(_written(other, parameters))
-            if not same or OPPOSITE.get(event.action) != other.action:
+            if not same or (event.action, other.action) not in AGAINST:
                 continue
             if event.coordinate in (None, other.coordinate) or other.coordinate is None:
                 rule = f"happens whenever {other_place} does, which has action = {show(other.action)} of the same joint"

@@ -1,0 +1,78 @@
+"""What happens at one time: several events, one that changes what a stop feels, one that ends the run; changes at times
+that are stored, and at the end."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from tests.oracles.changing import scenarios
+
+G, MASS, PULL = 9.81, 20.0, 250.0
+
+
+def slide(end: float, events: list[Any], **more: Any) -> dict[str, Any]:
+    """A gate on a vertical slide that falls on its sill from one metre, and a winch."""
+    rail = {"name": "rail", "type": "prismatic", "bodies": ["ground", "gate"], "points": [[0, 0, 0]] * 2}
+    rail |= {"axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2, "displacement": 1.0, "speed": 0}
+    return {
+        "title": "A gate",
+        "parameters": {"pull": 0.0},
+        "model": {
+            "gravity": [0, 0, -G],
+            "bodies": [{"name": "gate", "mass": MASS, "inertia": [1.0] * 3}],
+            "joints": [rail],
+            "forces": [{"name": "winch", "type": "actuator", "joint": "rail", "value": "pull"}],
+            "limits": [{"name": "sill", "joint": "rail", "low": 0.0}],
+        },
+        "quantities": [{"name": "rail", "type": "joint", "joint": "rail"}],
+        "events": events,
+        "integrator": scenarios.settings(end, coordinates="joint"),
+        "output": {"times": [0, end]},
+    } | more
+
+
+def event(name: str, when: str, action: str, **more: Any) -> dict[str, Any]:
+    joint = {"joint": "rail"} if action in ("lock", "unlock") else {}
+    return {"name": name, "when": when, "action": action} | joint | more
+
+
+def test_a_number_that_is_set_lifts_what_lies() -> None:
+    """The winch pulls by more than the weight at t = 1; the gate is locked where it lies, and freed at that time."""
+    pull = event("hoist", "t > 1", "set", parameters={"pull": PULL})
+    for events in [pull], [event("catch", "t > 0.7", "lock"), event("open", "t > 1", "unlock"), pull]:
+        ds = lienumba.run(slide(1.5, events)).isel(run=0)
+        assert float(ds["rail.displacement"][-1]) == pytest.approx(0.5 * (PULL / MASS - G) * 0.5**2, abs=1e-11)
+        assert ds.change_time.values[scenarios.kinds(ds, "opened")] == pytest.approx([1.0])
+        assert abs(ds.energy_residual).max() < 1e-10
+
+
+def test_stored_states_at_a_change_are_those_before_it_and_the_last_one_that_behind() -> None:
+    data = slide(0.4, [event("catch", "t >= 0.2", "lock"), event("at_last", "t >= 0.4", "unlock")])
+    ds = lienumba.run(data | {"output": {"times": [0, 0.2, 0.3, 0.4]}}).isel(run=0)
+    np.testing.assert_allclose(ds["rail.speed"], [0, -G * 0.2, 0, 0], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(ds["mode"].sel(switch="rail.lock"), [0, 0, 1, 1])
+    assert int(ds.last_mode.sel(switch="rail.lock")) == 0
+    np.testing.assert_allclose(ds.change_time[:2], [0.2, 0.4], rtol=0, atol=1e-15)
+    assert abs(ds.energy_residual).max() < 1e-12
+
+
+def test_an_event_that_ends_the_run_goes_first() -> None:
+    together = [event("catch", "t > 0.2", "lock"), event("enough", "t > 0.2", "stop")]
+    ds = lienumba.run(slide(0.4, together)).isel(run=0)
+    assert (int(ds.changes), float(ds.end_time)) == (0, 0.2)
+    caused = [event("catch", "t > 0.2", "lock"), event("enough", "rail.speed > -1 and t > 0.15", "stop")]
+    ds = lienumba.run(slide(0.4, caused)).isel(run=0)
+    assert (int(ds.changes), float(ds.end_time)) == (1, 0.2)
+
+
+def test_once_is_once() -> None:
+    wave = "sin(20*t) > 0.5"
+    events = [event("catch", wave, "lock", once=True), event("free", "sin(20*t) < -0.5", "unlock")]
+    data = slide(0.4, events)
+    data["integrator"]["max_step"] = 0.02
+    ds = lienumba.run(data).isel(run=0)
+    assert scenarios.kinds(ds, "locked").sum() == 1
+    data["events"][0]["once"] = False
+    assert scenarios.kinds(lienumba.run(data).isel(run=0), "locked").sum() == 2
