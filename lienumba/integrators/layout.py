@@ -53,7 +53,7 @@ ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's er
 # many it has. on: as in `kinematics`.
 SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_NUMBERS = range(7)
 BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
-OFF, STICK, SLIDE = range(3)
+OFF, STICK, SLIDE, LEAN = range(4)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
 # What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
 # value, and whether it acts only once.
@@ -270,7 +270,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 12  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 15  # rows of numbers with which changes of one run are worked out
 
 
 @kernel

@@ -26,6 +26,7 @@ from lienumba.integrators.layout import (
     FRICTION,
     GAINED,
     ITERATIONS,
+    LEAN,
     LOCKS,
     MANY,
     OFF,
@@ -34,6 +35,7 @@ from lienumba.integrators.layout import (
     RELEASES,
     SETS,
     SIZE,
+    SLIDE,
     STALE,
     STATUS,
     STICK,
@@ -339,8 +341,9 @@ def _go_on(
         rows[first.lanes + STATUS, lane] = codes.PARADOX if paradox else codes.UNSOLVED
     for s in range(sizes.switches):
         was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]
+        was, now = float(STICK) if was == LEAN else was, float(STICK) if now == LEAN else now
         if kind != BILATERAL and was != now:
-            tells = codes.STUCK if now == STICK else codes.SLID
+            tells = codes.SLID if now == SLIDE else codes.STUCK
             if kind == UNILATERAL and was == OFF:
                 tells = codes.CLOSED
             if kind == UNILATERAL and now == OFF:

@@ -19,13 +19,16 @@ SOLVED, UNSOLVED, PARADOX = range(3)
 SWEEPS, ROUNDS, NEWTONS = 25, 40, 12  # sweeps between two trials of Newton's method, how many of these, its steps
 EXACT, CLOSE = 1e-15, 1e-10  # of the largest impulse: what Newton's method tries to reach, and what will do
 DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
+STIFF, STIFFER = 1e-6, 0.3  # of the largest diagonal: how much contacts give way, and how less where that is too hard
+FEW, REFINED = 4, 4  # rounds; how often it is made good that contacts give way
+SMOOTH, ROUGHER = 0.25, 1.5  # from which coefficient on, and how friction grows
 SECULAR = 60  # steps for the distance to the edge of a disk
 
 
 class Problem(NamedTuple):
     """S (q, q), free (q,); switches (s, 6): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
-    step, best (q,), matrix (q, q + 1): to work in."""
+    step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in."""
 
     S: Floats2
     free: Floats1
@@ -38,6 +41,9 @@ class Problem(NamedTuple):
     rates: Floats1
     step: Floats1
     best: Floats1
+    given: Floats1
+    diagonal: Floats1
+    anchor: Floats1
     matrix: Floats2
 
 
@@ -175,8 +181,25 @@ def _leaning(p: Problem, first: int, tangents: int, mu: float) -> float:
     return total
 
 
+@inlined
+def _follow(p: Problem, first: int, tangents: int, mu: float) -> None:
+    """Of a contact whose friction is as large as it may be, to rate 0 along the normal, as friction follows."""
+    length = 0.0
+    for i in range(first + 1, first + 1 + tangents):
+        length += p.x[i] * p.x[i]
+    length = np.sqrt(length)
+    if length > 0.0 and length >= mu * p.x[first] * (1.0 - 1e-6):
+        for i in range(first + 1, first + 1 + tangents):
+            p.direction[i] = -p.x[i] / length
+        pivot = _leaning(p, first, tangents, mu)
+        if pivot > DEPENDENT * p.S[first, first]:
+            _push(p, first, max(-p.x[first], -p.rates[first] / pivot))
+            for i in range(first + 1, first + 1 + tangents):
+                _push(p, i, -mu * p.direction[i] * p.x[first] - p.x[i])
+
+
 @apart
-def _sweep(p: Problem) -> bool:
+def _sweep(p: Problem, rays: bool) -> bool:
     """Let every switch follow its law, one by one; whether each can."""
     for s in range(p.law.size):
         first, rows, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_ROWS], p.switches[s, SWITCH_TANGENTS]
@@ -192,6 +215,8 @@ def _sweep(p: Problem) -> bool:
             _push(p, first, max(-p.x[first], -p.rates[first] / pivot))
             if law == PRESSES and tangents > 0:
                 _rub(p, first + 1, tangents, mu * p.x[first])
+                if rays:
+                    _follow(p, first, tangents, mu)
             for i in range(first + 1, first + 1 + tangents if law == SLIDES else first):
                 _push(p, i, -mu * p.direction[i] * p.x[first] - p.x[i])
     return True
@@ -318,13 +343,13 @@ def _clean(p: Problem) -> None:
 
 
 @apart
-def solve(p: Problem) -> int:
-    """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found."""
-    for _ in range(ROUNDS):
+def _search(p: Problem, rounds: int, rays: bool) -> int:
+    """Sweeps and Newton's method from x on, in turn; of no round the latter alone."""
+    for _ in range(max(rounds, 1)):
         update_rates(p)
-        if not _hold_all(p):
+        if rounds > 0 and not _hold_all(p):
             for _ in range(SWEEPS):
-                if not _sweep(p):
+                if not _sweep(p, rays):
                     return PARADOX
         least = _newton(p)
         update_rates(p)
@@ -333,3 +358,76 @@ def solve(p: Problem) -> int:
         if least <= CLOSE * _largest(p):
             return SOLVED
     return UNSOLVED
+
+
+@inlined
+def _shift(p: Problem, by: float) -> None:
+    """Contacts give way by this for a unit of impulse beyond those of the anchor."""
+    for i in range(p.free.size):
+        p.S[i, i] = p.diagonal[i] + by
+        p.free[i] = p.given[i] - by * p.anchor[i]
+
+
+@apart
+def _share(p: Problem) -> int:
+    """Find the impulses of contacts that all give way equally, by so little that it is soon made good; where that is
+    not to be found, from what gives way more on."""
+    q, scale = p.free.size, 0.0
+    for i in range(q):
+        p.given[i], p.diagonal[i], p.anchor[i] = p.free[i], p.S[i, i], 0.0
+        scale = max(scale, p.S[i, i])
+    _shift(p, STIFF * scale)
+    said, by = _search(p, 1, False), scale
+    while said == UNSOLVED and by > STIFF * scale:
+        by = max(STIFFER * by, STIFF * scale)
+        _shift(p, by)
+        said = _search(p, FEW, True)
+        if by > STIFF * scale:
+            said = UNSOLVED
+    for _ in range(REFINED if said == SOLVED else 0):
+        for i in range(q):
+            p.anchor[i] = p.x[i]
+        _shift(p, STIFF * scale)
+        _newton(p)
+    for i in range(q):
+        p.S[i, i], p.free[i] = p.diagonal[i], p.given[i]
+    return said
+
+
+@apart
+def _roughen(p: Problem) -> int:
+    """Let friction grow up to what it is."""
+    said, cap, most = UNSOLVED, SMOOTH, 0.0
+    for s in range(p.law.size):
+        p.anchor[s], most = p.friction[s], max(most, p.friction[s])
+    for i in range(p.free.size):
+        p.x[i] = 0.0
+    while cap < ROUGHER * most:
+        for s in range(p.law.size):
+            p.friction[s] = min(p.anchor[s], cap)
+        said = _search(p, FEW, True)
+        cap *= ROUGHER
+    for s in range(p.law.size):
+        p.friction[s] = p.anchor[s]
+    return said
+
+
+@apart
+def solve(p: Problem) -> int:
+    """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found. Of contacts with
+    friction that say the same the impulses of least norm."""
+    contacts = 0
+    for s in range(p.law.size):
+        contacts += 1 if p.law[s] >= PRESSES and p.switches[s, SWITCH_TANGENTS] > 0 else 0
+    said = UNSOLVED
+    if contacts > 1:
+        said = _share(p)
+        if said == SOLVED:
+            said = _search(p, 0, False)
+    if said == UNSOLVED:
+        said = _search(p, FEW, False)
+    if said == UNSOLVED:
+        said = _roughen(p)
+    if said == UNSOLVED:
+        said = _search(p, ROUNDS, True)
+    return said

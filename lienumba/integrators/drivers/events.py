@@ -27,13 +27,10 @@ from lienumba.integrators.layout import (
     RECORDS,
     RELEASES,
     SETS,
-    SLIDE,
-    SLIDES,
     STATUS,
     SWITCH_KIND,
     TARGET,
     TARGETS,
-    UNILATERAL,
     UNTIL,
     Sizes,
     T,
@@ -112,15 +109,6 @@ def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Qu
         rows[first.lanes + PICKED, lane] = 1.0 if useful else 0.0
 
 
-@inlined
-def _closed(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Mask:
-    """Where a condition is about the forces of a contact that is closed, and sticks if it is about its friction."""
-    switch = (n - sizes.events) // layout.CONDITIONS
-    on, second = load(at.state, layout.on_row(sizes) + switch), (n - sizes.events) % layout.CONDITIONS == SLIDES
-    contact = 1.0 if plan.switches[switch, SWITCH_KIND] == UNILATERAL else 0.0
-    return (on > float(OFF)) & (on < (float(SLIDE) if second else 3.0)) & (splat(contact) > 0.0)
-
-
 @apart
 def _see(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
@@ -147,10 +135,7 @@ def _see(
         least = choose(noise > 0.0, noise, 0.0) if n >= sizes.events else splat(0.0)
         turned = good & (load(new, n) > least) & (choose(load(at.conditions, n) > least, 1.0, 0.0) == 0.0)
         time = choose(turned, splat(SOUGHT), splat(NEVER))
-        if n >= sizes.events:  # forces of redundant contacts do not tell: look again
-            doubtful = good & _closed(sizes, at, plan, n) & (load(new, n) > least)
-            time = choose(doubtful & (time == NEVER), until, time)
-        elif any_lane(jumps):
+        if n < sizes.events and any_lane(jumps):
             behind = load(at.following, n)
             passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0) & (behind > 0.0)
             time = choose(passed, until, time)

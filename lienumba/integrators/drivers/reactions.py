@@ -16,6 +16,7 @@ from lienumba.integrators.drivers.complementarity import (
     HOLDS,
     PRESSES,
     SLIDES,
+    SOLVED,
     Problem,
     eliminate,
     size,
@@ -29,6 +30,7 @@ from lienumba.integrators.layout import (
     FRICTION,
     KINETIC,
     KINETIC_EFFORT,
+    LEAN,
     OFF,
     REST_SPEED,
     RESTITUTION,
@@ -50,8 +52,10 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
+SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
+FIRM, BARE, SHARED, TANGENT, PHASES = range(5)  # rows, in the order in which they are taken
 INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
 
 
@@ -73,9 +77,9 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
     system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
     p = Problem(
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
-        v[q + 8], system,
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system,
     )  # fmt: skip
-    return Reactions(p, v[q + 9], v[q + 10], v[q + 11])
+    return Reactions(p, v[q + 12], v[q + 13], v[q + 14])
 
 
 @apart
@@ -134,7 +138,45 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             comes = p.free[row] < -still(rows, first, sizes, lane, s)
             if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 p.free[row] -= rebound
-    return solve(p)
+    said = solve(p)
+    if said == SOLVED:
+        _come_to_rest(r, rows, first, sizes, lane)
+    return said
+
+
+@apart
+def _come_to_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """What touches and would leave so slowly that its way would be rounding stays: without that, what rocks from one
+    contact to another would do so for ever. Impulses are added that end these rates, and keep all that has ended."""
+    p, slow = r.problem, False
+    for i in range(sizes.switched):
+        r.wanted[i] = 0.0
+    for s in range(sizes.switches):
+        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
+        rest = still(rows, first, sizes, lane, s)
+        stays = p.law[s] == PRESSES and p.free[row] >= r.rates[row] and p.rates[row] <= SLOW / STILL * rest
+        if p.law[s] == HOLDS or stays:
+            slow = slow or (stays and p.rates[row] > rest)
+            sticks = p.law[s] == HOLDS or (tangents > 0 and _along(r, s, p.rates) <= rest)
+            for i in range(row, row + (p.switches[s, SWITCH_ROWS] if sticks else 1)):
+                r.wanted[i] = 1.0
+    if slow:
+        n = 0
+        for i in range(sizes.switched):
+            if r.wanted[i] != 0.0:
+                m = 0
+                for j in range(sizes.switched):
+                    if r.wanted[j] != 0.0:
+                        p.matrix[n, m] = p.S[i, j]
+                        m += 1
+                p.matrix[n, m] = -p.rates[i]
+                n += 1
+        eliminate(p.matrix, n, p.step)
+        n = 0
+        for i in range(sizes.switched):
+            if r.wanted[i] != 0.0:
+                p.x[i] += p.step[n]
+                n += 1
 
 
 @inlined
@@ -242,7 +284,7 @@ def _slips(r: Reactions, switch: int, largest: float) -> bool:
 @apart
 def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
     """How every switch goes on, to the state; see `complementarity.solve`."""
-    p, on, largest = r.problem, first.state + layout.on_row(sizes), 0.0
+    p, largest = r.problem, 0.0
     _may_act(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
         if p.S[i, i] > 0.0:
@@ -258,56 +300,102 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             if resting and pressed and _slips(r, s, largest):
                 _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / _along(r, s, p.rates))
                 slipped = True
-            elif resting and pressed and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
+            elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
                 _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / _along(r, s, p.x))
                 slipped = True
-        if not slipped:
+        if not slipped and not _settle(r, rows, first, sizes, lane, SLIGHT * largest):
             break
-    for s in range(sizes.switches):
-        kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
-        how = rows[on + s, lane]
-        if kind == FRICTION:
-            how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
-        if kind == UNILATERAL:
-            pressed = p.law[s] >= PRESSES and p.rates[row] <= SLIGHT * largest * p.S[row, row]
-            leaves = how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS)
-            pressed = pressed and not (leaves and p.x[row] <= SLIGHT * largest)
-            bare = p.switches[s, SWITCH_TANGENTS] == 0
-            how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
-        rows[on + s, lane] = how
-        if how == SLIDE:
-            end = row + p.switches[s, SWITCH_ROWS]
-            for n in range(p.switches[s, SWITCH_TANGENTS]):
-                memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
-                rows[memory, lane] = p.direction[end - p.switches[s, SWITCH_TANGENTS] + n]
-            for n in range(p.switches[s, SWITCH_TANGENTS], p.switches[s, SWITCH_MEMORIES]):
-                memory = p.switches[s, SWITCH_MEMORY] + n
-                measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
-                rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
     return 0
 
 
 @apart
-def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """Masks of independent rows, to the state: what holds first, then normals, those that press most first, then
-    tangents."""
-    p, on, q = r.problem, first.state + layout.on_row(sizes), sizes.switched
-    for i in range(q):
+def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, slight: float) -> bool:
+    """Modes to the state, from laws, forces and accelerations. What presses, or is held by no others, is closed; what
+    rests with all the friction that there may be leans if others hold it. If it has come to that now and none do, it
+    has to slide instead: returns whether anything has, which changes forces."""
+    p, on, begins = r.problem, first.state + layout.on_row(sizes), False
+    before = first.conditions + layout.conditions(sizes) + sizes.events
+    for s in range(sizes.switches):
+        kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
+        how = rows[before + s, lane]
+        if kind == FRICTION:
+            how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
+        if kind == UNILATERAL:
+            pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
+            idle = pressed and p.x[row] <= slight
+            pressed = pressed and not (idle and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
+            how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
+            if pressed and not bare and (idle or (how == STICK and _on_edge(r, s))):
+                how = float(LEAN)  # for now, those in question
+        rows[on + s, lane] = how
+    _want(r, rows, first, sizes, lane)
+    for phase in range(PHASES):
+        _take(r, float(phase))
+    for s in range(sizes.switches):
+        row = p.switches[s, SWITCH_FIRST]
+        if rows[on + s, lane] == LEAN:
+            held = _held(r, row) if p.x[row] <= slight else _held(r, row + 1) and _held(r, row + 2)
+            if p.x[row] <= slight:
+                rows[on + s, lane] = float(OFF) if held else float(SLIDE) if p.law[s] == SLIDES else float(STICK)
+            elif not held:
+                rows[on + s, lane] = float(STICK)
+                begins = begins or _fired(rows, first, sizes, lane, s, layout.SLIDES)
+    slid = False
+    for s in range(sizes.switches):
+        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
+        rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES and tangents > 0 and p.x[row] > slight
+        if begins and rests and _on_edge(r, s):
+            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / _along(r, s, p.x))
+            slid = True
+        if rows[on + s, lane] == LEAN:
+            for i in range(row + 1, row + 1 + tangents):
+                p.direction[i] = -p.x[i] / (p.friction[s] * p.x[row])
+        if rows[on + s, lane] >= SLIDE:
+            end = row + p.switches[s, SWITCH_ROWS]
+            for n in range(tangents):
+                memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
+                rows[memory, lane] = p.direction[end - tangents + n]
+            for n in range(tangents, p.switches[s, SWITCH_MEMORIES]):
+                memory = p.switches[s, SWITCH_MEMORY] + n
+                measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
+                rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
+    return slid
+
+
+@inlined
+def _held(r: Reactions, row: int) -> bool:
+    """Whether rows that are taken say the same as this one."""
+    return not r.problem.matrix[row, row] > INDEPENDENT * r.problem.S[row, row]
+
+
+@apart
+def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Which rows are to be used, and in which phase they are taken; none is taken."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for i in range(sizes.switched):
         r.taken[i], r.wanted[i] = 0.0, -1.0
     for s in range(sizes.switches):
         row, how, kind = p.switches[s, SWITCH_FIRST], rows[on + s, lane], p.switches[s, SWITCH_KIND]
         for i in range(row, row + p.switches[s, SWITCH_ROWS]):
             if kind == BILATERAL and how != OFF:
-                r.wanted[i] = 0.0
+                r.wanted[i] = float(FIRM)
             if kind == UNILATERAL and how != OFF:
-                r.wanted[i] = 1.0 if i == row else 2.0 if how == STICK else -1.0
+                normal = float(SHARED) if p.switches[s, SWITCH_TANGENTS] > 0 else float(BARE)
+                r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
             if kind == FRICTION and how == STICK:
-                r.wanted[i] = 2.0
-    for phase in range(3):
-        if phase == 2:
+                r.wanted[i] = float(TANGENT)
+
+
+@apart
+def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Masks of independent rows, to the state: what holds first, then normals without friction, those that press most
+    first, then normals that share what they carry, then tangents."""
+    _want(r, rows, first, sizes, lane)
+    for phase in range(PHASES):
+        if phase == TANGENT:
             _lift(r)
         _take(r, float(phase))
-    for i in range(q):
+    for i in range(sizes.switched):
         rows[first.state + layout.mask_row(sizes) + i, lane] = r.taken[i]
 
 
@@ -329,8 +417,8 @@ def _take(r: Reactions, phase: float) -> None:
         best = -1
         for i in range(q):
             if r.wanted[i] == phase and r.taken[i] == 0.0 and p.matrix[i, i] > INDEPENDENT * p.S[i, i]:
-                stronger = phase != 1.0 and best >= 0 and p.matrix[i, i] > 2.0 * p.matrix[best, best]
-                if best < 0 or stronger or (phase == 1.0 and p.x[i] > p.x[best]):
+                stronger = phase != BARE and best >= 0 and p.matrix[i, i] > 2.0 * p.matrix[best, best]
+                if best < 0 or stronger or (phase == BARE and p.x[i] > p.x[best]):
                     best = i
         if best < 0:
             return
@@ -352,11 +440,11 @@ def _remove(r: Reactions, row: int) -> None:
 
 @apart
 def _lift(r: Reactions) -> None:
-    """Forces of normals that are not taken go over to those that are, which change places with them where one would
-    begin to pull (Caratheodory)."""
+    """Forces of normals without friction that are not taken go over to those that are, which change places with them
+    where one would begin to pull (Caratheodory)."""
     p, q = r.problem, r.taken.size
     for extra in range(q):
-        if r.wanted[extra] == 1.0 and r.taken[extra] == 0.0 and p.x[extra] > 0.0:
+        if r.wanted[extra] == BARE and r.taken[extra] == 0.0 and p.x[extra] > 0.0:
             n = 0
             for i in range(q):
                 if r.taken[i] != 0.0:
@@ -372,7 +460,7 @@ def _lift(r: Reactions) -> None:
             for i in range(q):
                 if r.taken[i] != 0.0:
                     share = p.step[n]
-                    if r.wanted[i] == 1.0 and share < -DEPENDENT and p.x[i] < -share * most:
+                    if (r.wanted[i] == BARE or r.wanted[i] == SHARED) and share < -DEPENDENT and p.x[i] < -share * most:
                         most, leaves = -p.x[i] / share, i
                     n += 1
             n = 0

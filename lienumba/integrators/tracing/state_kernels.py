@@ -9,6 +9,7 @@ from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.kinematics import SLIDE, STICK
 from lienumba.mechanics.mechanism.model import Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
@@ -142,7 +143,7 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
         named |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
     named |= law_states.variables(model, now)
     if tracer.augmented.switches:
-        named[MODE.name] = [mode.on for mode in now.modes.values()]
+        named[MODE.name] = [where(mode.on > SLIDE, STICK, mode.on) for mode in now.modes.values()]
     named |= quantities.observe(model, now, seen.observed if _reads_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []

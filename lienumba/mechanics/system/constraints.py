@@ -16,7 +16,7 @@ from lienumba.mechanics.elements import drivers, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant, Law, Mode, View
+from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
@@ -213,17 +213,19 @@ def in_use(model: Model, now: Instant) -> list[Any]:
     return found
 
 
-def leaning(model: Model, now: Instant) -> Leaning:
-    """Of contacts that slide, how the forces along their tangents follow from those along their normals."""
+def leaning(model: Model, now: Instant) -> Leaning | None:
+    """Of contacts that slide or lean, how the forces along their tangents follow from those along their normals; None
+    where there is no friction of contacts."""
     found: dict[tuple[int, int], Any] = {}
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
             mode, still = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0))), kinematics.still(now, c.bodies)
-            kinetic = where(mode.on > STICK, model.contacts[c.switch.index].kinetic, 0.0)
+            contact, leans = model.contacts[c.switch.index], mode.on > SLIDE
+            kinetic = where(mode.on > STICK, contact.kinetic, 0.0)
             moving, kept = tuple(lift(x).a for x in c.law(still)), laws.heading(model, c.switch, still, mode.memory)
-            for row, d in zip(range(rows.start, rows.stop), laws.sliding(moving, kept), strict=True):
-                found[row, rows.start - 1] = -(kinetic * d)
-    return found
+            for row, d, own in zip(range(rows.start, rows.stop), laws.sliding(moving, kept), kept, strict=True):
+                found[row, rows.start - 1] = -where(leans, contact.static * own, kinetic * d)
+    return Leaning(found, in_use(model, now)) if found else None
 
 
 def sliding_power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:

@@ -92,7 +92,7 @@ def accelerations(
     xi = constraints.required(model, now, baumgarte, axes)
     Q = axes.into(now, loads(model, now))
     near = None if expected is None else axes.into(now, expected)
-    leaning = constraints.leaning(model, now) or None
+    leaning = constraints.leaning(model, now)
     solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, leaning)
     return replace(solution, x=axes.out_of(now, solution.x))
 

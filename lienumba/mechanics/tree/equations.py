@@ -51,7 +51,7 @@ def accelerations(
     """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
     it is where the constraints lose their rank."""
     tree = posture.tree
-    leaning = constraints.leaning(posture.model, posture.now) or None
+    leaning = constraints.leaning(posture.model, posture.now)
     loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     if not structure.looped:
         return _solved(posture, structure, loads, xi, mask, leaning)
@@ -221,14 +221,14 @@ def border(
     """As `dynamics.border`."""
     tree, structure, posture = posture.tree, structure.bordered(), replace(posture, locks={})
     mask = dynamics.unswitched(structure, mask)
-    loads, rows, xi = _acting(posture, structure, structure.weights(mask, {}), baumgarte)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, Leaning()), baumgarte)
     if structure.looped:
         rates = list(expected or [0.0] * tree.freedoms)
         there = carried(tree, posture.links, loads, rates)
         xi = _less(xi, rows, there)
         loads = _relative_to(loads, there, rates, xi)
     reduction = Reduction(tree, posture.links, loads, posture.waiting)
-    eliminated, wanted, pulled = _closing(structure, reduction, xi, mask, {})
+    eliminated, wanted, pulled = _closing(structure, reduction, xi, mask, Leaning())
     assert eliminated.border is not None
     return eliminated.border.S, eliminated.missing([], wanted, pulled), eliminated.sound
 

@@ -34,7 +34,7 @@ def problem(S: Any, free: Any, laws: list[tuple[float, int, int, float]], direct
     d = np.zeros(q) if direction is None else np.array(direction, float)
     return Problem(
         S, np.array(free, float), switches, np.array([float(x[0]) for x in laws]), numbers, numbers.copy(), d,
-        np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros((q, q + 1)),
+        np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros((q, q + 1)),
     )  # fmt: skip
 
 

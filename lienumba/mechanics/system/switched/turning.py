@@ -5,7 +5,7 @@ from typing import Any
 
 from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant
+from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
 from lienumba.mechanics.system import constraints
@@ -20,8 +20,8 @@ NEGLIGIBLE = 1e-12
 
 def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
-    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s). Gaps
-    are relative to their lengths."""
+    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s); of
+    what leans nothing. Gaps are relative to their lengths."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
@@ -38,7 +38,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
         for x, d in zip(rates[own][tangents], kept, strict=True):
             back = back - x * d
         pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
-        turns = where(mode.on > STICK, back, pushed) if switch.tangents else 0.0
+        turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
             found += [0.0, turns]
         else:
