@@ -7,6 +7,7 @@ from lienumba.errors import ScenarioError as ScenarioError
 if TYPE_CHECKING:
     from lienumba import analysis as analysis
     from lienumba.engine.disk.merge import merge as merge
+    from lienumba.engine.linear.equilibrium import equilibrium as equilibrium
     from lienumba.engine.linear.linearise import linearise as linearise
     from lienumba.engine.linear.modes import modes as modes
     from lienumba.engine.prepared import Prepared as Prepared
@@ -23,6 +24,7 @@ __all__ = [
     "System",
     "__version__",
     "analysis",
+    "equilibrium",
     "linearise",
     "merge",
     "modes",
@@ -35,6 +37,7 @@ __all__ = [
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
+    "equilibrium": "lienumba.engine.linear.equilibrium",
     "linearise": "lienumba.engine.linear.linearise",
     "merge": "lienumba.engine.disk.merge",
     "modes": "lienumba.engine.linear.modes",

@@ -1,4 +1,4 @@
-"""The modes of a dataset (`lienumba.modes`) as a table for each time."""
+"""What `lienumba.modes` and `lienumba.equilibrium` found as tables."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -74,3 +74,19 @@ def _moving(own: xr.Dataset, mode: int) -> str:
         if sizes.max() > STILL:
             return f"{own['body'].values[sizes.argmax()]}{what}"
     return ""
+
+
+def equilibrium_rows(ds: xr.Dataset) -> ModeRows:
+    """What `lienumba.equilibrium` found: where the mass centres rest, medians over the runs."""
+    meanings = str(ds["status"].attrs["flag_meanings"]).split()
+    counts = [f"{int((ds['status'] == n).sum()):,} {word.replace('_', ' ')}" for n, word in enumerate(meanings)]
+    there = [f for f, n in zip(counts, range(len(meanings)), strict=True) if bool((ds["status"] == n).any())]
+    position = ds["position"].values
+    good = position[np.isfinite(position).all(axis=(1, 2))]
+    medians = np.median(good, axis=0) if len(good) else np.full(position.shape[1:], np.nan)
+    rows = [
+        [str(body), *(number_text(float(x), ".6g") for x in own)]
+        for body, own in zip(ds["body"].values[:MOST], medians, strict=False)
+    ]
+    headline = f"equilibrium of {plural(ds.sizes['run'], 'run', 'runs')}: {', '.join(there)}"
+    return ModeRows(headline, TextTable.of(["mass centre of"], ["x in m", "y", "z"], rows), [])

@@ -1,4 +1,4 @@
-"""Commands about what is near a state: modes."""
+"""Commands about what is near a state: modes, equilibrium."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -73,6 +73,48 @@ def modes(
                         wide.print(note, markup=False)
                 for file in filter(None, (output, plot)):
                     console.say(f"written to {file}")
+
+
+def equilibrium(
+    source: SourceArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
+    ] = None,
+    settings: SetOption = None,
+    runs: RunsOption = None,
+    allow_code: CodeOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Find the static equilibrium of every run, and whether it is stable."""
+    with console.exit_codes():
+        from contextlib import ExitStack
+
+        from lienumba.analysis.mode_rows import equilibrium_rows
+        from lienumba.engine.linear.equilibrium import NONE
+        from lienumba.engine.linear.equilibrium import equilibrium as found_equilibrium
+        from lienumba.scenario.base.arguments import parse_assignments
+        from lienumba.store.outputs import write
+        from lienumba.store.targets import claimed_dataset
+
+        with ExitStack() as stack:
+            own = None
+            if output is not None:
+                own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
+            found = found_equilibrium(
+                source, runs=_labels(runs), overrides=parse_assignments(settings or []), allow_code=allow_code
+            )
+            if own is not None:
+                write(found, own)
+        if not quiet:
+            with console.unheard():
+                rows = equilibrium_rows(found)
+                console.wide_output(140).print(rows.table.on_terminal(rows.headline))
+                if output is not None:
+                    console.say(f"written to {output}")
+        if bool((found["status"] == NONE).any()):
+            raise typer.Exit(console.SOME_FAILED)
 
 
 def _three(rotation: str) -> Any:

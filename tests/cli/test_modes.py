@@ -26,3 +26,15 @@ def test_times_outside_the_runs_are_refused() -> None:
     done = lienumba("modes", str(SCENARIOS / "top_over_spin.toml"), "--at", "0,9")
     assert done.exit_code == 2
     assert done.stderr.strip() == ('error: at = "9": must lie from 0 to integrator.end_time = 0.5 s; give such times')
+
+
+def test_an_equilibrium_and_one_that_there_is_not(tmp_path: Path) -> None:
+    data = tmp_path / "rest.nc"
+    mounts = str(SCENARIOS / "machine_on_mounts.toml")
+    done = lienumba("equilibrium", mounts, "--set", "sweep.runs=3", "-o", str(data))
+    assert done.exit_code == 0, done.output
+    assert "equilibrium of 3 runs: 3 found" in done.stdout
+    assert (xr.open_dataset(data).status == 0).all()
+    falling = lienumba("equilibrium", str(SCENARIOS / "dzhanibekov.toml"), "--set", "model.gravity=[0,0,-9.81]")
+    assert falling.exit_code == 1
+    assert "1 none found" in falling.stdout

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.engine.linear.looked import DERIVATIVES, Looked, inputs_of, visible
-from lienumba.engine.linear.states import Asked, At, FreedomTracer, States, tracer_of
+from lienumba.engine.linear.states import Asked, At, States
 from lienumba.engine.linear.systems import Recorded, Systems
 from lienumba.errors import ScenarioError
+from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.links import Link
 
@@ -73,7 +74,7 @@ def linearise(
 
     asked = Asked.of(scenario, at, runs, overrides, allow_code)
     prepared = asked.prepared()
-    tracer, model = tracer_of(prepared), prepared.nominal.model
+    tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
     added, seen = inputs_of(model, inputs), visible(model, outputs)
     recorded = Recorded.of(tracer, Looked(tuple(added), tuple(seen)))
     names_u = [x.name + more for x in added for more in DERIVATIVES]

@@ -14,9 +14,10 @@ import numpy.typing as npt
 
 from lienumba.engine.linear.linearise import STILL, check_states, turning
 from lienumba.engine.linear.looked import Looked
-from lienumba.engine.linear.states import Asked, At, tracer_of
+from lienumba.engine.linear.states import Asked, At
 from lienumba.engine.linear.systems import Recorded
 from lienumba.errors import ScenarioError
+from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def modes(
     """
     asked = Asked.of(scenario, at, runs, overrides, allow_code)
     prepared = asked.prepared()
-    tracer, model = tracer_of(prepared), prepared.nominal.model
+    tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
     recorded = Recorded.of(tracer, Looked((), ()))
     weights, found = weights_of(model), []
     for states in asked.states(tracer, prepared):

@@ -18,17 +18,11 @@ from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import state_rows
-from lienumba.integrators.methods.charts import JOINT
-from lienumba.integrators.tracing.joint_tracer import JointTracer
 from lienumba.integrators.tracing.law_states import NUMBERS
+from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.program import Outline
-from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
-from lienumba.integrators.tracing.tracer import Method, split
-from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.system import kkt
-from lienumba.mechanics.system.switches import permanent
-from lienumba.mechanics.tree.motion import read_state
-from lienumba.mechanics.tree.spanning import joints_of, ties_of
+from lienumba.integrators.tracing.row_selection import UNIQUE
+from lienumba.integrators.tracing.tracer import split
 from lienumba.scenario.base.arguments import labels_of
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.resolve import Scenario, resolve
@@ -41,15 +35,6 @@ if TYPE_CHECKING:
 
 END = "end"
 At = float | str | Sequence[float | str]
-
-
-class FreedomTracer(JointTracer):
-    """By the freedoms of the joints, where locks hold by rows of C like others."""
-
-    def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
-        tied = joints_of(ties_of(model))
-        self.closing = kkt.Structure.closing(permanent(model), tied)
-        return kkt.Structure.closing(model, tied)
 
 
 @dataclass(frozen=True)
@@ -127,16 +112,10 @@ class Asked:
                 bodies = np.asarray(prepared.states)
                 laws = tracer.law_states.initial(prepared.model)
                 augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, len(labels)).T)
-                rows, good = _rows(tracer, prepared.model, bodies, laws, augmented), prepared.codes == SUCCESS
+                rows, good = tracer.rows(prepared.model, bodies, laws, augmented), prepared.codes == SUCCESS
             else:
                 rows, good = records.rows(tracer, prepared, later.index(t))
             yield States(labels, good, t, rows, numbers)
-
-
-def tracer_of(prepared: Prepared) -> FreedomTracer:
-    """Of the mechanism of these runs."""
-    method = Method("rk4", "none", "none", coordinates=JOINT)
-    return FreedomTracer(split(prepared.model)[0], method, UNIQUE, False)
 
 
 def _is_dataset(source: object) -> bool:
@@ -183,17 +162,7 @@ class _Records:
         bodies = ELEMENT * len(prepared.model.bodies)
         numbers = [bodies + ELEMENT * (n // len(NUMBERS)) + NUMBERS[n % len(NUMBERS)] for n in range(tracer.laws)]
         laws = tracer.law_states.apart([elements[:, n] for n in numbers])
-        return _rows(tracer, prepared.model, elements[:, :bodies], laws, augmented), good
-
-
-def _rows(
-    tracer: FreedomTracer, model: Model, bodies: np.ndarray, laws: Mapping[str, Sequence[Any]], augmented: list[Any]
-) -> list[Any]:
-    """Of a state of the moves, from the states of bodies (runs, 18 k)."""
-    placed = [tuple(x.T) for x in np.moveaxis(bodies.reshape(len(bodies), -1, ELEMENT), 1, 0)]
-    with np.errstate(all="ignore"):
-        moves = read_state(model, tracer.tree(model), placed)
-    return [*moves, *tracer.law_states.together(laws), *augmented]
+        return tracer.rows(prepared.model, elements[:, :bodies], laws, augmented), good
 
 
 def _simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> _Records:

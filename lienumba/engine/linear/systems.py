@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from lienumba.engine.linear.looked import Looked, turning_links
 from lienumba.engine.linear.reduction import Blocks, Reduced, ranks, reduced
-from lienumba.engine.linear.states import FreedomTracer, States
+from lienumba.engine.linear.states import States
 from lienumba.groups import so3
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.mechanism.moves import Free
 from lienumba.mechanics.system.constraints import constraints_of
@@ -66,6 +67,13 @@ class Recorded:
                 chosen[rank] = found.chosen
                 yield _system(own + first, found, {name: x[own] for name, x in seen.items()}, bodies[own])
 
+    def seen(self, states: States) -> Array:
+        """The quantities that are looked at (runs, ...), where nothing accelerates."""
+        n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
+        with np.errstate(all="ignore"):
+            values = self._at(replace(self.equations, entries={}), states, [0.0] * n, [0.0] * m)
+        return values.vector("seen", len(states.labels))
+
     @cached_property
     def _solvable(self) -> Equations:
         """What says the accelerations and multipliers."""
@@ -75,10 +83,12 @@ class Recorded:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
         n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
         still = self._at(self._solvable, states, [0.0] * n, [0.0] * m)
-        M, C = -_dense(still, "along", "a", states), -_dense(still, "rows", "a", states)
+        M, C = -still.dense("along", "a", len(states.labels)), -still.dense("rows", "a", len(states.labels))
         whole = np.zeros((len(M), n + m, n + m))
         whole[:, :n, :n], whole[:, n:, :n], whole[:, :n, n:] = M, C, C.transpose(0, 2, 1)
-        right = np.concatenate([_vector(still, "along", states), _vector(still, "rows", states)], axis=1)
+        right = np.concatenate(
+            [still.vector("along", len(states.labels)), still.vector("rows", len(states.labels))], axis=1
+        )
         finite = np.isfinite(whole).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
         found = np.full((len(M), n + m), np.nan)
         if m:
@@ -97,16 +107,16 @@ class Recorded:
         back = T.transpose(0, 2, 1)
 
         def blocks(of: str) -> dict[str, Array]:
-            every = {by: _dense(found, of, by, states) for by in (*BY, "a", "mu")}
+            every = {by: found.dense(of, by, len(states.labels)) for by in (*BY, "a", "mu")}
             return every | {by: every[by] @ back for by in ("q", "v", "a")}
 
         levels = [c.level != "velocity" for c in constraints_of(self.tracer.graph()[1]) for _ in c.kinds]
         held = np.array([levels[row] for row in self.equations.used], bool)
         F = {by: T @ x for by, x in blocks("along").items()}
-        G, P = blocks("rows"), -_dense(found, "positions", "inputs", states)
+        G, P = blocks("rows"), -found.dense("positions", "inputs", len(states.labels))
         position = np.broadcast_to(held, (len(T), len(held)))
         made = Blocks(-F["a"], -G["a"], F, G, blocks("rates"), P, gamma, carried, blocks("laws"), position)
-        return made, blocks("seen"), _dense(found, "bodies", "v", states) @ back
+        return made, blocks("seen"), found.dense("bodies", "v", len(states.labels)) @ back
 
     def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
         """The turn of all coordinates into the axes looked at, and what remains of the turning of these (see
@@ -114,7 +124,7 @@ class Recorded:
         runs, n = len(states.labels), len(self.equations.columns["q"])
         T = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
         gamma, carried = np.zeros_like(T), np.zeros_like(T)
-        axes = _vector(found, "axes", states)
+        axes = found.vector("axes", len(states.labels))
         for k, link in enumerate(turning_links(self.tracer.tree(self.tracer.graph()[1]))):
             end = link.first_rate + link.move.freedoms
             turns, own = slice(end - 3, end), axes[:, 12 * k : 12 * (k + 1)]
@@ -144,23 +154,6 @@ def _of(blocks: Blocks, runs: Array) -> Blocks:
         return {name: y[runs] for name, y in x.items()} if isinstance(x, dict) else x[runs]
 
     return replace(blocks, **{field.name: some(getattr(blocks, field.name)) for field in fields(Blocks)})
-
-
-def _dense(found: Linear, of: str, by: str, states: States) -> Array:
-    """A block of the derivatives (runs, rows, columns)."""
-    rows, columns = found.equations.outputs[of], found.equations.columns[by]
-    whole = np.zeros((len(states.labels), len(rows), len(columns)))
-    for (i, j), x in found.block(of, by).items():
-        whole[:, i, j] = x
-    return whole
-
-
-def _vector(found: Linear, of: str, states: States) -> Array:
-    """Values (runs, rows)."""
-    whole = np.zeros((len(states.labels), len(found.values[of])))
-    for i, x in enumerate(found.values[of]):
-        whole[:, i] = x
-    return whole
 
 
 def _hats(w: Array) -> Array:

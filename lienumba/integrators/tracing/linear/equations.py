@@ -21,6 +21,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
+import numpy as np
+
 from lienumba.compiler.derivatives import partials, replayed
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol, live
@@ -64,6 +66,20 @@ class Linear:
         """The derivative of one of `Equations.outputs` by one of `Equations.columns`, numbered from 0."""
         row, column = self.equations.outputs[of], self.equations.columns[by]
         return {(i - row.start, j - column.start): x for (i, j), x in self.entries.items() if i in row and j in column}
+
+    def dense(self, of: str, by: str, runs: int) -> np.ndarray:
+        """A block, where numbers are floats or arrays (runs,): (runs, rows, columns)."""
+        whole = np.zeros((runs, len(self.equations.outputs[of]), len(self.equations.columns[by])))
+        for (i, j), x in self.block(of, by).items():
+            whole[:, i, j] = x
+        return whole
+
+    def vector(self, of: str, runs: int) -> np.ndarray:
+        """Values (runs, rows)."""
+        whole = np.zeros((runs, len(self.values[of])))
+        for i, x in enumerate(self.values[of]):
+            whole[:, i] = x
+        return whole
 
 
 class More(Protocol):

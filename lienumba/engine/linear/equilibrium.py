@@ -1,0 +1,97 @@
+"""`lienumba.equilibrium`: where every run of a scenario rests, and whether it stays there."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.batch.statuses import SUCCESS
+from lienumba.engine.linear.linearise import check_states
+from lienumba.engine.linear.looked import Looked, visible
+from lienumba.engine.linear.states import Asked, States
+from lienumba.engine.linear.systems import Recorded
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.tracing.linear.equilibrium import rest
+from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray as xr
+
+FOUND, NONE, UNSTABLE, NOT_ISOLATED = range(4)
+MEANINGS = ("found", "none_found", "unstable", "not_isolated")
+ZERO = 1e-6  # of the largest eigenvalue: rounding splits a double zero by less
+
+
+def equilibrium(
+    scenario: "Any | xr.Dataset | str | os.PathLike[str]",
+    *,
+    runs: Sequence[int] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    allow_code: bool = False,
+) -> "xr.Dataset":
+    """Find the static equilibrium that every run comes to from its start, when motion is damped.
+
+    Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too. The
+    search leads downhill, away from unstable equilibria, but stays where forces vanish from the first moment on.
+
+    Parameters
+    ----------
+    scenario, runs, overrides, allow_code
+        As for `lienumba.linearise`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On run: `status` (0 found, 1 none found: there is none, or it is too far; 2 unstable: a mode grows; 3 not
+        isolated: it could drift), `position` (m, global) and `rotation` (to global) of all bodies, all quantities of
+        positions and velocities, `force` (the largest force left along a coordinate, N m for angles and N times the
+        size of the mechanism for shifts), `growth` (1/s, of the mode that grows most).
+
+    Raises
+    ------
+    ScenarioError
+        For bad input, with a sentence for each problem.
+    """
+    import xarray as xr
+
+    asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
+    prepared = asked.prepared()
+    tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
+    (start,) = asked.states(tracer, prepared)
+    check_states(tracer, start)
+    labels = np.asarray(asked.labels)
+    found = rest(tracer, prepared.model, start.rows, len(labels))
+    good = found.found & (prepared.codes == SUCCESS)
+    states = States(labels, good, 0.0, found.rows, start.numbers)
+    seen = visible(model, None)
+    recorded = Recorded.of(tracer, Looked((), tuple(seen)))
+    status, growth = np.where(good, FOUND, NONE), np.full(len(labels), np.nan)
+    for system in recorded.systems(states):
+        values = np.linalg.eigvals(system.A)
+        largest = np.abs(values).max(axis=1, initial=0.0)
+        growth[system.runs] = values.real.max(axis=1, initial=-np.inf)
+        drifts = np.abs(values).min(axis=1, initial=np.inf) <= ZERO * largest
+        grows = growth[system.runs] > ZERO * largest
+        status[system.runs] = np.where(grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
+    elements = tracer.tree(prepared.model).state + tracer.laws
+    with np.errstate(all="ignore"):
+        posture = tracer.posture(prepared.model, [tuple(found.rows[:elements])], tuple(found.rows[elements:]), 0.0)
+        bodies = [np.broadcast_to(x, labels.shape) for body in posture.now.bodies for x in body]
+    whole = np.stack(bodies, axis=1).reshape(len(labels), -1, ELEMENT)
+    whole = np.where(good[:, None, None], whole, np.nan)
+    values = recorded.seen(states)
+    variables: dict[str, Any] = {
+        "status": ("run", status.astype(np.int8), {"flag_values": list(range(4)), "flag_meanings": " ".join(MEANINGS)}),
+        "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
+        "rotation": (("run", "body", "axis", "body_axis"), whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3), {}),
+        "force": ("run", found.left, {"long_name": "the largest force left along a coordinate"}),
+        "growth": ("run", growth, {"units": "s-1", "long_name": "largest real part of an eigenvalue"}),
+        **{name: ("run", np.where(good, x, np.nan)) for name, x in zip(seen, values.T, strict=True)},
+    }
+    coordinates: dict[str, Any] = {
+        "run": labels, "body": [body.name for body in model.bodies], "axis": list("xyz"), "body_axis": list("xyz"),
+        **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
+    }  # fmt: skip
+    return xr.Dataset(variables, coordinates, asked.attributes("static equilibrium"))

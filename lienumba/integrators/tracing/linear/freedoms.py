@@ -1,0 +1,41 @@
+"""A mechanism by the freedoms of its joints, on arrays of all runs."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.methods.charts import JOINT
+from lienumba.integrators.tracing.joint_tracer import JointTracer
+from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
+from lienumba.integrators.tracing.tracer import Method, split
+from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import kkt
+from lienumba.mechanics.system.switches import permanent
+from lienumba.mechanics.tree.motion import read_state
+from lienumba.mechanics.tree.spanning import joints_of, ties_of
+
+
+class FreedomTracer(JointTracer):
+    """By the freedoms of the joints, where locks hold by rows of C like others."""
+
+    def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
+        tied = joints_of(ties_of(model))
+        self.closing = kkt.Structure.closing(permanent(model), tied)
+        return kkt.Structure.closing(model, tied)
+
+    @staticmethod
+    def of(model: Model) -> "FreedomTracer":
+        """Of a mechanism, whatever its numbers are."""
+        method = Method("rk4", "none", "none", coordinates=JOINT)
+        return FreedomTracer(split(model)[0], method, UNIQUE, False)
+
+    def rows(
+        self, model: Model, bodies: np.ndarray, laws: Mapping[str, Sequence[Any]], augmented: Sequence[Any]
+    ) -> list[Any]:
+        """Of a state: bodies (runs, 18 k), states of laws by their names, and what is augmented."""
+        placed = [tuple(x.T) for x in np.moveaxis(bodies.reshape(len(bodies), -1, ELEMENT), 1, 0)]
+        with np.errstate(all="ignore"):
+            moves = read_state(model, self.tree(model), placed)
+        return [*moves, *self.law_states.together(laws), *augmented]
