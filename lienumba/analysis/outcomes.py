@@ -8,8 +8,8 @@ from itertools import zip_longest
 import numpy as np
 import xarray as xr
 
-from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS, Status
-from lienumba.store.layout import RUN
+from lienumba.batch.statuses import GOOD, STATUSES, SUCCESS, UNDEFINED, Status
+from lienumba.store.layout import RUN, VARIABLES
 from lienumba.sweep.design import NOMINAL_RUN
 
 BY_NAME = {status.name: status for status in STATUSES}
@@ -19,12 +19,14 @@ LABELS_SHOWN = 5
 
 @dataclass(frozen=True)
 class Outcome:
-    """The runs that ended in one way: how many, the first labels, and the times (s) that these reached."""
+    """The runs that ended in one way: how many, the first labels, and the times (s) that these reached; places: of
+    undefined quantities, which and when, in words."""
 
     status: str
     count: int
     labels: tuple[int, ...]
     end_times: tuple[float, ...]
+    places: tuple[str, ...] = ()
 
     @property
     def kind(self) -> Status:
@@ -42,9 +44,10 @@ class Outcome:
     @property
     def which(self) -> str:
         """The first of them, and when they ended."""
-        runs = zip_longest(self.labels, self.end_times, fillvalue=0.0)
+        ends = (f"at {end:g} s" for _, end in zip_longest(self.labels, self.end_times, fillvalue=0.0))
         more = ", ..." if self.count > len(self.labels) else ""
-        return ", ".join(f"{label} (at {end:g} s)" for label, end in runs) + more
+        runs = zip(self.labels, self.places or ends, strict=True)
+        return ", ".join(f"{label} ({place})" for label, place in runs) + more
 
 
 @dataclass(frozen=True)
@@ -88,22 +91,40 @@ class Counts:
 def counts(ds: xr.Dataset) -> Counts:
     """The counts of a dataset of runs."""
     drawn = of_sweep(ds)
-    ends = ds[[name for name in ("status", "end_time") if name in ds]]
-    nominal = None if drawn.all() else outcomes(ends.isel(run=~drawn))[0]
-    return Counts(outcomes(ends.isel(run=drawn)), nominal)
+    nominal = None if drawn.all() else outcomes(ds, ~drawn)[0]
+    return Counts(outcomes(ds, drawn), nominal)
 
 
-def outcomes(ds: xr.Dataset) -> tuple[Outcome, ...]:
-    """One entry for each status that occurs, success first, then the most frequent failures."""
-    status = ds["status"]
+def outcomes(ds: xr.Dataset, which: np.ndarray | None = None) -> tuple[Outcome, ...]:
+    """One entry for each status that occurs, success first, then the most frequent failures; which (runs,): of these
+    runs."""
+    status, asked = ds["status"].values, np.ones(ds.sizes["run"], bool) if which is None else which
     found = []
-    for code in {int(code) for code in status.values}:
-        runs = (status.values == code).nonzero()[0]
+    for code in {int(code) for code in status[asked]}:
+        runs = ((status == code) & asked).nonzero()[0]
         shown = runs[:LABELS_SHOWN]
         labels = tuple(int(label) for label in ds["run"].values[shown])
         end_times = tuple(float(time) for time in ds["end_time"].values[shown]) if "end_time" in ds else ()
-        found.append((code != SUCCESS, -len(runs), code, Outcome(BY_CODE[code], len(runs), labels, end_times)))
+        places = tuple(_undefined(ds, int(run)) for run in shown) if code == UNDEFINED else ()
+        found.append((code != SUCCESS, -len(runs), code, Outcome(BY_CODE[code], len(runs), labels, end_times, places)))
     return tuple(outcome for *_, outcome in sorted(found, key=lambda entry: entry[:3]))
+
+
+def _undefined(ds: xr.Dataset, run: int) -> str:
+    """Which quantity of a run is not finite first, and when; or which summary of it."""
+    own = [x.isel(run=run) for name, x in ds.data_vars.items() if name not in VARIABLES and x.dims[:1] == RUN]
+    first: dict[str, float] = {}
+    for x in (x for x in own if "event" not in x.dims):
+        timed = "time" in x.dims
+        bad = ~np.isfinite(x.transpose("time", ...).values) if timed else ~np.isfinite(x.values)
+        if bad.any():
+            first[str(x.name)] = (
+                float(ds["time"].values[bad.reshape(len(bad), -1).any(axis=1).argmax()]) if timed else np.inf
+            )
+    if not first:
+        return "a quantity that is not stored"
+    name = min(first, key=lambda one: first[one])
+    return f"{name} at {first[name]:g} s" if first[name] < np.inf else name
 
 
 def of_sweep(ds: xr.Dataset | xr.DataArray, dim: str = RUN[0]) -> np.ndarray:

@@ -14,7 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED = 10, 11, 12, 13, 14
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED = 10, 11, 12, 13, 14, 15
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -85,5 +85,11 @@ STATUSES = (
         "stages_not_solved",
         "the equations of an implicit step were not solved, also in much shorter steps; see whether a force jumps, or "
         "take an explicit method",
+    ),
+    Status(
+        UNDEFINED,
+        "undefined_quantity",
+        "the motion is there, but a quantity that is stored or summed up became infinite or undefined, as the root of "
+        "a negative number is; write its formula so that it has a value everywhere",
     ),
 )

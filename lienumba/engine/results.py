@@ -15,7 +15,7 @@ import numpy as np
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
-from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED
+from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
 from lienumba.engine.fields import Field, changes_told, fates
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
@@ -259,7 +259,7 @@ class Results:
 
     def piece(self, chunk: Chunk, program: Outline, labels: np.ndarray) -> Piece:
         """What is kept of a chunk, which has these runs."""
-        found = {}
+        found, chunk = {}, self._judged(chunk, program)
         for table, fields in self.tables.items():
             kept = self.in_full(labels) if table == FULL else np.ones(len(labels), bool)
             records = np.empty(int(kept.sum()), self.dtype(table))
@@ -270,6 +270,25 @@ class Results:
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         return Piece(found, chunk.seconds)
+
+    def _judged(self, chunk: Chunk, program: Outline) -> Chunk:
+        """The chunk with the runs marked of which a quantity that is kept is not finite while they go on."""
+        going = self.times <= chunk.ends[:, None]
+        bad = np.zeros(len(chunk.codes), bool)
+        for name in self._quantities:
+            finite = np.isfinite(self._lanes(name, chunk, program))
+            if not finite.all():
+                every = per_run(finite, len(bad)).reshape(*going.shape, -1).all(axis=2)
+                bad |= (~every & going).any(axis=1)
+        bad &= np.isin(chunk.codes, GOOD)
+        return replace(chunk, codes=np.where(bad, UNDEFINED, chunk.codes).astype(np.int8)) if bad.any() else chunk
+
+    @cached_property
+    def _quantities(self) -> list[str]:
+        """Those whose courses are stored or summed up."""
+        output = self.resolved.data.output
+        summed = {name for asked in output.summary for _, name, _ in self._parts(asked)}
+        return [x for x in self.layout.quantities if x in summed or self._stored(x, output.variables)]
 
     def in_full(self, labels: np.ndarray) -> np.ndarray:
         """Which runs keep their course in the mode "summary" (runs,)."""
