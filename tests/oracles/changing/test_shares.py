@@ -1,0 +1,48 @@
+"""A box that slides and spins on its four lower corners: they share its weight as corners of equal small compliance
+would, linearly in their places, whatever friction tilts. Against SciPy in three coordinates."""
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import lienumba
+from tests.oracles.changing import scenarios
+
+G, HALF, HEIGHT, MU, END = 9.81, 0.1, 0.1, 0.3, 0.4
+CORNERS = np.array([(x, y) for x in (-HALF, HALF) for y in (-HALF, HALF)])
+J = 2 / 3 * HALF**2
+START = [0.0, 0.0, 0.0, 1.5, 0.0, 6.0]
+
+
+def sliding(t: float, y: Any) -> Any:
+    """The rates of x, y, the angle, and theirs, for a mass of 1 kg."""
+    turn = np.array([[np.cos(y[2]), -np.sin(y[2])], [np.sin(y[2]), np.cos(y[2])]])
+    arms = CORNERS @ turn.T
+    speeds = y[3:5] + y[5] * np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+    along = -MU * speeds / np.linalg.norm(speeds, axis=1)[:, None]
+    shape = np.column_stack([np.ones(4), arms])  # forces are this times three numbers
+    balance = np.array([np.ones(4), arms[:, 0] + HEIGHT * along[:, 0], arms[:, 1] + HEIGHT * along[:, 1]])
+    pressed = shape @ np.linalg.solve(balance @ shape, [G, 0, 0])
+    force = pressed[:, None] * along
+    torque = arms[:, 0] @ force[:, 1] - arms[:, 1] @ force[:, 0]
+    return [*y[3:], *force.sum(axis=0), torque / J]
+
+
+def test_corners_that_slide_share_the_weight() -> None:
+    corner = {"type": "point_plane", "bodies": ["box", "ground"], "friction": MU}
+    contacts = [corner | {"name": f"c{n}", "points": [[*p, -HEIGHT], [0, 0, 0]]} for n, p in enumerate(CORNERS)]
+    body = {"name": "box", "mass": 1, "inertia": [J] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    body |= {"velocity": [START[3], 0, 0], "angular_velocity": [0, 0, START[5]]}
+    model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts}
+    data = {"title": "A box", "model": model, "integrator": scenarios.settings(END), "output": {"times": [0, END]}}
+    ds = lienumba.run(data).isel(run=0, body=0)
+    found = solve_ivp(sliding, (0, END), START, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    assert int(ds.status) == 0
+    last = ds.isel(time=-1)
+    np.testing.assert_allclose(last.position, [found[0], found[1], HEIGHT], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(last.velocity, [found[3], found[4], 0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(last.angular_velocity, [0, 0, found[5]], rtol=0, atol=1e-8)
+    turned = np.arctan2(float(last.rotation[1, 0]), float(last.rotation[0, 0]))
+    assert abs(turned - found[2]) < 1e-9
+    assert abs(ds.energy_residual).max() < 1e-9
