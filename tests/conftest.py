@@ -14,7 +14,10 @@ sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # Rooms whose tests are about what is computed, whatever the machine code looks like: it is made in half the time.
-EQUATIONS = ("tests/integrators/", "tests/laws/", "tests/mechanics/", "tests/oracles/minimal/", "tests/oracles/trees/")
+EQUATIONS = (
+    *("tests/integrators/", "tests/laws/", "tests/mechanics/", "tests/scenario/"),
+    *(f"tests/oracles/{room}/" for room in ("changing", "mechanisms", "minimal", "trees")),
+)
 
 
 def pytest_collection_finish() -> None:
