@@ -33,6 +33,7 @@ def velocity(tracer: Tracer) -> Kernel:
     if tracer.structure.looped:
         lost = projection.lost_rate(model, there, counts)
         code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
+        code = where(projection.turned(model, posture.now, there) > 0.0, codes.SINGULAR, code)
     code = where(finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("velocity", (*rows, violation, code))
 

@@ -16,13 +16,14 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
-from lienumba.mechanics.system.dynamics import mass_matrix
+from lienumba.mechanics.system.dynamics import energies, mass_matrix
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import absolute, maximum, minimum, where
+from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, where
 
 EPSILON = 2.220446049250313e-16
 LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
 LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
+TURNED = 1e-4  # of the kinetic energy: that of the change with which a loop leaves the branch on which it moved
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
@@ -163,6 +164,22 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
             for row in range(rows.start, rows.stop):
                 worst = maximum(where(counts[row] > 0.5, 0.0, absolute(rates[row])), worst)
     return worst
+
+
+def turned(model: Model, before: Instant, after: Instant) -> Any:
+    """By how much more than `TURNED` of the kinetic energy (J) is in the change of velocities, where it is no rounding.
+
+    A loop that comes through a singular position on another branch has velocities that this branch does not allow. What
+    is prescribed may jump: there is nothing to be said of it.
+    """
+    if not all(is_zero(x) for x in constraints.time_rate(model, before)):
+        return 0.0
+    every = list(zip(before.bodies, after.bodies, strict=True))
+    x = [[b - a for a, b in zip(old[12:18], new[12:18], strict=True)] for old, new in every]
+    changed = tuple((*old[:12], *dv) for (old, _), dv in zip(every, x, strict=True))
+    largest = constraints.largest([c for dv in x for c in dv])
+    taken = energies(model, replace(after, bodies=changed))[0] - TURNED * energies(model, before)[0]
+    return where(largest > LOST_RATE, taken, 0.0)
 
 
 def velocity_correction(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.batch.statuses import SINGULAR
+from lienumba.batch.statuses import SINGULAR, STEP_TOO_SHORT
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
 
@@ -119,3 +119,18 @@ def test_a_driver_that_a_dead_point_lets_go_of_ends_the_run() -> None:
     assert dataset.status.item() == SINGULAR
     assert dataset.end_time.item() < 0.1
     assert np.nanmax(dataset.velocity_violation) < 1e-5
+
+
+def test_no_run_stops_dead_there_and_ends_well() -> None:
+    """With a tolerance steps may end so near to it that the loop comes out on another branch, where it cannot move."""
+    scenario = n_four_bar(2, np.pi / 2, 1.0, end=1.0)
+    scenario["integrator"] = {
+        "method": "dop853", "tolerance": 1e-11, "end_time": 1.0, "coordinates": "joint"
+    }  # fmt: skip
+    sweep = {"distribution": "uniform", "low": -10, "high": -9}
+    scenario["sweep"] = {"runs": 16, "seed": 1, "vary": {"gravity[2]": sweep}}
+    dataset = lienumba.run(scenario)
+    good = (dataset.status == 0).values
+    assert np.isin(dataset.status.values[~good], [SINGULAR, STEP_TOO_SHORT]).all()
+    assert good.sum() >= 6
+    assert np.abs(dataset.energy_residual.values[good]).max() < 1e-8
