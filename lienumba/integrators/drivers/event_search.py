@@ -37,7 +37,7 @@ from lienumba.integrators.layout import (
     Sizes,
     Workspace,
 )  # fmt: skip
-from lienumba.numerics.operations import absolute, maximum
+from lienumba.numerics.operations import maximum
 
 SOUGHT = -1.0  # in the place of a time: it is yet to be found
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
@@ -47,7 +47,7 @@ EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the ste
 CLOSE_TO = 2.0**-24  # of a step: how exactly it is known where a step is to be cut
 LATER = 2.0**-23  # of a step: by how much it is cut later, so that the condition is true at its end
 VICINITY = 2.0**-22  # of a step that was cut: how far from its end the condition is not true yet
-STRAIGHT = 2.0**-16  # of what a condition changes there: by how much it may miss a straight line
+STRAIGHT_TRIES = 3  # to find it on a straight line there
 FLAT = 0.0625  # a secant that goes less far tells nothing
 
 
@@ -135,6 +135,27 @@ def _part(
     nearest = choose(nearest < 0.5, nearest, 0.5)
     part = choose(part > nearest, part, nearest)
     return choose(part < 1.0 - nearest, part, 1.0 - nearest)
+
+
+@apart
+def _along(
+    kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, low: Lanes,
+    before: Lanes, after: Lanes, lanes: Mask,
+) -> Lanes:  # fmt: skip
+    """As `_locate`, between the fraction `low` and the end of the step, where a condition is next to a straight line;
+    1 where it is not. The place is behind the root by a few times more than times differ."""
+    finest, slope, left = _finest(t, length), (after - before) / (1.0 - low), lanes
+    found, x, behind = splat(1.0), low - before / (after - before) * (1.0 - low), 1.0
+    for _ in range(STRAIGHT_TRIES):
+        x = x + behind * finest
+        miss = _margins(kernels, at, first, rows, t, length, choose(left & (x < 1.0) & (x > low), x, low))
+        there = left & (miss > 0.0) & (miss <= 8.0 * behind * finest * slope)
+        found = choose(there, x, found)
+        left = left & (found == 1.0)
+        if not any_lane(left):
+            break
+        x, behind = x - miss / slope, 2.0 * behind
+    return found
 
 
 @apart
@@ -251,12 +272,8 @@ def search(
         rough = load(at.lanes, ROUGH) != 0.0
         found, near = splat(1.0), picked & (load(at.lanes, NEAR) != 0.0)
         if any_lane(near):
-            slope = (after - before) / (1.0 - low)
-            guess = low - before / slope
-            miss = _margins(kernels, at, first, rows, t, length, choose(near, guess, low))
-            straight = near & (absolute(miss) <= STRAIGHT * (after - before))
-            found = choose(straight, guess - miss / slope, found)
-            picked = picked & (choose(straight, 1.0, 0.0) == 0.0)
+            found = _along(kernels, at, first, rows, t, length, low, before, after, near)
+            picked = picked & (choose(found < 1.0, 1.0, 0.0) == 0.0)
         if any_lane(picked):
             place = _locate(kernels, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough)
             found = choose(picked, place, found)

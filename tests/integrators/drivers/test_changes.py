@@ -169,3 +169,52 @@ def test_no_run_depends_on_its_neighbours(how):
     assert len(set(ds.changes.values.tolist())) > 3
     assert equal(ds, run(data, workers=2))
     assert equal(ds.isel(run=[11, 2]), run(data, runs=[11, 2]))
+
+
+@pytest.mark.parametrize("how", [{"tolerance": 1e-9}, FIXED])
+def test_no_run_that_locks_depends_on_its_neighbours(how):
+    """Also where these search, are cut and change in the same step."""
+    data = pendulum(
+        LATCH | {"once": True}, FREE | {"when": "t > 1 + late"}, {"name": "low", "when": "tip.z < -0.4"}, **how
+    )
+    data["parameters"] = {"late": 0.0}
+    data["sweep"] = {"runs": 19, "vary": {
+        "parameters.late": {"distribution": "uniform", "low": 0.0, "high": 0.5},
+        "gravity[2]": {"distribution": "uniform", "low": -12.0, "high": -8.0},
+    }}  # fmt: skip
+    ds = run(data)
+    assert set(ds.changes.values.tolist()) == {2}
+    assert equal(ds, run(data, workers=2))
+    assert equal(ds.isel(run=[11, 2]), run(data, runs=[11, 2]))
+    times = ds.event_time.sel(event="free").values
+    np.testing.assert_allclose(times, 1 + ds["parameters.late"].values, rtol=4e-16, atol=0)
+
+
+def test_what_acts_at_a_time_does_so_on_the_end_of_a_step():
+    """Steps end there, so nothing is tried twice; what would come at the end of the run, or behind it, does not."""
+    hold = {"name": "hold", "when": "t > 1.25", "action": "lock", "joint": "hinge"}
+    late = [
+        {"name": f"late_{n}", "when": f"t > {t}", "action": "unlock", "joint": "hinge"} for n, t in enumerate((3, 4))
+    ]
+    held, free = (
+        run(pendulum(hold, *late, tolerance=1e-9)),
+        run(pendulum(tolerance=1e-9) | {"output": {"times": [1.25]}}),
+    )
+    assert changes(held) == [(1.25, codes.LOCKED, 0)]
+    np.testing.assert_allclose(held.position[0, -1], free.position[0, -1], rtol=0, atol=1e-10)
+
+
+def test_friction_of_what_flies_has_no_direction():
+    """A ball that rolls as it bounces: at the contact that is open it stands still but for rounding, of which a series
+    could make nothing."""
+    floor = {"name": "floor", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1, "restitution": 0.6}
+    found = []
+    for how in ({"method": "taylor"}, {}):
+        data = body(floor | {"friction": 0.3}, position=(0, 0, 1), tolerance=1e-10, **how)
+        data["integrator"]["end_time"] = 2.0
+        data["model"]["bodies"][0] |= {"inertia": [0.1, 0.12, 0.15], "angular_velocity": [0, 3, 1]}
+        found.append(run(data))
+        assert found[-1].status.values.tolist() == [statuses.SUCCESS]
+    series, steps = found
+    assert [x[1:] for x in changes(series)] == [x[1:] for x in changes(steps)]
+    np.testing.assert_allclose(series.position[0, -1], steps.position[0, -1], rtol=0, atol=1e-7)
