@@ -27,6 +27,8 @@ def read(path: Path) -> xr.Dataset:
         raise ScenarioError(f"{path} is a folder; give the dataset in it, a file that lienumba run wrote")
     if not _is(path, Path.is_file):
         raise ScenarioError(f"{path} does not exist; check the path")
+    if path.suffix == ".toml":
+        raise ScenarioError(f"{path} is a scenario, not a dataset; run it first: lienumba run {path}")
     try:
         with NETCDF:
             dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)

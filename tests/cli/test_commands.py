@@ -201,6 +201,14 @@ def test_info_of_another_netcdf_file(tmp_path: Path) -> None:
     assert "is a netCDF file but not of lienumba; give one that lienumba run wrote" in result.stderr
 
 
+def test_a_scenario_in_the_place_of_a_dataset(tmp_path: Path) -> None:
+    (tmp_path / "top.toml").write_text("[model]\n")
+    for command in ("analyse", "replay"):
+        result = lienumba(command, tmp_path / "top.toml")
+        assert result.exit_code == 2
+        assert "top.toml is a scenario, not a dataset; run it first: lienumba run" in result.stderr
+
+
 def test_info_of_a_torn_netcdf_file(tmp_path: Path) -> None:
     (tmp_path / "torn.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     result = lienumba("info", tmp_path / "torn.nc")
