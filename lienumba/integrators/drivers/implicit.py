@@ -64,7 +64,9 @@ def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) 
 @inlined
 def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
     """Where stages were not found in a step of given length, it is made in parts; in which lanes it is."""
-    again = busy & (load(lanes, TRIAL) == codes.UNSETTLED) & (0.25 * length > PARTS * step)
+    trial = load(lanes, TRIAL)
+    astray = (trial == codes.UNSETTLED) | (trial == codes.ROTATION) | (trial == codes.NON_FINITE)
+    again = busy & astray & (0.25 * length > PARTS * step)
     until = load(lanes, T) + 0.25 * length
     store(lanes, CUT, choose(again & (until < load(lanes, CUT)), until, load(lanes, CUT)))
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(again, 1.0, 0.0))

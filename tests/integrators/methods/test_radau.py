@@ -1,0 +1,70 @@
+"""Implicit steps: their order does not care how stiff a mechanism is, and lanes do not see each other."""
+
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.errors import ScenarioError
+from tests.rigs.scenarios import TOP, exact_top, scenario
+
+END = 0.32
+
+
+def bars(stiffness: float, damping: float) -> lienumba.System:
+    """Two bars in space: one on a ball joint, the other on it by a bushing."""
+    system = lienumba.System("bars")
+    about = {"rotation": [1.0, 0.0, 0.0, 0.0]}
+    moving = {"velocity": [0.45, 0.0, -3.0], "angular_velocity": [2.0, 1.0, 0.3]}
+    system.body("upper", mass=1.0, inertia=[0.09, 0.01, 0.09], position=[0.0, -0.5, 0.0], **about)
+    system.body("lower", mass=1.0, inertia=[0.09, 0.01, 0.09], position=[0.0, -1.5, 0.0], **about, **moving)
+    system.joint(
+        "ball", "spherical", ["ground", "upper"], points=[[0, 0, 0], [0, 0.5, 0]], angular_velocity=[2.0, 1.0, 0.3]
+    )
+    system.force(
+        "bush", type="bushing", bodies=["upper", "lower"], points=[[0, -0.5, 0], [0, 0.5, 0]],
+        stiffness=[stiffness] * 3, damping=[damping] * 3, rotational_stiffness=[0.0] * 3, rotational_damping=[0.0] * 3,
+    )  # fmt: skip
+    return system.integrator(method="radau5", coordinates="joint", step=END / 8, end_time=END)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e12, 1e4), (0.0, 1e6)])
+def test_steps_do_not_care_how_stiff_it_is(stiffness: float, damping: float) -> None:
+    system = bars(stiffness, damping)
+    ways = {"integrator.step": None, "output.every": END}
+    fine, rough = (lienumba.run(system, overrides=ways | {"integrator.tolerance": x}) for x in (1e-9, 1e-6))
+    assert (fine.status == 0).all()
+    assert (rough.status == 0).all()
+    print(float(rough.steps[0]), float(abs(rough.position - fine.position).max()))
+    assert rough.steps[0] < 200
+    assert abs(rough.position - fine.position).max() < 1e-6
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_where_nothing_is_stiff_it_agrees_with_the_exact_motion(coordinates: str) -> None:
+    ways = {"integrator.method": "radau5", "integrator.coordinates": coordinates}
+    end = lienumba.run(scenario(TOP, 1e-4, 0.1), overrides=ways).position.values[0, -1, 0]
+    assert abs(end - exact_top(0.1).r).max() < 1e-9
+
+
+def test_neighbours_change_no_bit() -> None:
+    ways = {"integrator.step": None, "integrator.tolerance": 1e-6, "output.every": END / 4}
+    sweep = {
+        "sweep": {
+            "runs": 11,
+            "seed": 3,
+            "vary": {"forces.bush.stiffness[0]": {"distribution": "uniform", "low": 1e2, "high": 1e9}},
+        }
+    }
+    system = bars(1e6, 10.0)
+    every = lienumba.run(system, overrides=ways | sweep)
+    assert (every.status == 0).all()
+    assert len({int(n) for n in every.steps}) > 3
+    alone = lienumba.run(system, overrides=ways | sweep, runs=[4])
+    np.testing.assert_array_equal(every.position.values[4], alone.position.values[0])
+
+
+def test_what_it_cannot_do_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="has no implicit steps for constraints that are turned on and off"):
+        lienumba.run("scenarios/bouncing_ball.toml", overrides={"integrator.method": "radau5"})
+    with pytest.raises(ScenarioError, match=r'integrator\.group = "SE3": has no implicit steps'):
+        lienumba.run(scenario(TOP, 5e-4, 0.1), overrides={"integrator.method": "radau5", "integrator.group": "SE3"})
