@@ -3,7 +3,7 @@
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.scenario.base.problems import Report, check_name, names_of
 from lienumba.scenario.checks.joints import Tables
-from lienumba.words import suggestion
+from lienumba.words import printable, suggestion
 
 
 def type_of(place: str, name: str, joints: Tables, report: Report) -> str | None:
@@ -15,4 +15,4 @@ def type_of(place: str, name: str, joints: Tables, report: Report) -> str | None
 
 def no_coordinate(place: str, name: str, kind: str, given: str, having: list[str], report: Report) -> None:
     remedy = suggestion(given, having) if len(having) > 1 else f'give "{having[0]}", or leave it out'
-    report.add(f"{place}.coordinate", f"{name} is a {kind} joint, which has no {given}", remedy, given)
+    report.add(f"{place}.coordinate", f"{name} is a {kind} joint, which has no {printable(given)}", remedy, given)
