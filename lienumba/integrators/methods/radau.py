@@ -13,7 +13,7 @@ from lienumba.keys.literature import Reference
 WANNER = Reference(
     "hairer1996", "book", "Hairer, Ernst and Wanner, Gerhard", 1996,
     "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic Problems",
-    "", "Springer, 2nd edition", "10.1007/978-3-642-05221-7",
+    "Springer, 2nd edition", "", "10.1007/978-3-642-05221-7",
 )  # fmt: skip
 ROOT = Fraction("2.449489742783178098197284074705891391965947")  # of 6
 
