@@ -32,6 +32,7 @@ ROUNDING = 1e-9  # of the largest force there was: what may be left where nothin
 STILL = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
+REDUNDANT = 1e-6  # of the largest singular value of the rows of C
 SMALL = 1e-12  # of the largest singular value: what counts as 0
 
 
@@ -133,7 +134,7 @@ class _Search:
         phi, rates = at.vector("positions", runs), at.vector("laws", runs)
         lengths = np.linalg.norm(C, axis=2, keepdims=True)
         lengths[lengths == 0.0] = 1.0
-        C, phi = C / lengths, phi / lengths[:, :, 0]
+        C, phi = _independent(C / lengths, phi / lengths[:, :, 0])
         free = along - np.einsum("rij,rj->ri", np.linalg.pinv(C, SMALL) @ C, along) if m else along
         force = np.abs(free).max(axis=1, initial=0.0)
         falling, largest = _extremes(K, C)
@@ -216,6 +217,18 @@ def _extremes(K: Array, C: Array) -> tuple[Array, Array]:
         largest[good] = np.abs(sizes).max(axis=1)
         falling[good] = np.maximum(-sizes[:, 0] - 1e-9 * largest[good], 0.0)
     return falling, largest
+
+
+def _independent(C: Array, phi: Array) -> tuple[Array, Array]:
+    """Without what redundant rows say only because the mechanism is not quite closed."""
+    good = np.isfinite(C).all(axis=(1, 2))
+    if C.shape[1] and good.any():
+        U, sizes, V = np.linalg.svd(C[good], full_matrices=False)
+        kept = np.where(sizes > REDUNDANT * sizes[:, :1], 1.0, 0.0)
+        C, phi = C.copy(), phi.copy()
+        C[good] = (U * (kept * sizes)[:, None, :]) @ V
+        phi[good] = ((U * kept[:, None, :]) @ (U.transpose(0, 2, 1) @ phi[good, :, None]))[:, :, 0]
+    return C, phi
 
 
 def _solve(matrix: Array, right: Vector | Array) -> Array:
