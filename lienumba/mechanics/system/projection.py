@@ -23,7 +23,7 @@ from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, wh
 EPSILON = 2.220446049250313e-16
 LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
 LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
-TURNED = 1e-4  # of the kinetic energy: that of the change with which a loop leaves the branch on which it moved
+TURNED = 0.05  # of the kinetic energy: that of the change with which a loop leaves the branch on which it moved
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
