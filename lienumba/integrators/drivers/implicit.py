@@ -46,7 +46,8 @@ def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) 
         commit(pending & sound, now, following, rows)
         factor = change / before  # squared: of the changes
         rest = change * factor / choose(factor < 0.25, 0.25, 1e-6)
-        done = sound & ((rest <= ENOUGH) | (change <= CERTAIN) | ((change <= ROUNDING) & (factor > 0.25)))
+        second = before < codes.HUGE  # one change alone says nothing of how they shrink
+        done = sound & ((second & (rest <= ENOUGH)) | (change <= CERTAIN) | ((change <= ROUNDING) & (factor > 0.25)))
         lost = (change < codes.HUGE) & sound
         lost = choose(lost & ((factor < GROWING) | (change <= ROUNDING)), splat(0.0), splat(1.0)) != 0.0
         failed = choose(pending & lost, splat(1.0), failed)

@@ -59,7 +59,7 @@ def equal(a: Any, b: Any) -> bool:
     return all(np.array_equal(a[name], b[name], equal_nan=a[name].dtype.kind == "f") for name in numbers)
 
 
-@pytest.mark.parametrize("method", PAIRS)
+@pytest.mark.parametrize("method", TOLERANCES)
 def test_the_error_is_proportional_to_the_tolerance(method):
     """Monotone, and within two decades of it; over the paper's two seconds, but for the pair of order 3, whose many
     steps add up to more."""
