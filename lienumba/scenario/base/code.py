@@ -18,7 +18,7 @@ from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import source_of
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.words import listed, printable, suggestion
+from lienumba.words import listed, printable, readable, suggestion
 
 PYTHON = "python"
 TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
@@ -207,7 +207,7 @@ def said_of(error: BaseException, file: str) -> str:
     """An error with the line of the user's file that it comes from."""
     said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     line = line_of(error, file)
-    return f"{line}: {said}" if line else said
+    return readable(f"{line}: {said}" if line else said)
 
 
 def line_of(error: BaseException, file: str) -> str:

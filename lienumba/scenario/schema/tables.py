@@ -137,7 +137,7 @@ def points_problem(table: Keys) -> Problem | None:
         return Problem("", f"has {len(times)} of at least 2 points", "give more, or write a number instead")
     for key, numbers in (("times", times), ("values", values)):
         for i, x in enumerate(numbers):
-            if not abs(x) <= LARGEST:
+            if isinstance(x, str) or not abs(x) <= LARGEST:
                 return Problem(f"{key}[{i}]", "must be a finite number", "correct it, or leave the point out", x)
     for i in range(1, len(times)):
         if not times[i] > times[i - 1]:
