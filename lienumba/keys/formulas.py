@@ -72,11 +72,7 @@ def not_finite_at_start(value: object, orders: int) -> BadValueError | None:
     """What is wrong with a formula, of which so many are needed: value, rate and second derivative."""
     if not isinstance(value, str):
         return None
-    try:
-        formula = Formula(value)
-    except ExpressionError:  # which is told where it is read
-        return None
-    for name, number in zip(("value", "rate", "second derivative"), at_start(formula)[:orders], strict=False):
+    for name, number in zip(("value", "rate", "second derivative"), at_start(Formula(value))[:orders], strict=False):
         if not abs(number) < LARGEST:
             remedy = "give a formula that begins smoothly with finite numbers, such as t**2, or sqrt(t + 0.001)"
             return BadValueError(f"its {name} at t = 0 is {number}", remedy)

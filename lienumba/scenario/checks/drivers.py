@@ -11,6 +11,7 @@ from lienumba.keys.formulas import (
 from lienumba.mechanics.elements.drivers import DRIVERS, POSITION, JointDriver, driver_form
 from lienumba.scenario.base.problems import GROUND, Report, check_name, read
 from lienumba.scenario.checks.joints import Tables, find_coordinate
+from lienumba.words import is_number
 
 
 def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: Tables, report: Report) -> None:
@@ -43,6 +44,8 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
 def check_start(at: str, value: Any, orders: int, report: Report) -> None:
     """Check that a number that varies in time, or a list of them, has so many finite derivatives when it begins."""
     for where, x in numbers_at(at, value):
+        if isinstance(x, str) and is_number(x):  # such as nan; the schema tells it
+            continue
         wrong = not_finite_at_start(x, orders)
         if wrong is None and isinstance(x, str) and report.times is not None:
             wrong = not_finite_later(x, orders, report.times)
