@@ -5,6 +5,8 @@ import pytest
 
 import lienumba
 from lienumba.errors import ScenarioError
+from lienumba.scenario.reading.loading import load
+from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import TOP, exact_top, scenario
 
 END = 0.32
@@ -36,6 +38,30 @@ def test_steps_do_not_care_how_stiff_it_is(stiffness: float, damping: float) -> 
     assert (rough.status == 0).all()
     assert rough.steps[0] < 200
     assert abs(rough.position - fine.position).max() < 1e-6
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e12, 1e4), (0.0, 1e6)])
+def test_the_order_is_full_however_stiff_it_is(stiffness: float, damping: float) -> None:
+    system = bars(stiffness, damping)
+    exact = lienumba.run(
+        system, overrides={"integrator.step": None, "integrator.tolerance": 1e-10, "output.every": END}
+    ).position.values[0, -1]
+    errors = []
+    for steps in (16, 32, 64):
+        found = lienumba.run(system, overrides={"integrator.step": END / steps, "output.every": END})
+        assert int(found.status[0]) == 0
+        errors.append(abs(found.position.values[0, -1] - exact).max())
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 5, atol=0.2)
+
+
+def test_it_comes_through_a_singular_position_of_a_loop() -> None:
+    data = load(SCENARIOS / "n_four_bar.toml")
+    data["integrator"] = {"method": "radau5", "tolerance": 1e-6, "coordinates": "joint", "end_time": 2.0}
+    data["output"] = {"every": 0.1}
+    found = lienumba.run(data)
+    exact = lienumba.run(data, overrides={"integrator.method": "dop853", "integrator.tolerance": 1e-9})
+    assert int(found.status[0]) == int(exact.status[0]) == 0
+    assert abs(found.position - exact.position).max() < 1e-6
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
