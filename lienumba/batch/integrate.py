@@ -10,7 +10,16 @@ from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.layout import ACT_NUMBERS, NEWTON, SWITCH_NUMBERS, on_row, record_rows, state_rows
+from lienumba.integrators.layout import (
+    ACT_NUMBERS,
+    LEAN,
+    NEWTON,
+    STICK,
+    SWITCH_NUMBERS,
+    on_row,
+    record_rows,
+    state_rows,
+)
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
 from lienumba.mechanics.mechanism.tables import Numbers
@@ -149,6 +158,7 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     )
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
+    modes = np.where(modes == LEAN, STICK, modes)  # how a contact sticks is the driver's matter
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
