@@ -19,7 +19,9 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
     acts, targets, value = [], list[int](), 0
     for event in model.events:
         of = _targets(model, event, held)
-        acts.append((ACTS.get(event.action, RECORDS), len(targets), len(of), value, int(event.once)))
+        acts.append(
+            (ACTS.get(event.action, RECORDS), len(targets), len(of), value, int(event.once), _needed(model, event))
+        )
         targets += of
         value += len(event.numbers)
     return Plan(
@@ -28,6 +30,12 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
     )
+
+
+def _needed(model: Model, event: Event) -> int:
+    """The switch that has to be on for an event to act: of the joint that it locks, if that may be gone; else -1."""
+    wanted = (switches.JOINT, event.joint) if event.action == LOCK.name else None
+    return next((n for n, switch in enumerate(switches_of(model)) if (switch.what, switch.index) == wanted), -1)
 
 
 def _targets(model: Model, event: Event, held: Sequence[int]) -> list[int]:

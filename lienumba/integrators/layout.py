@@ -33,13 +33,14 @@ CLOCK = TOLERANCE + TOLERANCES
 # whether it has just begun; STALE: whether F is not known at its state; TRIAL: the code of the step; STATUS: of the
 # run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
 # of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes;
-# GAINED: the energy (J) that comes of numbers that are set, and of bodies that are moved to close a joint.
+# GAINED: the energy (J) that comes of numbers that are set, or of bodies that are moved to close a joint; HAD: the
+# energy before.
 # Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
 # of an open gap; NEAR: whether that is at the end of the step, which was cut for it.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED = range(9, 22)
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, LANES = range(22, 31)
+FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, LANES = range(23, 32)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
@@ -56,8 +57,8 @@ BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and conta
 OFF, STICK, SLIDE, LEAN = range(4)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
 # What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
-# value, and whether it acts only once.
-ACTION, TARGET, TARGETS, VALUE, ONCE, ACT_NUMBERS = range(6)
+# value, whether it acts only once, and the switch that has to be on for that, -1 if none has.
+ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 
@@ -195,6 +196,13 @@ def memory_row(sizes: Sizes) -> int:
 def conditions(sizes: Sizes) -> int:
     """How many conditions are looked at: of the events, and behind them `CONDITIONS` of each switch."""
     return sizes.events + CONDITIONS * sizes.switches
+
+
+@kernel
+def peak_row(sizes: Sizes) -> int:
+    """Of each event the most that its condition has been while it is true, and behind these the largest size that it
+    has been at all; counted from the first condition."""
+    return conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
 
 
 @kernel
@@ -342,8 +350,8 @@ class Workspace(NamedTuple):
     state, parameters: of the runs in the lanes; new: a state with what a kernel says behind it; slopes, control: see
     above; now, following: iterates of a projection, for which there is room in `state` as well, and in `new` where the
     slopes are no longer needed; u: the argument of a stage; conditions: of events, at the start and
-    at the end of a step, with all that `events` writes, and when they come true; change: what decides about modes;
-    work: of the kernels.
+    at the end of a step, with all that `events` writes, when they come true, and what they have been; change: what
+    decides about modes; work: of the kernels.
     """
 
     state: int
@@ -377,7 +385,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
+    table = places + peak_row(sizes) + 2 * sizes.events
     change = table + table_rows(sizes.exchangeable)
     parameters = change + change_rows(sizes)
     work = parameters + sizes.parameters

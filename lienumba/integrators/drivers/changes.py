@@ -12,6 +12,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import complementarity, reactions, stages
+from lienumba.integrators.drivers.acting import HOLDS, engages, follow, follow_one, hold, pass_over, sift, turns
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
@@ -25,6 +26,7 @@ from lienumba.integrators.layout import (
     FRESH,
     FRICTION,
     GAINED,
+    HAD,
     ITERATIONS,
     LEAN,
     LOCKS,
@@ -32,6 +34,7 @@ from lienumba.integrators.layout import (
     OFF,
     PICKED,
     RECENT,
+    RECORDS,
     RELEASES,
     SETS,
     SIZE,
@@ -78,16 +81,20 @@ def change(
             return
         store(lanes, CHANGED, choose(pending, splat(1.0), splat(0.0)))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+        hold(sizes, at, at.following)
+        if n == 0:  # what held directly before the change, for what becomes true by it
+            follow(sizes, at, at.following, pending)
         if switched:
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
         for lane in range(W):
             rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
-                _remember(sizes, first, rows, lane, n == 0)
                 reactions.hasten(rows, first, sizes, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0)
                 if sizes.values > 0:
-                    rows[first.lanes + GAINED, lane] = _energy(sizes, first, rows, plan, lane)
-                _act(sizes, first, rows, runs, queue, plan, lane)
+                    rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
+                _act(sizes, first, rows, plan, lane)
+        if sizes.values > 0:
+            _gain(kernels, sizes, at, first, rows, plan)
         r = reactions.room(at, sizes, plan.switches)
         closing = load(lanes, PICKED) != 0.0
         if any_lane(closing):
@@ -100,18 +107,15 @@ def change(
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     _closed(sizes, first, rows, plan, lane, tolerance)
-        if sizes.values > 0:
-            call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
-            for lane in range(W):
-                if rows[first.lanes + CHANGED, lane] != 0.0:
-                    gained = _energy(sizes, first, rows, plan, lane) - rows[first.lanes + GAINED, lane]
-                    rows[first.state + layout.work_row(sizes), lane] += gained
-                    rows[first.lanes + GAINED, lane] = gained
+            if sizes.values > 0:
+                _gain(kernels, sizes, at, first, rows, plan)
+        for lane in range(W):
+            changes, hit = rows[first.lanes + CHANGED, lane] != 0.0, False
+            if changes:
+                hit = switched and _hit(r, sizes, first, rows, lane)
+                _tell(r, sizes, first, rows, runs, queue, plan, lane)
+            rows[first.lanes + PICKED, lane] = 1.0 if hit else 0.0
         if switched:
-            for lane in range(W):
-                hit = rows[first.lanes + CHANGED, lane] != 0.0
-                hit = hit and _hit(r, sizes, first, rows, runs, queue, plan, lane)
-                rows[first.lanes + PICKED, lane] = 1.0 if hit else 0.0
             hits = load(lanes, PICKED) != 0.0
             if any_lane(hits):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
@@ -122,6 +126,7 @@ def change(
                 if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
                     _go_on(r, sizes, first, rows, runs, queue, lane, forces)
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+        hold(sizes, at, at.following)
         for lane in range(W):
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _renew(sizes, first, rows, runs, queue, plan, lane, end)
@@ -171,12 +176,12 @@ def _closed(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, t
     happened, and the run ends."""
     open_ = rows[first.lanes + STATUS, lane] != 0.0
     for event in range(sizes.events):
-        if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+        if engages(sizes, first, rows, plan, lane, event):
             size = reactions.number(rows, first, sizes, lane, plan.targets[plan.acts[event, TARGET]], SIZE)
             open_ = open_ or _apart(sizes, first, rows, plan, lane, event) > tolerance + TOUCH * size
     if open_:
         for event in range(sizes.events):
-            if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+            if engages(sizes, first, rows, plan, lane, event):
                 target = plan.targets[plan.acts[event, TARGET]]
                 rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
         rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
@@ -194,26 +199,18 @@ def _apart(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, ev
 
 
 @inlined
-def _remember(sizes: Sizes, first: Workspace, rows: Rows, lane: int, begins: bool) -> None:
-    """What held directly before a change, for what becomes true by it."""
-    if begins:
-        for event in range(sizes.events):
-            rows[first.conditions + event, lane] = rows[first.following + event, lane]
-
-
-@inlined
 def _fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
     """Whether a condition has become true now."""
     return rows[first.conditions + 2 * layout.conditions(sizes) + condition, lane] == rows[first.lanes + T, lane]
 
 
 @apart
-def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int) -> None:
+def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> None:
     """Do what events do that come true now; PICKED where joints are to close, and if one cannot nothing happens. What
     locks a run as it begins remembers how it begins."""
     values = first.following + layout.conditions(sizes)
     for event in range(sizes.events):
-        if plan.acts[event, ACTION] == ENGAGES and _fired(sizes, first, rows, lane, event):
+        if engages(sizes, first, rows, plan, lane, event):
             rows[first.lanes + PICKED, lane] = 1.0
             if _apart(sizes, first, rows, plan, lane, event) > rows[values + plan.acts[event, VALUE], lane]:
                 rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
@@ -235,9 +232,6 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Que
                     rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
                 if LOCKS <= action <= ENGAGES:
                     _turn_on(sizes, first, rows, plan, lane, target)
-            if action >= RELEASES:
-                tells = codes.RELEASED if action == RELEASES else codes.SET
-                _book(rows, first, runs, queue, lane, tells, event, 0.0, 0.0)
 
 
 @apart
@@ -245,16 +239,28 @@ def _energy(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
     """The energy (J) of a lane as far as an action changes it by itself: of numbers that are set the potential one,
     kinetic energy, too, where bodies are moved to close a joint."""
     behind, energy = first.following + layout.event_rows(sizes), 0.0
-    sets, engages = False, False
+    sets, closes = False, False
     for event in range(sizes.events):
         if _fired(sizes, first, rows, lane, event):
             sets = sets or plan.acts[event, ACTION] == SETS
-            engages = engages or plan.acts[event, ACTION] == ENGAGES
-    if sets or engages:
+            closes = closes or plan.acts[event, ACTION] == ENGAGES
+    if sets or closes:
         energy += rows[behind - 1, lane]
-    if engages:
+    if closes:
         energy += rows[behind - 2, lane]
     return energy
+
+
+@apart
+def _gain(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan) -> None:
+    """What lanes that change have GAINED of energy since it was last asked for, to the books as work."""
+    call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
+    for lane in range(W):
+        if rows[first.lanes + CHANGED, lane] != 0.0:
+            energy = _energy(sizes, first, rows, plan, lane)
+            gained = energy - rows[first.lanes + HAD, lane]
+            rows[first.state + layout.work_row(sizes), lane] += gained
+            rows[first.lanes + GAINED, lane], rows[first.lanes + HAD, lane] = gained, energy
 
 
 @inlined
@@ -283,11 +289,18 @@ def _book(
     runs.energy_lost[block, place] += energy
 
 
+@inlined
+def _told(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, switch: int) -> bool:
+    """Whether an event before this one in the file has turned the same on now: its impulse is told once."""
+    told = False
+    for other in range(event):
+        told = told or (_fired(sizes, first, rows, lane, other) and turns(plan, other, switch) > 0.0)
+    return told
+
+
 @apart
-def _hit(
-    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
-) -> bool:
-    """Impulses of a lane, to where `kick` reads them, and to the books with what events do; whether there are any."""
+def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) -> bool:
+    """Impulses of a lane, to where `kick` reads them; whether there are any."""
     reactions.read(r, rows, first, sizes, lane)
     p, hit = r.problem, False
     for s in range(sizes.switches):
@@ -303,21 +316,32 @@ def _hit(
         rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for i in range(sizes.switched):
         rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
+    return hit
+
+
+@apart
+def _tell(
+    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
+) -> None:
+    """What events have done in a lane, and impacts, to the books."""
     for event in range(sizes.events):
         action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
-        if action == ENGAGES and _fired(sizes, first, rows, lane, event):
-            energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0
-        if LOCKS <= action <= ENGAGES and _fired(sizes, first, rows, lane, event):
-            for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
-                impulse += reactions.impulse(r, plan.targets[n])
-                energy += reactions.energy_lost(r, plan.targets[n])
-            tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
+        if action != RECORDS and _fired(sizes, first, rows, lane, event):
+            tells = codes.RELEASED if action == RELEASES else codes.SET
+            if action == ENGAGES:
+                energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0
+            if LOCKS <= action <= ENGAGES:
+                tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
+                for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+                    if not _told(sizes, first, rows, plan, lane, event, plan.targets[n]):
+                        impulse += reactions.impulse(r, plan.targets[n])
+                        energy += reactions.energy_lost(r, plan.targets[n])
             _book(rows, first, runs, queue, lane, tells, event, impulse, energy)
     for s in range(sizes.switches):
+        p = r.problem
         if p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > 0.0:
             impulse, energy = reactions.impulse(r, s), reactions.energy_lost(r, s)
             _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
-    return hit
 
 
 @apart
@@ -384,13 +408,18 @@ def _renew(
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
         turned = n < sizes.events and new > 0.0 and not old > 0.0 and not fired
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
-        again = again or (turned and plan.acts[n, ACTION] >= LOCKS)
         if fired:
-            new = max(new, 1e-300)
+            new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
             least = max(noise, _touching(sizes, first, rows, plan, lane, n - sizes.events))
             new = new if new > least else min(new, 0.0)
+        if n < sizes.events:
+            follow_one(sizes, first, rows, lane, n, new)
         rows[first.conditions + n, lane] = new
+    sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
+    pass_over(sizes, first, rows, lane)
+    for n in range(sizes.events):
+        again = again or (plan.acts[n, ACTION] >= LOCKS and _fired(sizes, first, rows, lane, n))
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
     rows[own + STALE, lane] = 1.0

@@ -7,30 +7,23 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.acting import PAST, follow, hold, may_act, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, search
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
     BILATERAL,
-    BUSY,
     CHANGED,
     CUT,
     FRESH,
     JUMP,
-    LOCKS,
     NEAR,
-    OFF,
-    ONCE,
     OPENS,
     PICKED,
     RECORDS,
-    RELEASES,
-    SETS,
     STATUS,
     SWITCH_KIND,
-    TARGET,
-    TARGETS,
     UNTIL,
     Sizes,
     T,
@@ -61,7 +54,7 @@ def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
     for event in range(sizes.events):
         if plan.stops[event] != 0:
             stop = min(stop, rows[times + event, lane])
-        elif plan.acts[event, ACTION] != RECORDS:
+        elif plan.acts[event, ACTION] != RECORDS and rows[times + event, lane] != PAST:
             change = min(change, rows[times + event, lane])
     for condition in range(sizes.events, layout.conditions(sizes)):
         change = min(change, rows[times + condition, lane])
@@ -79,6 +72,13 @@ def start_events(
     fresh = load(at.lanes, FRESH) != 0.0
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
+    for n in range(2 * sizes.events):
+        store(
+            at.conditions,
+            layout.peak_row(sizes) + n,
+            choose(fresh, 0.0, load(at.conditions, layout.peak_row(sizes) + n)),
+        )
+    follow(sizes, at, at.following, fresh)
     stages.commit(fresh, at.conditions, at.following, count)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
@@ -87,6 +87,8 @@ def start_events(
                 rows[first.conditions + 2 * count + condition, lane] = 0.0 if true else NEVER
                 if true:
                     keep_state(first, rows, runs, queue, lane, condition, first.state)
+            sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
+            pass_over(sizes, first, rows, lane)
             stop, change = _leaves(sizes, first, rows, plan, lane)
             note(sizes, first, rows, runs, queue, lane, 0.0)
             rows[first.lanes + STATUS, lane] = codes.STOPPED if stop < NEVER else 0.0
@@ -96,17 +98,11 @@ def start_events(
 
 @apart
 def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, event: int) -> None:
-    """PICKED where an event would do something: what is locked is not locked again."""
-    action, on = plan.acts[event, ACTION], first.state + layout.on_row(sizes)
+    """An event comes true only in lanes in which it may act."""
+    time = first.conditions + 2 * layout.conditions(sizes) + event
     for lane in range(W):
-        turns, useful = LOCKS <= action <= RELEASES, action == SETS
-        for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
-            if turns:
-                holds = rows[on + plan.targets[n], lane] != OFF
-                useful = useful or (holds if action == RELEASES else not holds)
-        if plan.acts[event, ONCE] != 0 and rows[first.lanes + BUSY, lane] != 0.0:
-            useful = useful and runs.event_counts[queue.block[lane], event, queue.lane[lane]] == 0.0
-        rows[first.lanes + PICKED, lane] = 1.0 if useful else 0.0
+        if rows[time, lane] < NEVER and not may_act(sizes, first, rows, runs, queue, plan, lane, event):
+            rows[time, lane] = NEVER
 
 
 @apart
@@ -122,6 +118,7 @@ def _see(
     until, noise = load(at.lanes, UNTIL), splat(0.0)
     store(at.clock, layout.TIME, until)
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
+    hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
     if any_lane(jumps):
         store(at.clock, layout.TIME, until * BEHIND)
@@ -140,15 +137,15 @@ def _see(
             passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0) & (behind > 0.0)
             time = choose(passed, until, time)
             store(new, n, choose(passed, behind, load(new, n)))
-        if n < sizes.events and plan.acts[n, ACTION] != RECORDS and any_lane(time < NEVER):
-            _acts(sizes, first, rows, runs, queue, plan, n)
-            time = choose(load(at.lanes, PICKED) != 0.0, time, splat(NEVER))
         store(times, n, time)
         if n < runs.event_states.shape[1] and any_lane(time == until):
             store(at.lanes, PICKED, choose(time == until, splat(1.0), splat(0.0)))
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     keep_state(first, rows, runs, queue, lane, n, first.new)
+    for n in range(sizes.events):
+        if plan.acts[n, ACTION] != RECORDS and any_lane(load(times, n) < NEVER):
+            _acts(sizes, first, rows, runs, queue, plan, n)
 
 
 @apart
@@ -175,8 +172,9 @@ def find_events(
     for lane in range(W):
         leaves = NEVER
         if rows[first.lanes + PICKED, lane] != 0.0:
-            stop, change = _leaves(sizes, first, rows, plan, lane)
             step = rows[first.clock + layout.LENGTH, lane]
+            sift(sizes, first, rows, runs, queue, plan, lane, step)
+            stop, change = _leaves(sizes, first, rows, plan, lane)
             part = (change - rows[first.clock + layout.TIME, lane]) / step
             inside = not exact and EDGE < part < 1.0 - EDGE
             if change - (LATER * step if inside else 0.0) >= stop:
@@ -185,11 +183,15 @@ def find_events(
             if inside:
                 rows[first.lanes + CUT, lane], leaves = change + LATER * step, -1.0
             else:
+                pass_over(sizes, first, rows, lane)
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
     left = load(at.lanes, PICKED)
-    stages.commit(good & (left >= 0.0), at.conditions, at.conditions + ROW * count, count)
+    going, new = good & (left >= 0.0), at.conditions + ROW * count
+    going = going & (load(at.lanes, CHANGED) == 0.0)
+    follow(sizes, at, new, going)
+    stages.commit(going, at.conditions, new, count)
     return left
 
 

@@ -68,7 +68,7 @@ class ChunkRuns(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What happens at events. stops (events,): whether it ends a run; acts (events, 6): see `layout.ACTION`; targets:
+    """What happens at events. stops (events,): whether it ends a run; acts (events, 7): see `layout.ACTION`; targets:
     of all events; switches (s, 6): see `layout.SWITCH_KIND`."""
 
     stops: Integers1

@@ -1,0 +1,184 @@
+"""Which conditions of events count: what had been true has to be really false before it comes true again, and of what
+happens at one time each event sees what those before it have done."""
+
+from lienumba.compiler.lanes import Mask, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    ACTION,
+    ENGAGES,
+    LOCKS,
+    NEEDS,
+    OFF,
+    ONCE,
+    RECORDS,
+    RELEASES,
+    TARGET,
+    TARGETS,
+    Sizes,
+    T,
+    Workspace,
+)  # fmt: skip
+from lienumba.numerics.operations import absolute, maximum
+
+BAND = 1e-9  # of the largest number that a condition has been: a fall by less is rounding
+PAST = float("-inf")  # the time of what came true, and does nothing
+HOLDS = 1e-300  # of a condition that goes on being true
+AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
+
+
+@apart
+def hold(sizes: Sizes, at: Workspace, values: int) -> None:
+    """What conditions of events at the address `values` are where rounding is no change: true where they were true and
+    have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
+    what is locked on its limit has not, and where it lies beside it is rounding."""
+    peaks = at.conditions + ROW * layout.peak_row(sizes)
+    for n in range(sizes.events):
+        now, was = load(values, n), load(at.conditions, n)
+        largest = maximum(load(peaks, sizes.events + n), absolute(now))
+        stays = (was > 0.0) & (now <= 0.0) & (load(peaks, n) - now <= BAND * largest)
+        store(values, n, choose(stays, splat(HOLDS), now))
+
+
+@apart
+def follow(sizes: Sizes, at: Workspace, values: int, lanes: Mask) -> None:
+    """In these lanes conditions of events go on from what is at the address `values`."""
+    peaks = at.conditions + ROW * layout.peak_row(sizes)
+    for n in range(sizes.events):
+        now, was = load(values, n), load(at.conditions, n)
+        peak, largest = load(peaks, n), load(peaks, sizes.events + n)
+        store(peaks, n, choose(lanes, choose(was > 0.0, maximum(peak, now), now), peak))
+        store(peaks, sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
+        store(at.conditions, n, choose(lanes, now, was))
+
+
+@inlined
+def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int, now: float) -> None:
+    """The same of one event of one lane."""
+    peak = first.conditions + layout.peak_row(sizes) + event
+    was = rows[first.conditions + event, lane]
+    rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
+    rows[peak + sizes.events, lane] = max(rows[peak + sizes.events, lane], max(now, -now))
+    rows[first.conditions + event, lane] = now
+
+
+@inlined
+def turns(plan: Plan, event: int, switch: int) -> float:
+    """How an event leaves a switch: 1 on, 0 off, -1 as it is."""
+    action, to = plan.acts[event, ACTION], -1.0
+    if LOCKS <= action <= RELEASES:
+        for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+            if plan.targets[n] == switch:
+                to = 0.0 if action == RELEASES else 1.0
+    return to
+
+
+@inlined
+def _on(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, switch: int) -> float:
+    """Whether a switch is on when an event acts, behind those before it in the file that act at the same time."""
+    times = first.conditions + 2 * layout.conditions(sizes)
+    on = 0.0 if rows[first.state + layout.on_row(sizes) + switch, lane] == OFF else 1.0
+    for other in range(event):
+        if rows[times + other, lane] == rows[times + event, lane]:
+            to = turns(plan, other, switch)
+            on = on if to < 0.0 else to
+    return on
+
+
+@apart
+def _useful(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, event: int
+) -> bool:
+    """Whether an event does something at its time: what is locked is not locked again, nor what is not there."""
+    action, needs = plan.acts[event, ACTION], plan.acts[event, NEEDS]
+    useful = not LOCKS <= action <= RELEASES
+    for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+        if LOCKS <= action <= RELEASES:
+            on, switch = 0.0 if action == RELEASES else 1.0, plan.targets[n]
+            useful = useful or _on(sizes, first, rows, plan, lane, event, switch) != on
+    if needs >= 0:
+        useful = useful and _on(sizes, first, rows, plan, lane, event, needs) != 0.0
+    return useful and (plan.acts[event, ONCE] == 0 or not _acted(runs, queue, lane, event))
+
+
+@inlined
+def _acted(runs: ChunkRuns, queue: Queue, lane: int, event: int) -> bool:
+    """Whether an event has happened in the run of a lane."""
+    return runs.event_counts[queue.block[lane], event, queue.lane[lane]] != 0.0
+
+
+@apart
+def may_act(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, event: int
+) -> bool:
+    """Whether an event that comes true in the open step may do something, though when it does is yet to be found: also
+    by what others do that come true in it."""
+    times, action = first.conditions + 2 * layout.conditions(sizes), plan.acts[event, ACTION]
+    useful, needs = not LOCKS <= action <= RELEASES, plan.acts[event, NEEDS]
+    if plan.acts[event, ONCE] != 0 and _acted(runs, queue, lane, event):
+        return False
+    for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
+        if not useful:
+            holds = rows[first.state + layout.on_row(sizes) + plan.targets[n], lane] != OFF
+            useful = holds if action == RELEASES else not holds
+            for other in range(sizes.events):
+                if other != event and rows[times + other, lane] < NEVER:
+                    useful = useful or turns(plan, other, plan.targets[n]) >= 0.0
+    if needs >= 0 and rows[first.state + layout.on_row(sizes) + needs, lane] == OFF:
+        there = False
+        for other in range(event):
+            there = there or (rows[times + other, lane] < NEVER and turns(plan, other, needs) > 0.0)
+        useful = useful and there
+    return useful
+
+
+@apart
+def sift(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, length: float
+) -> None:
+    """Of the events that are to act, what happens first in a step of this length: at one time what comes within
+    rounding of it; PAST is the time of what does nothing then."""
+    times, acts = first.conditions + 2 * layout.conditions(sizes), False
+    while not acts:
+        earliest = NEVER
+        for event in range(sizes.events):
+            time = rows[times + event, lane]
+            if plan.acts[event, ACTION] != RECORDS and time != PAST:
+                earliest = min(earliest, time)
+        if earliest == NEVER:
+            return
+        for event in range(sizes.events):
+            time = rows[times + event, lane]
+            at_once = time != PAST and time - earliest <= AT_ONCE * max(length, earliest)
+            if plan.acts[event, ACTION] != RECORDS and at_once:
+                rows[times + event, lane] = earliest
+                if _useful(sizes, first, rows, runs, queue, plan, lane, event):
+                    acts = True
+                else:
+                    rows[times + event, lane] = PAST
+
+
+@apart
+def pass_over(sizes: Sizes, first: Workspace, rows: Rows, lane: int) -> None:
+    """What is PAST has been true, and is no event."""
+    times = first.conditions + 2 * layout.conditions(sizes)
+    for event in range(sizes.events):
+        if rows[times + event, lane] == PAST:
+            rows[times + event, lane], rows[first.conditions + event, lane] = NEVER, HOLDS
+            rows[first.conditions + layout.peak_row(sizes) + event, lane] = HOLDS
+
+
+@apart
+def engages(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int) -> bool:
+    """Whether an event engages a joint now, and none behind it in the file releases it at once."""
+    times, now = first.conditions + 2 * layout.conditions(sizes), rows[first.lanes + T, lane]
+    if plan.acts[event, ACTION] != ENGAGES or rows[times + event, lane] != now:
+        return False
+    stays, joint = True, plan.targets[plan.acts[event, TARGET]]
+    for other in range(event + 1, sizes.events):
+        if rows[times + other, lane] == now:
+            stays = stays and turns(plan, other, joint) != 0.0
+    return stays
