@@ -40,7 +40,7 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"},
+        {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
         {"deflate", "layout", "provenance"}, {"components", "study_layout", "windows"}, {"form"}, {"files"},

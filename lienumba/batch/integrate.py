@@ -22,7 +22,7 @@ from lienumba.integrators.layout import (
 )
 from lienumba.integrators.methods.step_control import Tolerance
 from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
-from lienumba.mechanics.mechanism.tables import Numbers
+from lienumba.mechanics.mechanism.tables import Numbers, RunNumbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
 COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are one
@@ -48,8 +48,8 @@ class Pace:
 class Batch:
     """Everything the runs need.
 
-    parameters: floats, arrays (runs,), or a table's Numbers; states (runs, 18 k + augmented) at the start; codes
-    (runs,): 0 for the runs to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
+    parameters: floats, arrays (runs,), a table's Numbers, or RunNumbers; states (runs, 18 k + augmented) at the start;
+    codes (runs,): 0 for those to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
     plan: what events do; changes: how many of a run are told; at_events: whether states at
     events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
@@ -97,6 +97,8 @@ class Batch:
 
 
 def _of(number: Any, runs: np.ndarray) -> Any:
+    if isinstance(number, RunNumbers):
+        return number.part(runs)
     return number[runs] if np.ndim(number) else number
 
 
@@ -134,7 +136,8 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     """Integrate these runs; see `fixed_step.drive` for progress and stop."""
     machine, count = batch.machine, runs.stop - runs.start
     blocks = -(-count // W)
-    numbers = [np.broadcast_to(_number(p), (batch.runs,))[runs] for p in batch.parameters]
+    own = {n: p.part(runs).rows() for n, p in enumerate(batch.parameters) if isinstance(p, RunNumbers)}
+    numbers = [_numbers(own.get(n, p), batch.runs, runs) for n, p in enumerate(batch.parameters)]
     table = np.stack(numbers or [np.zeros(count)], axis=1)
     parameters = aligned(blocks, machine.sizes.parameters, W)
     parameters[:, : table.shape[1]] = _lanes(table, blocks)
@@ -289,6 +292,11 @@ def _discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     return _lanes(times[:, :used], blocks)
 
 
-def _number(parameter: Any) -> np.ndarray:
-    """A parameter as the kernels read it: tables by their address."""
-    return np.asarray(parameter.address if isinstance(parameter, Numbers) else parameter, float)
+def _numbers(parameter: Any, count: int, runs: slice) -> np.ndarray:
+    """A parameter as the kernels read it, of these runs of as many: tables by their address; (runs, n): what each run
+    has of its own, by the address of its row."""
+    if np.ndim(parameter) == 2:
+        addresses: np.ndarray = parameter.ctypes.data + parameter.strides[0] * np.arange(len(parameter))
+        return addresses.view(np.float64)
+    number = parameter.address if isinstance(parameter, Numbers) else parameter
+    return np.broadcast_to(np.asarray(number, float), (count,))[runs]

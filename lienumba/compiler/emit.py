@@ -204,11 +204,10 @@ class _Writer:
             lines.append(f"%s{number} = shl {BITS} %b{number}, <{shift}>")
             right = f"bitcast {BITS} %s{number} to {VECTOR}"
         elif node.op == "gather":
-            lines.append(f"%e{number} = extractelement {VECTOR} {a[0]}, i32 0")
-            lines.append(f"%b{number} = bitcast double %e{number} to i64")
-            lines.append(f"%a{number} = inttoptr i64 %b{number} to ptr")
+            lines.append(f"%b{number} = bitcast {VECTOR} {a[0]} to {BITS}")
+            lines.append(f"%a{number} = inttoptr {BITS} %b{number} to <{W} x ptr>")
             lines.append(f"%i{number} = fptosi {VECTOR} {a[1]} to {BITS}")
-            lines.append(f"%q{number} = getelementptr double, ptr %a{number}, {BITS} %i{number}")
+            lines.append(f"%q{number} = getelementptr double, <{W} x ptr> %a{number}, {BITS} %i{number}")
             every = ", ".join(["i1 true"] * W)
             right = (
                 f"call {VECTOR} @llvm.masked.gather.v{W}f64.v{W}p0(<{W} x ptr> %q{number}, i32 8, {MASK} <{every}>, "

@@ -257,7 +257,7 @@ class Symbol:
         return self.graph.node("sqrt", self)
 
     def gather(self, index: Number) -> "Symbol":
-        """The entry at an index of the numbers whose address this symbol is, in every lane the same."""
+        """The entry at an index of the numbers whose address this symbol is."""
         return self.graph.node("gather", self, index)
 
     def power_of_two(self) -> "Symbol":

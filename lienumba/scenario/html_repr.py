@@ -19,6 +19,7 @@ FACTS = {
     "drivers": ("joint", "body", "motion", "coordinate", "value", "rate"),
     "forces": ("type", "bodies", "joint", "body", "stiffness", "damping", "value", "function"),
     "quantities": ("type", "body", "joint", "value"),
+    "noise": ("type", "std", "every"),
     "limits": ("joint", "coordinate", "low", "high"),
     "contacts": ("type", "bodies", "friction", "stiffness"),
     "events": ("when", "action", "joint", "parameters"),

@@ -44,7 +44,7 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
-OPTIONAL = ("limits", "contacts")  # lists that are left out where they are empty
+OPTIONAL = ("limits", "contacts", "noise")  # lists that are left out where they are empty
 FIRST = ("name", "type")  # keys that head a table
 
 
@@ -277,7 +277,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
         output = output.model_copy(update={"every": every})
     integrator = integrator.model_copy(update={"method": method_of(integrator)})
     if "variables" not in output.model_fields_set:
-        own = [quantity.name for quantity in data.model.quantities]
+        own = [seen.name for seen in (*data.model.quantities, *data.model.noise)]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]
         own += [paths.INPUTS] if any(map(written, data.model.inputs.values())) else []
         output = output.model_copy(update={"variables": [*usual(), *own]})

@@ -200,6 +200,20 @@ class System:
         """
         return self._add("quantities", {"name": name, "type": type, **keys})
 
+    def noise(self, name: str, type: str, **keys: object) -> Self:
+        """Add a random course that each run has of its own.
+
+        Parameters
+        ----------
+        name : str
+            By which formulas and the dataset know it.
+        type : str
+            "white", "band", "dryden", "walk" or "bias".
+        **keys
+            Those of the type, such as std and every.
+        """
+        return self._add("noise", {"name": name, "type": type, **keys})
+
     def limit(self, joint: str, **keys: object) -> Self:
         """Add rigid stops to a coordinate of a joint.
 

@@ -6,7 +6,7 @@ import pytest
 
 from lienumba.mechanics.elements.events import ACTIONS
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from tests.documents.pages import ROOT
 
 TEMPLATE = (ROOT / "scenarios" / "template.toml").read_text(encoding="utf-8")
@@ -50,6 +50,17 @@ def test_the_template_has_every_quantity_and_its_keys(name: str) -> None:
     assert of_template(name)
     for key in QUANTITIES[name].model_fields:
         assert re.search(rf"^(?:#     )?{key} = ", TEMPLATE, flags=re.MULTILINE), key
+
+
+def test_the_table_of_noises_has_every_type_and_its_keys() -> None:
+    rows = {row[0].strip("`"): row for row in table("write_a_scenario.md", "| noise | is | keys |")}
+    assert sorted(rows) == sorted(NOISES)
+    for name, row in rows.items():
+        keys = NOISES[name].model_fields.keys() - {"name", "type", "units"}
+        assert set(re.findall(r"`(\w+)`", row[2])) >= keys, name
+        assert of_template(name)
+        for key in keys:
+            assert re.search(rf"^(?:#     )?{key} = ", TEMPLATE, flags=re.MULTILINE), key
 
 
 @pytest.mark.parametrize("name", ACTIONS)

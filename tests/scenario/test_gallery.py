@@ -41,6 +41,7 @@ def test_the_gallery_is_complete() -> None:
         "door_closer",
         "door_on_two_hinges",
         "double_pendulum",
+        "dish_in_gusts",
         "dzhanibekov",
         "falling_rod",
         "five_bar_leg",

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from lienumba.mechanics.mechanism.model import Contact, Frame, Law, Model, Number
-from lienumba.mechanics.mechanism.tables import Table
+from lienumba.mechanics.mechanism.tables import Samples, Table
 
 
 def map_numbers(
@@ -32,6 +32,8 @@ def map_numbers(
         return x if callable(x) else number(x, structural)
 
     def own(x: Any) -> Any:
+        if isinstance(x, Samples):
+            return replace(x, data=data(x.data), every=number(x.every, False), last=number(x.last, False))
         return replace(x, data=data(x.data)) if isinstance(x, Table) else number(x, False)
 
     def law(x: Any) -> Any:

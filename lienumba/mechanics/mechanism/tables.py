@@ -1,4 +1,5 @@
-"""Tables: functions of one number that are known at points, in straight-line code whatever their length.
+"""Tables: functions of one number that are known at points, in straight-line code whatever their length; and samples at
+equal intervals, which each run has of its own.
 
 A table is a piecewise polynomial. Its numbers lie in memory, row by row: where a piece begins, and its coefficients;
 a kernel gets their address as a parameter, so that another table compiles nothing. In front of the first point and
@@ -7,18 +8,20 @@ behind the last one the values there are kept.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import gather, maximum, minimum, where
+from lienumba.numerics.vector_math import round_to_integer
 
 HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
 HELD = 2  # columns: pieces with a value alone
 SMOOTH = 3  # columns: pieces with more are cubic, and meet twice differentiably
 INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
+ON_SAMPLE = 1e-9  # of an interval: so near before a sample it is reached
 
 
 class Numbers:
@@ -35,6 +38,23 @@ class Numbers:
     def gather(self, index: Number) -> Any:
         found = self.array[np.asarray(index).astype(np.int64)]
         return float(found) if found.ndim == 0 else found
+
+
+@runtime_checkable
+class RunNumbers(Protocol):
+    """Numbers in memory that each run has of its own."""
+
+    def part(self, runs: Any) -> "RunNumbers":
+        """Those of some of the runs (indices or a slice)."""
+        ...
+
+    def rows(self) -> np.ndarray:
+        """(runs, numbers), one run behind the other."""
+        ...
+
+    def gather(self, index: Number) -> Any:
+        """Of each run the number at its index."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -86,6 +106,35 @@ class Table:
             next_ = minimum(i + float(2**n), float(self.pieces - 1))
             i = where(gather(self.data, self.columns * next_) <= x, next_, i)
         return i
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A function of the time that is known at equal intervals from 0 on: held until the next sample, or linear between
+    them. data: of `RunNumbers`, or what stands for them in a kernel; every: the interval in s; last: the number of the
+    last sample; knots: where steps have to land."""
+
+    data: Any
+    every: Any
+    last: Any
+    held: bool
+    knots: tuple[float, ...] = field(compare=False)
+
+    def __call__(self, x: Number, within: Number) -> Any:
+        """The value at x, by the interval in which `within` lies."""
+        piece = _floor(lift(within).a / self.every + ON_SAMPLE)
+        piece = maximum(minimum(piece, self.last), 0.0)
+        value = gather(self.data, piece)
+        if self.held:
+            return value
+        after = gather(self.data, minimum(piece + 1.0, self.last))
+        return value + (x / self.every - piece) * (after - value)
+
+
+def _floor(x: Number) -> Any:
+    """The largest whole number that is not above x, below 2**51."""
+    nearest = round_to_integer(x)
+    return where(nearest > x, nearest - 1.0, nearest)
 
 
 def _hold(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -22,7 +22,8 @@ ASK = "give joint_coordinates = true"
 def check_output(output: Output, lists: Lists, parameters: Parameters, report: Report) -> None:
     """Check that what is to be stored exists: variables, quantities and their components, and laws with states."""
     own = [*JOINT_COORDINATES] if output.joint_coordinates else []
-    known = [*OUTPUT_VARIABLES, *own, *(str(q.get("name")) for q in lists["quantities"]), *with_states(lists)]
+    seen = [str(item.get("name")) for kind in ("quantities", "noise") for item in lists[kind]]
+    known = [*OUTPUT_VARIABLES, *own, *seen, *with_states(lists)]
     inputs = sorted(filter(is_input, parameters.quantities))
     known += [INPUTS, *inputs] if inputs else []
     lists_of_names = {"variables": output.variables, "also": output.also}
@@ -34,7 +35,7 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
     along = coordinates_of(lists["joints"])
     parts = [*known, *sorted(parameters.quantities - {*known}), *(f"{name}.{x}" for name in own for x in along)]
     for name in own:
-        if any(item.get("name") == name for item in (*lists["quantities"], *lists["forces"])):
+        if any(item.get("name") == name for item in (*lists["quantities"], *lists["noise"], *lists["forces"])):
             rule = f"stores {name}, but a quantity or force has this name already"
             report.add("output.joint_coordinates", rule, "give that another name")
     for name, statistics in output.summary.items():

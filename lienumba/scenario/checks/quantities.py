@@ -6,7 +6,7 @@ from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.events import LOCK
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
 from lienumba.mechanics.elements.quantities.switched import LockQuantity
@@ -30,16 +30,7 @@ Lists = dict[str, list[Keys]]
 
 def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> None:
     """Check one quantity against the names of everything."""
-    name = quantity["name"]
-    if name in VARIABLES or name in DIMENSIONS:
-        report.add(f"{place}.name", "the dataset has a variable of this name already", "give another name", name)
-    if name in with_states(lists):
-        report.add(
-            f"{place}.name",
-            f"is also the name of model.forces.{name}, whose states are stored",
-            "give another name",
-            name,
-        )
+    _check_name(place, quantity["name"], lists, report)
     kind = QUANTITIES.get(str(quantity.get("type")))
     if kind is None:
         return
@@ -60,6 +51,27 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
         _check_mass(place, checked, lists, report)
     for fault in checked.faults():
         report.problems.append(fault.below(place))
+
+
+def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
+    """Check one noise: its name, and what its keys say together."""
+    _check_name(place, noise["name"], lists, report)
+    checked = read(NOISES.get(str(noise.get("type"))), noise)
+    for fault in () if checked is None else checked.faults():
+        report.problems.append(fault.below(place))
+
+
+def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:
+    """The dataset has one variable of a name."""
+    if name in VARIABLES or name in DIMENSIONS:
+        report.add(f"{place}.name", "the dataset has a variable of this name already", "give another name", name)
+    if name in with_states(lists):
+        report.add(
+            f"{place}.name",
+            f"is also the name of model.forces.{name}, whose states are stored",
+            "give another name",
+            name,
+        )
 
 
 def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:

@@ -18,7 +18,7 @@ from lienumba.scenario.checks.integrator import check_integrator
 from lienumba.scenario.checks.joints import check_coordinates, check_joint
 from lienumba.scenario.checks.methods import check_method, check_projection
 from lienumba.scenario.checks.output import check_output, check_stop
-from lienumba.scenario.checks.quantities import check_inputs, check_quantity
+from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
 from lienumba.scenario.checks.study import check_study
 from lienumba.scenario.checks.sweep import check_sweep
 from lienumba.scenario.checks.tables import check_tables
@@ -110,6 +110,8 @@ def _check_model(lists: dict[str, list[Keys]], inputs: Keys, report: Report) -> 
         check_contact(place, contact, bodies, joints, report)
     for place, quantity in placed("quantities", lists["quantities"]):
         check_quantity(place, quantity, lists, report)
+    for place, noise in placed("noise", lists["noise"]):
+        check_noise(place, noise, lists, report)
     check_inputs(inputs, joints, report)
 
 

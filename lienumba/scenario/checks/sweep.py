@@ -48,7 +48,7 @@ def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Rep
         runs = 1
     if vary and "runs" not in sweep:
         report.miss("sweep.runs", "give a whole number of runs, at least 1")
-    if runs > 1 and not vary:
+    if runs > 1 and not vary and not model.get("noise"):
         report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}

@@ -6,7 +6,7 @@ from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
 from lienumba.mechanics.elements.inputs import has_state, input_form
 from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
-from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.base.code import PYTHON
@@ -39,6 +39,8 @@ class Known:
 
     def described(self, name: str) -> str:
         """What a component of the level of velocities is."""
+        if any(q.name == name and q.type in NOISES for q in self.sketch.quantities):
+            return "a noise, which has no rate"
         if quantities.is_input(name):
             return "which is a state" if self.is_state(name) else "which depends on velocities"
         return "a state of a law" if self.is_state(name) else "a velocity"
@@ -65,8 +67,9 @@ def known_of(model: object) -> Known:
     inputs = [_input(name, x) for name, x in table_in(model, INPUTS).items()]
     found = [
         kind.sketch(t, [*joints], [*drivers])
-        for t in tables(model.get("quantities"))
-        if (kind := QUANTITIES.get(str(t.get("type")))) is not None and well_named(kind, t)
+        for section, types in (("quantities", QUANTITIES), ("noise", NOISES))
+        for t in tables(model.get(section))
+        if (kind := types.get(str(t.get("type")))) is not None and well_named(kind, t)
     ]
     laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
     forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)

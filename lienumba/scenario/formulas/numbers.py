@@ -36,6 +36,7 @@ from lienumba.scenario.schema.shapes import SHAPES, Shape
 from lienumba.scenario.schema.tables import tables_of
 from lienumba.words import is_number
 
+SINGULAR = {"tables": "a table", "quantities": "a quantity", "noise": "a noise"}
 NEVER = "t < 0"  # what stands for a condition of tables or quantities
 
 
@@ -77,13 +78,16 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
         taken[HELD] = "what events set"
     for what, names in (
         ("tables", list(parameters.tables)),
-        ("quantities", [name for q in _rows(model, "quantities") if isinstance(name := q.get("name"), str)]),
+        *(
+            (kind, [name for q in _rows(model, kind) if isinstance(name := q.get("name"), str)])
+            for kind in ("quantities", "noise")
+        ),
     ):
         for name in names:
             if name in RESERVED or name in taken:
                 whose = "has a meaning in formulas already" if name in RESERVED else f"is the name of {taken[name]}"
                 problems.append(Problem(f"{what}.{name}", f"its name {whose}", "give another name"))
-        taken |= dict.fromkeys(names, f"a {what.removesuffix('s')}")
+        taken |= dict.fromkeys(names, SINGULAR[what])
     return problems
 
 

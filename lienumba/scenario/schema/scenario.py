@@ -40,7 +40,8 @@ from lienumba.mechanics.elements.forces.base import ForceLaw
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, AnyInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.limits import Limit
-from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.noise import NoiseType
+from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 from lienumba.mechanics.system.projection import WEIGHTS
@@ -172,6 +173,9 @@ class ModelSection(Standing, Gravity):
     )
     quantities: list[Annotated[QuantityType, OneOf(QUANTITIES)]] = Field(
         default=[], description="named quantities, each as [[quantities]]"
+    )
+    noise: list[Annotated[NoiseType, OneOf(NOISES)]] = Field(
+        default=[], description="random courses that each run has of its own, each as [[noise]]"
     )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
     inputs: dict[str, AnyInput] = Field(
@@ -379,7 +383,8 @@ class ScenarioData(Section):
 
 # What stands in the lists of the model: the classes of each by their names.
 FORMS: dict[str, Mapping[str, type[Section]]] = {
-    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES, "contacts": CONTACTS,
+    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES, "noise": NOISES,
+    "contacts": CONTACTS,
 }  # fmt: skip
 SHAPE_LISTS = (("model", "bodies", "shapes"), ("model", "ground_shapes"))
 # The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
@@ -444,8 +449,8 @@ def _derive() -> None:
 
 SECTIONS.update(_sections())
 for registry in (
-    JOINTS, DRIVERS, FORCES, CONTACTS, QUANTITIES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES, SAMPLERS,
-    DISTRIBUTIONS, SHAPES,
+    JOINTS, DRIVERS, FORCES, CONTACTS, QUANTITIES, NOISES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES,
+    SAMPLERS, DISTRIBUTIONS, SHAPES,
 ):  # fmt: skip
     registry.listeners.append(_derive)
 

@@ -5,7 +5,8 @@ itself. A number is a float, or an array (runs,) where the sweep varies it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import floor
 
 import numpy as np
 
@@ -19,10 +20,13 @@ from lienumba.mechanics.elements.forces.compliant import forces_of
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
 from lienumba.mechanics.elements.locks import lockable, locks_of
+from lienumba.mechanics.elements.noise import Recursion
 from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.tables import Numbers, Samples
+from lienumba.mechanics.system.discontinuities import SAME
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
@@ -30,25 +34,26 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
+from lienumba.sweep.noise import Courses
 
 SWITCHES = (RELEASE.name, ENGAGE.name)
-Samples = Mapping[str, np.ndarray] | Mapping[str, float]
+Sampled = Mapping[str, np.ndarray] | Mapping[str, float]
 
 
-def build(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
+def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = None) -> tuple[Model, Start]:
     """The model, and what is known of its start; `samples` maps canonical paths to arrays (runs,), as `design.draw`
-    has them."""
+    has them; labels: of these runs, None for the nominal one."""
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
         held = scenario.parameters.held_values(samples)
-        return _Builder(numbered(scenario, samples), scenario.data.files, held).build()
+        return _Builder(numbered(scenario, samples), scenario.data.files, held, _Noise.of(scenario, labels)).build()
 
 
-def geometry(scenario: Scenario, samples: Samples) -> tuple[Model, Start]:
+def geometry(scenario: Scenario, samples: Sampled) -> tuple[Model, Start]:
     """Bodies, joints between two of them and rigid contacts: what can be drawn, without code of the user's own."""
     return _Builder(numbered(scenario, samples), scenario.data.files).geometry()
 
 
-def numbered(scenario: Scenario, samples: Samples) -> ModelSection:
+def numbered(scenario: Scenario, samples: Sampled) -> ModelSection:
     """The keys of the model with the numbers of these samples, and functions of time and state where they are."""
     numbers: dict[paths.Tokens, object] = {**scenario.parameters.at_places(samples)}
     varied = {name for name in samples if not name.startswith("parameters.")}
@@ -61,13 +66,40 @@ def numbered(scenario: Scenario, samples: Samples) -> ModelSection:
     return paths.with_values(scenario.data.model, numbers)
 
 
+@dataclass(frozen=True)
+class _Noise:
+    """What the courses of noise depend on beside their types; labels (runs,); end: of the runs (s)."""
+
+    seed: int
+    end: float
+    labels: np.ndarray | None
+
+    @staticmethod
+    def of(scenario: Scenario, labels: Sequence[int] | None) -> "_Noise":
+        data = scenario.data
+        return _Noise(data.sweep.seed, data.integrator.end_time, None if labels is None else np.asarray(labels))
+
+    def samples(self, name: str, recursion: Recursion, every: float | None, held: bool) -> Samples:
+        """The courses by the name of their stream."""
+        number = 0 if every is None else floor(self.end / every * (1.0 + SAME)) + 1
+        knots = tuple(k * (every or 0.0) for k in range(1, number + 1))
+        if self.labels is None:
+            return Samples(Numbers(np.zeros(number + 1)), every or 1.0, float(number), held, knots)
+        courses = Courses(name, self.seed, self.labels, number + 1, recursion)
+        return Samples(courses, every or 1.0, float(number), held, knots)
+
+
 class _Builder:
     """Knows the indices behind the names."""
 
     def __init__(
-        self, data: ModelSection, files: Mapping[str, str], held: Mapping[str, m.Number] | None = None
+        self,
+        data: ModelSection,
+        files: Mapping[str, str],
+        held: Mapping[str, m.Number] | None = None,
+        noise: _Noise | None = None,
     ) -> None:
-        self.data, self.files, self.held = data, files, dict(held or {})
+        self.data, self.files, self.held, self.noise = data, files, dict(held or {}), noise
         self.bodies = {body.name: i for i, body in enumerate(data.bodies)} | {"ground": GROUND}
         self.joints = {joint.name: i for i, joint in enumerate(data.joints)}
         self.drivers = {driver.name: i for i, driver in enumerate(data.drivers)}
@@ -87,7 +119,7 @@ class _Builder:
             joints=tuple(map(self.joint, data.joints)),
             drivers=tuple(x.to_model(self) for x in data.drivers),
             forces=(*(x.to_model(self) for x in data.forces), *yielding, *filter(None, laws)),
-            quantities=(*(x.to_model(self) for x in data.quantities), *signals),
+            quantities=(*(x.to_model(self) for x in (*data.quantities, *data.noise)), *signals),
             events=tuple(x.to_model(self.joints, self.locks, [*self.held]) for x in data.events),
             locks=self.locks,
             limits=tuple(limit for x in data.limits for limit in x.to_model(self)),
@@ -142,12 +174,16 @@ class _Builder:
         states: Sequence[str] = (),
         every: float | None = None,
     ) -> m.Code:
-        known = [quantity.name for quantity in self.data.quantities]
+        known = [seen.name for seen in (*self.data.quantities, *self.data.noise)]
         known += [force.name for force in self.data.forces if getattr(force, "states", None)]
         code = m.Code(
             function_of(place, reference, self.files), returns, level, joints, states=tuple(states), every=every
         )
         return code_of(place, reference, code, seen, list(parameters), known)
+
+    def samples(self, name: str, recursion: Recursion, every: float | None, held: bool) -> Samples:
+        assert self.noise is not None
+        return self.noise.samples(f"noise.{name}", recursion, every, held)
 
     # ---------------------------------------------------------------- the start
     def pose(self, body: Body) -> Pose:
@@ -192,7 +228,7 @@ def _optional(vector: Sequence[float] | None) -> m.Vec3 | None:
     return None if vector is None else vec3(vector)
 
 
-def unphysical(model: Model, start: Start, samples: Samples, runs: int) -> np.ndarray:
+def unphysical(model: Model, start: Start, samples: Sampled, runs: int) -> np.ndarray:
     """Which of the runs drew what is no number, or a mass, inertia, rotation, length of a joint or number of a force
     that nothing has: (runs,).
 

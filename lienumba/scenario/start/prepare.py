@@ -19,6 +19,7 @@ from lienumba.mechanics.elements.quantities import bodies_of, evaluate, is_input
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import Counted, Driver, Law, Model, Start, reads_state
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.start.assembly import Assembly
 from lienumba.mechanics.system import constraints, rank
@@ -277,11 +278,11 @@ def prepare(
     samples = dict(design(scenario, labels) if samples is None else samples)
     asked = len(labels) if asked is None else asked
     runs = len(labels)
-    if runs == 1 and not samples and nominal.scenario is scenario:
+    if runs == 1 and not samples and nominal.scenario is scenario and not data.model.noise:
         (model, start), done = nominal.built, nominal.assembled
     else:
         with np.errstate(all="ignore"):  # a formula of parameters may divide by zero in some runs, which fail then
-            model, start = build(scenario, samples)
+            model, start = build(scenario, samples, labels)
         done = assembly.assemble(model, start, runs)
     bad = unphysical(model, start, samples, runs)
     whole = 1 < runs == asked and asked >= data.sweep.runs
@@ -307,6 +308,11 @@ def _rows(state: np.ndarray) -> tuple[tuple[np.ndarray, ...], ...]:
     return tuple(tuple(body.T) for body in state.transpose(1, 0, 2))
 
 
+def _part(numbers: Any, runs: np.ndarray) -> Any:
+    """What a table holds, of these runs."""
+    return numbers.part(runs) if isinstance(numbers, RunNumbers) else numbers
+
+
 def _same_rank(done: Assembly, nominal: Rank) -> np.ndarray:
     """Whether redundant rows are as many in each run as in the nominal one (runs,): where samples break the symmetry
     of an overconstrained mechanism, it cannot move."""
@@ -315,7 +321,7 @@ def _same_rank(done: Assembly, nominal: Rank) -> np.ndarray:
         return same
     good = np.flatnonzero(done.good)
     if len(good):
-        model = map_numbers(permanent(done.model), lambda x, _: x[good] if np.ndim(x) else x)
+        model = map_numbers(permanent(done.model), lambda x, _: x[good] if np.ndim(x) else x, partial(_part, runs=good))
         now = Instant(_rows(done.state[good]), 0.0, {which: angle[good] for which, angle in done.angles.items()})
         same[good] = rank.ranks(model, now, len(good)) <= nominal.rank
     return same

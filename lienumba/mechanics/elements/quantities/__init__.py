@@ -4,6 +4,7 @@ from lienumba.mechanics.elements.quantities import built_in, switched
 from lienumba.mechanics.elements.quantities.base import (
     INPUT_FORMS,
     INPUTS,
+    NOISES,
     OBSERVED,
     POSITION,
     QUANTITIES,
@@ -31,7 +32,7 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 )
 
 __all__ = [
-    "INPUTS", "INPUT_FORMS", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part", "Readable",
-    "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate", "is_input",
-    "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
+    "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
+    "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
+    "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
 ]  # fmt: skip

@@ -164,9 +164,12 @@ class QuantityType(Readable):
 
 
 QUANTITIES: Registry[type[QuantityType]] = Registry("quantity", literal("type"))
+NOISES: Registry[type[QuantityType]] = Registry("noise", literal("type"))
 INPUT_FORMS: dict[str, type[Readable]] = {}  # by the types that their quantities bear
 
 
 def kind_of(quantity: Quantity) -> type[Readable]:
-    """The class of a quantity, or of an input."""
-    return INPUT_FORMS[quantity.type] if is_input(quantity.name) else QUANTITIES[quantity.type]
+    """The class of a quantity, of an input or of a noise."""
+    if is_input(quantity.name):
+        return INPUT_FORMS[quantity.type]
+    return (NOISES if quantity.type in NOISES else QUANTITIES)[quantity.type]

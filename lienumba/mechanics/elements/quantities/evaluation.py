@@ -27,7 +27,7 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
 def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
     """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
     first, rest = owner(name)
-    if first == HELD:
+    if first == HELD and rest in model.held:
         return view.states.get(HELD, tuple(model.held.values()))[list(model.held).index(rest)]
     quantity = _named(model, first)
     if quantity is None:

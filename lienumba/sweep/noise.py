@@ -1,0 +1,76 @@
+"""The courses of a noise: of each run its own, from the stream of its seed, its label and the noise's name.
+
+A course is the same whatever the number of runs, steps or workers, and a longer run only adds to it.
+"""
+
+from dataclasses import dataclass, fields, replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from lienumba.mechanics.elements.noise import Recursion
+from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.sweep.normal import inverse
+from lienumba.sweep.samplers.streams import SMALLEST
+
+AT_ONCE = 256  # runs whose courses are in memory to read single numbers of them
+
+
+@dataclass(frozen=True)
+class Courses:
+    """name: of the stream; labels (runs,): of the nominal run all samples are 0; count: of samples of each."""
+
+    name: str
+    seed: int
+    labels: np.ndarray
+    count: int
+    recursion: Recursion
+
+    def part(self, runs: Any) -> "Courses":
+        return replace(self, labels=self.labels[runs], recursion=_part(self.recursion, runs))
+
+    def rows(self) -> np.ndarray:
+        normal = self._normal()
+        own = self.recursion
+        x = _times(own.start, normal[:, 0])
+        found = np.empty((self.count, len(self.labels)))
+        for k in range(self.count):
+            if k:
+                moved, kicked = _times(own.move, x), _times(own.kick, normal[:, k])
+                x = [a + b for a, b in zip(moved, kicked, strict=True)]
+            found[k] = sum(c * a for c, a in zip(own.out, x, strict=True))
+        return np.ascontiguousarray(np.where(self.labels == NOMINAL_RUN, 0.0, found).T)
+
+    def gather(self, index: Any) -> Any:
+        index = np.broadcast_to(np.asarray(index), self.labels.shape).astype(np.int64)
+        found = np.zeros(len(self.labels))
+        for first in range(0, len(self.labels), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            part = replace(self.part(some), count=int(index[some].max()) + 1)
+            found[some] = part.rows()[np.arange(len(part.labels)), index[some]]
+        return found
+
+    def _normal(self) -> np.ndarray:
+        """Normal numbers (states, samples, runs)."""
+        digest = sha256(self.name.encode()).digest()
+        words = [int.from_bytes(digest[k : k + 4], "little") for k in range(0, len(digest), 4)]
+        states = len(self.recursion.out)
+        raw = np.empty((len(self.labels), self.count * states), np.uint64)
+        for row, label in zip(raw, self.labels.tolist(), strict=True):
+            key = (max(label, 0), *words)
+            row[:] = np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)).random_raw(len(row))
+        uniform = np.maximum((raw >> np.uint64(11)) * 2.0**-53, SMALLEST)
+        return inverse(uniform).reshape(len(raw), self.count, states).T
+
+
+def _times(matrix: Any, x: Any) -> list[Any]:
+    """A lower or full square matrix times a vector, elementwise, so that no library decides on its bits."""
+    return [sum((a * b for a, b in zip(row[1:], x[1:], strict=True)), start=row[0] * x[0]) for row in matrix]
+
+
+def _part(recursion: Recursion, runs: Any) -> Recursion:
+    def of(x: Any) -> Any:
+        return tuple(map(of, x)) if isinstance(x, tuple) else x[runs] if np.ndim(x) else x
+
+    return Recursion(*(of(getattr(recursion, f.name)) for f in fields(recursion)))
