@@ -62,7 +62,7 @@ def method_of(resolved: Scenario) -> "Method":
         baumgarte=projection.baumgarte,
         queued=adaptive or _changes(data.model) or method.series or method.implicit, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
-        order=order_of(integrator) or 0,
+        order=order_of(integrator) or 0, rho=integrator.rho_infinity,
     )  # fmt: skip
 
 

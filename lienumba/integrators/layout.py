@@ -72,7 +72,8 @@ class Sizes(NamedTuple):
     have a time of their own also of F at the end and of the extension's stages: there the last one is F at the end
     as the next step has it; events; correction: rows of an iterate of the position projection between its state and
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
-    hoisted; series: rows of the coefficients of a step and what belongs to them; iterate: of implicit stages, rows.
+    hoisted; series: rows of the coefficients of a step and what belongs to them; iterate: of implicit stages, rows;
+    history, first_history: augmented rows that a method carries on from step to step, and the first of them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act.
@@ -100,6 +101,8 @@ class Sizes(NamedTuple):
     work: int = 0
     values: int = 0
     iterate: int = 0
+    history: int = 0
+    first_history: int = 0
 
 
 @kernel
@@ -171,6 +174,13 @@ def iterate_row(sizes: Sizes) -> int:
 def following_row(sizes: Sizes) -> int:
     """Of what an iteration makes of it, and says of that."""
     return iterate_row(sizes) + sizes.iterate + IMPLICIT
+
+
+@kernel
+def last_length_row(sizes: Sizes) -> int:
+    """The row of a state in which the length (s) of the step before is, 0 where there is none: the first of what a
+    method carries on."""
+    return element_rows(sizes) + sizes.first_history
 
 
 # ---------------------------------------------------------------- switched constraints

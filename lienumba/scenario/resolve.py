@@ -24,7 +24,7 @@ from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.checks.integrator import method_of
+from lienumba.scenario.checks.integrator import damping_of, method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check_scenario
 from lienumba.scenario.formulas import dependent_inputs
@@ -275,7 +275,7 @@ def _filled(data: ScenarioData) -> ScenarioData:
         steps += [] if integrator.step is None else [integrator.step]
         every = timegrid.default_interval(integrator.end_time, steps[::-1], ends)
         output = output.model_copy(update={"every": every})
-    integrator = integrator.model_copy(update={"method": method_of(integrator)})
+    integrator = integrator.model_copy(update={"method": method_of(integrator), "rho_infinity": damping_of(integrator)})
     if "variables" not in output.model_fields_set:
         own = [seen.name for seen in (*data.model.quantities, *data.model.noise)]
         own += [force.name for force in data.model.forces if getattr(force, "states", None)]

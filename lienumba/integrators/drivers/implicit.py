@@ -63,6 +63,17 @@ def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) 
 
 
 @inlined
+def forget(sizes: Sizes, state: Address, fresh: Mask) -> Mask:
+    """Of a method that goes on with what the step before has left: in the lanes `fresh` there is none. In which lanes
+    the next step begins without."""
+    if sizes.history == 0:
+        return splat(0.0) != 0.0
+    row = layout.last_length_row(sizes)
+    store(state, row, choose(fresh, splat(0.0), load(state, row)))
+    return load(state, row) == 0.0
+
+
+@inlined
 def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
     """Where stages were not found in a step of given length, it is made in parts; in which lanes it is."""
     trial = load(lanes, TRIAL)

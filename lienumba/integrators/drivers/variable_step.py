@@ -16,7 +16,7 @@ from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe
 from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events
-from lienumba.integrators.drivers.implicit import shorten, solve_stages
+from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages
 from lienumba.integrators.drivers.lane_queue import (
     END,
     LONGEST,
@@ -126,7 +126,8 @@ def _try(
         store(lanes, STALE, splat(0.0))
     unsettled = splat(0.0)
     if kernels[layout.NEWTON] != 0:
-        if not adaptive and sizes.exchangeable > 0:
+        begins = forget(sizes, x, stale)
+        if not adaptive and (sizes.exchangeable > 0 or any_lane(begins)):
             call(kernels[layout.FIRST], x, p, at.clock, 0, at.slopes, at.work)
         unsettled = solve_stages(kernels, sizes, at, stale)
         store(lanes, STALE, splat(0.0))

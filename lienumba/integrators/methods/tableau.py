@@ -22,7 +22,8 @@ class Tableau:
     none where there is but one; `flat`: the method that this one is in a vector space; `words`: what a citation says of
     it, with [@key] for each of its `references`; `series`: whether a step is a power series in time, of which the rest
     says nothing but an order that may be another; `damping`: of an implicit method, the diagonal with which the
-    estimate of its error is damped; `layers`: of one by collocation, the polynomials that are 1 at one of its nodes.
+    estimate of its error is damped; `layers`: of one by collocation, the polynomials that are 1 at one of its nodes;
+    `carries`: whether a step goes on with what the one before has left (`generalized_alpha`).
     """
 
     name: str
@@ -39,6 +40,7 @@ class Tableau:
     series: bool = False
     damping: Fraction = Fraction(0)
     layers: tuple[Row, ...] = ()
+    carries: bool = False
 
     @classmethod
     def of(
@@ -70,7 +72,7 @@ class Tableau:
     @property
     def implicit(self) -> bool:
         """Whether stages are equations; the first one is F at the start, which only the estimate of the error reads."""
-        return bool(self.layers)
+        return bool(self.layers) or self.carries
 
     @property
     def estimated(self) -> int:
@@ -97,7 +99,9 @@ class Tableau:
         Norsett and Wanner (1993), section II.6; without D it is Hermite's cubic; of a collocation its polynomial.
         number: what coefficients become."""
         stages = range(len(self.stages))
-        if self.implicit:
+        if self.carries:
+            return self._between(s, number)
+        if self.layers:
             return self._collocated(s, number)
         b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
         first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
@@ -108,6 +112,12 @@ class Tableau:
         for n, layer in reversed(list(enumerate(layers))):
             total = [(s if n % 2 == 0 else 1 - s) * (number(w) + x) for w, x in zip(layer, total, strict=True)]
         return tuple(total)
+
+    @staticmethod
+    def _between(s: Number, number: Callable[[Fraction], Any]) -> tuple[Any, ...]:
+        """Hermite's cubic of a method that carries on: of the slope at the start, the mean one, that at the end."""
+        rest = 1 - s
+        return s * rest * rest, s * s * (1 + 2 * rest), -(s * s * rest), number(Fraction(0))
 
     def _collocated(self, s: Number, number: Callable[[Fraction], Any]) -> tuple[Any, ...]:
         found = []

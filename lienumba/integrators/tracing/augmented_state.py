@@ -1,7 +1,8 @@
 """What a run carries from step to step beside its bodies: rows behind its elements of S.
 
 angles: of joints whose turns are counted, as they were after the last step; work: done on the system since the start;
-accelerations: of the last stage, 6 per body, and their rates, in closed loops; masks: which of the rows of C
+accelerations: of the last stage, 6 per body, and their rates, in closed loops; history: what a method has of the step
+before; masks: which of the rows of C
 that may be exchanged are in use, and behind them the largest margin that this selection has had; of switched
 constraints the masks of their rows, how each is on, and what they keep.
 """
@@ -26,7 +27,7 @@ from lienumba.numerics.number import Number, Vector
 class AugmentedState:
     """angles: those that are counted; work: whether there is any; accelerations: their number; masks: rows of C; fixed:
     the masks of rows of C that are compiled in, whatever a run has; switches: see `switches_of`; permanent: how many
-    rows of C are none of these."""
+    rows of C are none of these; history: rows that the method carries on."""
 
     angles: tuple[Counted, ...]
     work: bool
@@ -35,6 +36,7 @@ class AugmentedState:
     fixed: Mapping[int, float]
     switches: tuple[Switch, ...] = ()
     permanent: int = 0
+    history: int = 0
 
     @property
     def rows(self) -> int:
@@ -56,6 +58,10 @@ class AugmentedState:
 
     @property
     def first_mask(self) -> int:
+        return self.first_history + self.history
+
+    @property
+    def first_history(self) -> int:
         return len(self.angles) + self.work + self.accelerations
 
     def start(
@@ -98,7 +104,7 @@ class AugmentedState:
     def expected(self, augmented: Vector, later: Number = 0.0) -> list[Number] | None:
         """The accelerations so much later (s), if they change as they did; None if they are not carried on."""
         first, number = len(self.angles) + self.work, self.accelerations // 2
-        last, change = augmented[first : first + number], augmented[first + number : self.first_mask]
+        last, change = augmented[first : first + number], augmented[first + number : self.first_history]
         return [a + later * da for a, da in zip(last, change, strict=True)] or None
 
     def after(self, augmented: Vector, accelerations: list[Number], h: Number) -> list[Number]:

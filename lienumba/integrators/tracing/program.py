@@ -1,7 +1,7 @@
 """The kernels of one mechanism and one method: what the driver calls.
 
     step       state -> state, code, margin         one Munthe-Kaas step (clock: t, h), or for large mechanisms
-      guess, newton    see `lienumba.integrators.tracing.implicit.kernels`
+      guess, newton    see `lienumba.integrators.tracing.implicit`
       first, stage     state, u -> slopes, sound, ...    the slopes of one stage
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
@@ -42,7 +42,8 @@ from lienumba.integrators.tracing import (
     step_kernels,
 )
 from lienumba.integrators.tracing.augmented_state import AugmentedState
-from lienumba.integrators.tracing.implicit import kernels as implicit
+from lienumba.integrators.tracing.implicit import alpha_kernels
+from lienumba.integrators.tracing.implicit import kernels as collocation
 from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
@@ -94,6 +95,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     else:
         kernels = step_kernels.step(tracer)
     if tracer.tableau.implicit:
+        implicit = alpha_kernels if tracer.tableau.carries else collocation
         tracer.sizes = tracer.sizes._replace(iterate=implicit.rows_of(tracer))
         kernels |= implicit.kernels(tracer)
         series = 2 * (tracer.sizes.iterate + layout.IMPLICIT)

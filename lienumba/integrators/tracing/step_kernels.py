@@ -29,6 +29,7 @@ class Reports:
     power: list[Number] = field(default_factory=list)
     margin: list[Number] = field(default_factory=list)
     accelerations: list[Number] = field(default_factory=list)  # of the last stage
+    history: list[Number] = field(default_factory=list)  # see `AugmentedState`
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
         """Those of a stage that is known."""
@@ -207,6 +208,7 @@ def augmented_after(
         rows.append(work)
     if tracer.augmented.accelerations:
         rows += tracer.augmented.after(augmented, reports.accelerations, h)
+    rows += reports.history
     mode = tracer.augmented.first_mode
     if tracer.augmented.masks:
         rows += [*augmented[tracer.augmented.first_mask : mode - 1], maximum(reports.margin[0], augmented[mode - 1])]

@@ -48,6 +48,7 @@ class Method:
     reactions: bool = True  # whether what joints and drivers do is stored
     joint_coordinates: bool = False  # whether those of the whole mechanism are stored
     order: int = 0  # of series in time
+    rho: float | None = None  # of the generalised-alpha method
 
     def chart(self) -> Chart:
         """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
@@ -167,14 +168,17 @@ class Tracer:
         looped, stages = self.structure.looped, len(self.tableau.b)
         slopes = len(self.tableau.stages) + 1 if method.queued and not method.order else stages
         angles = counted_angles(model, now, method.joint_coordinates)
+        works = self._works(angles)
+        rates = self.velocities + sum(self.law_states.sizes.values()) + works
         self.augmented = AugmentedState(
             angles=angles,
-            work=self._works(angles),
+            work=works,
             accelerations=2 * self.velocities if looped else 0,
             masks=selection.rows if looped else (),
             fixed=dict(zip(selection.rows, selection.masks, strict=True)) if fixed else {},
             switches=switches_of(model),
             permanent=constraints.permanent_rows(model),
+            history=1 + 2 * rates if self.tableau.carries else 0,
         )
         self.chart = self.chart_of(model)
         self.sizes = layout.Sizes(
@@ -186,6 +190,7 @@ class Tracer:
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
             work=len(angles), values=sum(len(event.numbers) for event in model.events),
+            history=self.augmented.history, first_history=self.augmented.first_history,
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from lienumba.integrators.methods import DEFAULT_PAIR, METHODS
+from lienumba.integrators.methods.generalized_alpha import DAMPING, GENERALIZED_ALPHA
 from lienumba.integrators.methods.taylor import order_for
 from lienumba.scenario.schema.scenario import Integrator, Tolerance
 from lienumba.words import listed
@@ -35,6 +36,12 @@ def order_of(integrator: Integrator) -> int | None:
     if tolerance is None:
         return method.order
     return order_for(tolerance.relative if isinstance(tolerance, Tolerance) else tolerance)
+
+
+def damping_of(integrator: Integrator) -> float | None:
+    """rho_infinity of the generalised-alpha method, None of others."""
+    given = integrator.rho_infinity
+    return DAMPING if given is None and integrator.method == GENERALIZED_ALPHA.name else given
 
 
 def check_integrator(integrator: Integrator, report: "Report") -> bool:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import JOINT, R3xSO3
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.generalized_alpha import GENERALIZED_ALPHA
 from lienumba.integrators.methods.taylor import TAYLOR
 from lienumba.scenario.schema.scenario import Integrator, Projection
 from lienumba.words import show
@@ -50,6 +51,7 @@ def check_method(integrator: Integrator, changing: str, switching: str, report: 
             method.name,
         )
     _check_series(integrator, report)
+    _check_damping(integrator, report)
     if method.implicit and switching:
         report.add(
             "integrator.method",
@@ -104,6 +106,16 @@ def _check_series(integrator: Integrator, report: "Report") -> None:
                 "leave it out",
                 value,
             )
+
+
+def _check_damping(integrator: Integrator, report: "Report") -> None:
+    if integrator.rho_infinity is not None and integrator.method != GENERALIZED_ALPHA.name:
+        report.add(
+            "integrator.rho_infinity",
+            f'is that of the method "{GENERALIZED_ALPHA.name}", not of "{integrator.method}"',
+            "leave it out, or give that method",
+            integrator.rho_infinity,
+        )
 
 
 def check_projection(projection: Projection, integrator: Integrator | None, switching: str, report: "Report") -> None:

@@ -13,6 +13,7 @@ from lienumba.errors import BadValueError
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
 from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.generalized_alpha import DAMPING, GENERALIZED_ALPHA
 from lienumba.integrators.methods.taylor import HIGHEST, LOWEST, TAYLOR
 from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
@@ -226,10 +227,7 @@ AnyTolerance = Annotated[
 
 
 def _methods() -> str:
-    return (
-        f"the Runge-Kutta method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a "
-        "tolerance)"
-    )
+    return f"the method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a tolerance)"
 
 
 def _groups() -> str:
@@ -250,6 +248,11 @@ class Integrator(Section):
         default=None,
         description=f"the order of a series, from {LOWEST} to {HIGHEST} (or omit it: as the tolerance asks, or "
         f"{TAYLOR.order} with a step)",
+    )
+    rho_infinity: Annotated[float, Field(strict=True, ge=0.0, le=1.0)] | None = Field(
+        default=None,
+        description="what a step leaves of the fastest vibrations, from 0 (nothing) to 1 (all), of the method "
+        f'"{GENERALIZED_ALPHA.name}" (or omit it: {DAMPING})',
     )
     step: Positive | None = Field(default=None, description="the time step in s, above 0")
     tolerance: AnyTolerance | None = Field(
