@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bench import robot_cases
+from bench import deployments, robot_cases
 from bench.cases import Case
 from bench.checks import Check
 from bench.reach import table as reach_table
@@ -90,7 +90,8 @@ def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, floa
     def ratio(slow: str, fast: str, which: int = 1) -> float:
         return float(np.median(samples[slow][:, which] / samples[fast][:, which]))
 
-    found = reach_table.ratios([case.key for case in cases], ratio)
+    keys = [case.key for case in cases]
+    found = reach_table.ratios(keys, ratio) | deployments.ratios(keys, ratio)
     if "peak" not in samples:  # nothing but those
         return found
     found |= {
@@ -124,6 +125,8 @@ def show(found: dict[str, Any], console: "Console") -> None:
         console.print("[yellow]The machine is busy: two threads and fractions of the peak come out too low.[/yellow]")
     if "peak" in rows:
         _show_engine(found, console)
+    if found["deployments"]:
+        deployments.show(found, console)
     reach_table.show(found, console)
     for check in found["checks"]:
         mark = "[green]ok[/green]" if check["good"] else f"[red]WRONG, allowed {check['allowed']:.0e}[/red]"
@@ -139,7 +142,7 @@ def _show_engine(found: dict[str, Any], console: "Console") -> None:
     for name in ("threads", "ns", "on the clock", "Gflop/s", "of peak", "engine faster by", "projecting engine by"):
         table.add_column(name, justify="right")
     for key, row in rows.items():
-        if key.startswith(("chain_", "robot_", "joints_", "reach_")):
+        if key.startswith(("chain_", "robot_", "joints_", "reach_", "deploy_")):
             continue
         of_peak = ratios.get(f"peak_fraction_{key}")
         faster = [ratios.get(f"{key}/engine_{projection}") for projection in ("none", "both")]

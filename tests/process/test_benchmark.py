@@ -18,10 +18,10 @@ def bench():
     """The helper modules of the script, by name."""
     sys.path.insert(0, str(SCRIPTS))
     try:
-        from bench import cases, chains, engine, naive_numba, peak, rivals, tuned_numba
+        from bench import cases, chains, deployments, engine, naive_numba, peak, rivals, tuned_numba
     finally:
         sys.path.remove(str(SCRIPTS))
-    found = (cases, chains, engine, naive_numba, peak, rivals, tuned_numba)
+    found = (cases, chains, deployments, engine, naive_numba, peak, rivals, tuned_numba)
     return {module.__name__.removeprefix("bench."): module for module in found}
 
 
@@ -110,3 +110,13 @@ def test_quick_run_end_to_end(tmp_path):
     assert found["ratios"]["robot_ur5_lie_rotors/robot_ur5_lie"] > 0
     assert set(found["cold_compile_s"]) == {"1", "4"}
     assert "naive Numba loop" in done.stdout
+
+
+def test_deployments_latch_and_count(bench):
+    cases, checks, counts = bench["deployments"].deployment_cases(("1e-6",), 4)
+    free, latching = (counts[case.key] for case in cases)
+    assert (free["changes"], latching["changes"]) == (0, 16)
+    assert all(check.good for check in checks)
+    assert bench["deployments"].ratios([case.key for case in cases], lambda slow, fast: 2.0) == {
+        "deploy_1e-6_latching/deploy_1e-6_free": 2.0
+    }
