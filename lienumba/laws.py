@@ -21,12 +21,15 @@ from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
 
 __all__ = [
-    "Body", "Joint", "Load", "Vector", "absolute", "acos", "asin", "atan", "atan2", "clip", "cos", "deg", "exp", "log",
-    "maximum", "minimum", "pi", "rpm", "sign", "sin", "sqrt", "tan", "tanh", "where",
+    "Body", "Joint", "Load", "Vector", "absolute", "acos", "asin", "atan", "atan2", "ceil", "clip", "cos", "cosh",
+    "deg", "exp", "floor", "hypot", "log", "maximum", "minimum", "mod", "pi", "rpm", "sign", "sin", "sinc", "sinh",
+    "sqrt", "tan", "tanh", "where",
 ]  # fmt: skip
 
 deg, rpm = CONSTANTS["deg"], CONSTANTS["rpm"]
 acos, asin, atan, clip, sign, tan = (FUNCTIONS[name][2] for name in ("acos", "asin", "atan", "clip", "sign", "tan"))
+ceil, floor, mod = (FUNCTIONS[name][2] for name in ("ceil", "floor", "mod"))
+cosh, hypot, sinc, sinh = (FUNCTIONS[name][2] for name in ("cosh", "hypot", "sinc", "sinh"))
 
 
 class Vector:

@@ -15,7 +15,8 @@ from itertools import pairwise
 from typing import Any
 
 from lienumba.errors import BadValueError
-from lienumba.numerics import operations
+from lienumba.numerics import operations, vector_math
+from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
 
@@ -25,6 +26,8 @@ DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
 SHOWN = 80  # characters of a part in a message
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
+LARGEST_FRACTION = 2.0**51  # numbers above have none
+NEAR_ZERO = 1e-4  # where two terms of a series are exact
 LARGEST_POWER = 64  # of an exponent that is a whole number
 HOLDS = 1e-300  # the margin of what holds where both sides are equal
 
@@ -38,6 +41,23 @@ def _clip(x: Number, low: Number, high: Number) -> Any:
 
 def _sign(x: Number) -> Any:
     return where(x > 0.0, 1.0, where(x < 0.0, -1.0, 0.0 * x))
+
+
+def _floor(x: Number) -> Any:
+    """The largest whole number that is not above x."""
+    value = lift(x).a
+    nearest = vector_math.round_to_integer(value)
+    below = where(nearest > value, nearest - 1.0, nearest)
+    return where(absolute(value) < LARGEST_FRACTION, below, value)
+
+
+def _sinc(x: Number) -> Any:
+    near = absolute(x) < NEAR_ZERO
+    return where(near, 1.0 - x * x / 6.0, sin(x) / where(near, 1.0, x))
+
+
+def _cosh(x: Number) -> Any:
+    return 0.5 * (exp(x) + exp(-x))
 
 
 # name -> (fewest arguments, most arguments, function)
@@ -58,8 +78,16 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "min": (2, 9, lambda *x: reduce(minimum, x)),
     "max": (2, 9, lambda *x: reduce(maximum, x)),
     "clip": (3, 3, _clip),
+    "floor": (1, 1, _floor),
+    "ceil": (1, 1, lambda x: -_floor(-x)),
+    "mod": (2, 2, lambda x, y: x - y * _floor(x / y)),
+    "sinc": (1, 1, _sinc),
+    "sinh": (1, 1, lambda x: tanh(x) * _cosh(x)),
+    "cosh": (1, 1, _cosh),
+    "hypot": (2, 2, lambda x, y: sqrt(x * x + y * y)),
     "where": (3, 3, where),
 }
+WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: lambda x, y: x + y,
     ast.Sub: lambda x, y: x - y,
@@ -151,6 +179,16 @@ class Formula:
                     difference = ast.BinOp(x, ast.Sub(), y)
                     if _degree(difference, state) == 1:
                         found.append(Formula(ast.unparse(difference), self.allowed, self.tables))
+        return found
+
+    def wholes(self, state: frozenset[str]) -> list["Formula"]:
+        """The straight lines in t whose whole numbers are jumps of it; state: the names that vary in time, too."""
+        found = []
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in WHOLE:
+                line = node.args[0] if len(node.args) == 1 else ast.BinOp(node.args[0], ast.Div(), node.args[1])
+                if _degree(line, state) == 1:
+                    found.append(Formula(ast.unparse(line), self.allowed, self.tables))
         return found
 
     def table_calls(self) -> list[tuple[str, "Formula"]]:
@@ -377,6 +415,13 @@ def _value(node: ast.AST, names: Names) -> Any:
             return OPERATORS[type(op)](_value(x, names), _value(y, names))
         case ast.Call(func=ast.Name(id="where"), args=[condition, x, y]):
             return where(_truth(condition, names) > 0.5, _value(x, names), _value(y, names))
+        case ast.Call(func=ast.Name(id=name), args=args) if name in WHOLE and WITHIN in names:
+            within, state = names[WITHIN]
+            straight = max(_degree(x, state) for x in args) <= 1
+            x, *rest = (_value(x, {**names, "t": within} if straight else names) for x in args)
+            if not rest:
+                return FUNCTIONS[name][2](x)
+            return _value(args[0], names) - rest[0] * _floor(x / rest[0])
         case ast.Call(func=ast.Name(id=name), args=args) if name in FUNCTIONS:
             return FUNCTIONS[name][2](*(_value(x, names) for x in args))
         case ast.Call(func=ast.Name(id=name), args=[x]):

@@ -8,10 +8,14 @@ from lienumba.numerics.expressions import ExpressionError, Formula
 
 REMEDY = (
     ", which is not allowed; use numbers, + - * / **, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, "
-    "asin, acos, atan, atan2, exp, log, sqrt, tanh, abs, sign, min, max, clip, where"
+    "asin, acos, atan, atan2, exp, log, sqrt, tanh, abs, sign, min, max, clip, floor, ceil, mod, sinc, "
+    "sinh, cosh, hypot, where"
 )
 NO_FORMULA = 'is not a formula; write one such as "0.3*sin(2*t) + 0.1*t**2"'
-FUNCTIONS = "abs, acos, asin, atan, atan2, clip, cos, exp, log, max, min, sign, sin, sqrt, tan, tanh, where"
+FUNCTIONS = (
+    "abs, acos, asin, atan, atan2, ceil, clip, cos, cosh, exp, floor, hypot, log, max, min, mod, sign, sin, sinc, "
+    "sinh, sqrt, tan, tanh, where"
+)
 
 
 def refusal(text):

@@ -12,6 +12,7 @@ from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import Jet, lift
 
 SAME = 1e-9  # of a time: rounding
+MOST = 1e5  # whole numbers that a formula may pass
 
 
 @dataclass(frozen=True)
@@ -36,19 +37,39 @@ class Discontinuity:
 
 def discontinuities(model: Model, end: float) -> list[Discontinuity]:
     """The points of tables whose argument is a straight line in t, the times at which such lines are compared, by
-    laws and by events that act, and the samples of laws, of runs to this end."""
+    laws and by events that act, or reach the whole numbers at which functions jump, and the samples of laws, of runs
+    to this end."""
     found = []
     for formula, numbers, state in _formulas(model):
         lines = [(line, numbers[name].knots) for name, line in formula.table_calls()]
         lines += [(line, (0.0,)) for line in formula.switches(state)]
         for line, knots in lines:
             if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
-                with np.errstate(all="ignore"):
-                    x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
-                found.append(Discontinuity(np.array(knots), x.a, x.b))
+                found.append(Discontinuity(np.array(knots), *_line(line, numbers)))
+        for line in formula.wholes(state):
+            a, b = _line(line, numbers)
+            if (knots := _whole_numbers(a, b, end)).size:
+                found.append(Discontinuity(knots, a, b))
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
     samples = [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
     return found + [Discontinuity(times) for times in samples]
+
+
+def _line(line: Formula, numbers: dict[str, Any]) -> tuple[Any, Any]:
+    """a and b of a straight line a + b t."""
+    with np.errstate(all="ignore"):
+        x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
+    return x.a, x.b
+
+
+def _whole_numbers(a: Any, b: Any, end: float) -> np.ndarray:
+    """Those that a + b t reaches until the end in any run; none where they are too many to land on."""
+    with np.errstate(all="ignore"):
+        ends = np.stack(np.broadcast_arrays(a, a + b * end))
+    ends = ends[:, np.isfinite(ends).all(axis=0)] if ends.ndim > 1 else ends[np.isfinite(ends)]
+    if not ends.size or not np.ptp(ends) < MOST:
+        return np.empty(0)
+    return np.arange(np.floor(ends.min()), np.ceil(ends.max()) + 1.0)
 
 
 def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:

@@ -14,7 +14,7 @@ from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.model import HELD
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
@@ -83,9 +83,10 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
             for kind in ("quantities", "noise")
         ),
     ):
+        reserved = RESERVED.union(FUNCTIONS) if what == "tables" else RESERVED
         for name in names:
-            if name in RESERVED or name in taken:
-                whose = "has a meaning in formulas already" if name in RESERVED else f"is the name of {taken[name]}"
+            if name in reserved or name in taken:
+                whose = "has a meaning in formulas already" if name in reserved else f"is the name of {taken[name]}"
                 problems.append(Problem(f"{what}.{name}", f"its name {whose}", "give another name"))
         taken |= dict.fromkeys(names, SINGULAR[what])
     return problems

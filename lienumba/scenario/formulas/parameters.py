@@ -16,7 +16,7 @@ from lienumba.keys.types import NAME
 from lienumba.mechanics.elements.quantities import owner
 from lienumba.mechanics.mechanism.model import HELD, Law
 from lienumba.mechanics.mechanism.tables import Table
-from lienumba.numerics.expressions import CONSTANTS, FUNCTIONS, ExpressionError, Formula
+from lienumba.numerics.expressions import CONSTANTS, ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.toml import Keys
@@ -24,7 +24,7 @@ from lienumba.words import listed
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
-RESERVED = {TIME, INPUTS, *CONSTANTS, *FUNCTIONS}
+RESERVED = {TIME, INPUTS, *CONSTANTS}  # which are no names; those of functions are none of tables
 
 
 @dataclass(frozen=True)

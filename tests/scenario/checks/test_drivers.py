@@ -207,19 +207,21 @@ FORMULAS = {
         value("t.real"),
         'model.drivers.drive.value = "t.real": contains "t.real", which is not allowed; use numbers, + - '
         "* / **, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, asin, acos, atan, atan2, "
-        "exp, log, sqrt, tanh, abs, sign, min, max, clip, where",
+        "exp, log, sqrt, tanh, abs, sign, min, max, clip, floor, ceil, mod, "
+        "sinc, sinh, cosh, hypot, where",
     ),
     "an import": (
         value("__import__('os')"),
         'model.drivers.drive.value = "__import__(\'os\')": calls the unknown function "__import__"; known '
-        "are abs, acos, asin, atan, atan2, clip, cos, exp, log, max, min, sign, sin, sqrt, tan, tanh, "
-        "where",
+        "are abs, acos, asin, atan, atan2, ceil, clip, cos, cosh, exp, floor, hypot, log, max, min, mod, sign, sin, "
+        "sinc, sinh, sqrt, tan, tanh, where",
     ),
     "an index": (
         value("t[0]"),
         'model.drivers.drive.value = "t[0]": contains "t[0]", which is not allowed; use numbers, + - * / '
         "**, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, asin, acos, atan, atan2, exp, "
-        "log, sqrt, tanh, abs, sign, min, max, clip, where",
+        "log, sqrt, tanh, abs, sign, min, max, clip, floor, ceil, mod, "
+        "sinc, sinh, cosh, hypot, where",
     ),
     "a condition": (
         value("t > 1"),

@@ -67,9 +67,9 @@ QUANTITIES = {
         rig("[parameters]\npush = 1\n", table(), torque("push(t)")),
         "tables.push: its name is the name of a parameter; give another name",
     ),
-    "the name of a function": (
-        rig(point(name="sin")),
-        "quantities.sin: its name has a meaning in formulas already; give another name",
+    "the name of a constant": (
+        rig(point(name="deg")),
+        "quantities.deg: its name has a meaning in formulas already; give another name",
     ),
     "no type": (
         rig("[[quantities]]\nname = \"tip\"\n"),
