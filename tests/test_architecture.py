@@ -40,7 +40,8 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"confidence", "normal"}, {"copula"}, {"distributions"}, {"samplers", "table"}, {"design"}, {"noise"},
+        {"confidence", "normal", "sequential"}, {"copula", "verdicts"}, {"distributions"}, {"samplers", "table"},
+        {"design"}, {"noise"},
     ],
     "store": [
         {"deflate", "layout", "provenance"}, {"components", "study_layout", "windows"}, {"form"}, {"files"},
@@ -54,7 +55,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "select_run"}, {"programs", "results"},
+        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
+        {"programs", "results"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
         {"runner", "prepared"},
     ],
@@ -62,7 +64,7 @@ INSIDE = {  # the floors of rooms, lowest first
     "cli": [{"options"}, {"checking", "importing", "linear", "running", "showing"}],
     "analysis": [
         {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
-        {"sensitivities", "statistics", "studies"}, {"by_run", "comparison", "panels"},
+        {"sensitivities", "statistics", "studies"}, {"requirements"}, {"by_run", "comparison", "panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway

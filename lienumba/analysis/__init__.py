@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from lienumba.analysis.by_run import run_table as run_table
     from lienumba.analysis.changed import changes as changes
     from lienumba.analysis.comparison import compare as compare
+    from lienumba.analysis.requirements.verdict import verdicts as verdicts
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
     from lienumba.analysis.statistics.covariance import covariance as covariance
     from lienumba.analysis.statistics.covariance import ellipsoid as ellipsoid
@@ -35,6 +36,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "run_table": "lienumba.analysis.by_run",
     "sensitivity": "lienumba.analysis.sensitivities.sensitivity",
     "summarise": "lienumba.analysis.summary",
+    "verdicts": "lienumba.analysis.requirements.verdict",
     "work_precision": "lienumba.analysis.studies.study",
 }
 __all__ = [
@@ -52,6 +54,7 @@ __all__ = [
     "run_table",
     "sensitivity",
     "summarise",
+    "verdicts",
     "work_precision",
 ]
 

@@ -2,7 +2,7 @@
 compare, table, import, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
-130 interrupted, resumable.
+4 with --verdict, where runs do not show that all requirements are met; 130 interrupted, resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 

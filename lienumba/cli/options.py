@@ -47,6 +47,9 @@ AllowScenarioCodeOption = Annotated[
     typer.Option("--allow-code", help="Run Python code that the scenario brings, or names outside its folder."),
 ]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Replace sweep.seed.", show_default=False, metavar="N")]
+VerdictOption = Annotated[
+    bool, typer.Option("--verdict", help="Exit with 4 unless the runs show that all requirements are met.")
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")]
 DatasetArgument = Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)]

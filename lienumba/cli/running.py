@@ -15,6 +15,7 @@ from lienumba.cli.options import (
     ScenarioArgument,
     SeedOption,
     SetOption,
+    VerdictOption,
 )
 from lienumba.present.terminal import console
 
@@ -59,11 +60,13 @@ def run(
             "--max-failures", metavar="N|P%", help="How many runs may fail before the exit code is 1, such as 10 or 5%."
         ),
     ] = "0",
+    verdict: VerdictOption = False,
     quiet: QuietOption = False,
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
     with console.exit_codes():
         from lienumba.engine.part import SweepPart
+        from lienumba.errors import ScenarioError
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
 
@@ -72,6 +75,8 @@ def run(
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
+        if verdict and not resolved.data.model.requirements:
+            raise ScenarioError("--verdict: the scenario has no requirements; write some as [[requirements]]")
         if not quiet:
             console.print_warnings(resolved.warnings)
 
@@ -97,6 +102,8 @@ def run(
                 _tell(dataset, target)
         elif too_many:
             typer.echo(f"error: {failed} of {total} runs failed; lienumba info {target} says how", err=True)
+        if verdict:
+            _require(dataset, quiet)
         if too_many:
             raise typer.Exit(console.SOME_FAILED)
 
@@ -177,7 +184,9 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
     if not is_study(dataset):
         from lienumba.analysis.summary import summarise
+        from lienumba.present.terminal.verdict import print_verdicts
 
+        print_verdicts(dataset)
         console.print_summary(summarise(dataset), target)
         return
     from lienumba.engine.study import doubts
@@ -185,3 +194,14 @@ def _tell(dataset: "xr.Dataset", target: Path) -> None:
 
     console.print_warnings(doubts(dataset))
     print_study(dataset, target)
+
+
+def _require(dataset: "xr.Dataset", quiet: bool) -> None:
+    """End with an exit code of its own where a requirement is not met for sure."""
+    from lienumba.analysis.requirements.verdict import verdicts_of
+
+    open_ = [x for x in verdicts_of(dataset) if not x.met]
+    for x in open_ if quiet else ():
+        console.say(f"error: {x.sentence()}", err=True)
+    if open_:
+        raise typer.Exit(console.NOT_MET)

@@ -14,6 +14,7 @@ from lienumba.cli.options import (
     QuietOption,
     TableOption,
     TimeOption,
+    VerdictOption,
 )
 from lienumba.present.terminal import console
 
@@ -128,12 +129,17 @@ def analyse(
     outputs: OutputsArgument = None,
     time: TimeOption = None,
     output: TableOption = None,
+    verdict: VerdictOption = False,
 ) -> None:
-    """Say which inputs of a sweep an output depends on: rank correlations, a tornado, Sobol' indices."""
+    """Say whether requirements are met, and which inputs of a sweep an output depends on: rank correlations, a tornado,
+    Sobol' indices."""
     with console.exit_codes():
+        from lienumba.analysis.requirements.verdict import verdicts_of
         from lienumba.analysis.sensitivities import sensitivity_file
         from lienumba.analysis.sensitivities.sensitivity import sensitivity
+        from lienumba.errors import ScenarioError
         from lienumba.present.terminal.sensitivity import print_sensitivity
+        from lienumba.present.terminal.verdict import print_verdicts
         from lienumba.store.files import reading
         from lienumba.store.targets import CHOOSE, claimed
 
@@ -141,14 +147,22 @@ def analyse(
             if output is not None:
                 claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
                 own = stack.enter_context(claim)
-            with reading(file) as (dataset, _):
-                found = sensitivity(dataset, outputs or (), time)
-            if output is not None:
+            dataset, _ = stack.enter_context(reading(file))
+            judged = verdicts_of(dataset)
+            if verdict and not judged:
+                raise ScenarioError("--verdict: the dataset has no requirements; its scenario has no [[requirements]]")
+            alone = verdict and not outputs and output is None
+            found = None if alone else sensitivity(dataset, outputs or (), time)
+            if output is not None and found is not None:
                 sensitivity_file.save(found, own)
-        with console.unheard():
-            print_sensitivity(found)
-            if output is not None:
-                console.say(f"written to {output}")
+            with console.unheard():
+                print_verdicts(dataset)
+                if found is not None:
+                    print_sensitivity(found)
+                if output is not None:
+                    console.say(f"written to {output}")
+        if verdict and not all(x.met for x in judged):
+            raise typer.Exit(console.NOT_MET)
 
 
 def compare(

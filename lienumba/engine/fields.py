@@ -17,12 +17,13 @@ QUIET = ("record", "stop")  # actions that change no mechanism
 
 @dataclass(frozen=True)
 class Field:
-    """A variable of the dataset: how it is described, and value(chunk, program) -> (runs, ...)."""
+    """A variable of the dataset: how it is described, and value(chunk, program) -> (runs, ...); None: it follows from
+    the others of a record."""
 
     name: str
     spec: Variable
     shape: tuple[int, ...]
-    value: Callable[[Chunk, Outline], np.ndarray]
+    value: Callable[[Chunk, Outline], np.ndarray] | None
     dtype: str = "f8"
 
 

@@ -17,6 +17,7 @@ from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
 from lienumba.engine.fields import Field, changes_told, fates
+from lienumba.engine.requirements import judges_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.elements.quantities import XYZ, Part, owner
@@ -27,7 +28,7 @@ from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
-from lienumba.store.layout import FULL, RUN, SERIES, VARIABLES, Variable
+from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, Variable
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
@@ -78,11 +79,16 @@ class Results:
         else:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
             self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
+        self.judges = judges_of(resolved, self.numbers, self._units)
+        wanted = (len(self.judges.judged),)
+        follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
+        self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
 
     def with_numbers(self, resolved: Scenario, nominal: Nominal) -> "Results":
         """The same of a scenario that differs from this one in numbers of the model alone."""
         other = copy(self)
         other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
+        other.judges = judges_of(resolved, self.numbers, self._units)
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:
@@ -246,6 +252,13 @@ class Results:
                     )
         return found
 
+    def _units(self, at: tuple[str, tuple[int, ...]]) -> str:
+        """Of one of these numbers."""
+        field = next(field for field in self.tables["run"] if field.name == at[0])
+        if field.spec.dims[1:2] == ("coordinate",) and at[0].removeprefix("last_") in UNITS:
+            return UNITS[at[0].removeprefix("last_")][list(self.layout.coordinates.values())[at[1][0]]]
+        return field.spec.units
+
     def dtype(self, table: str) -> np.dtype[Any]:
         """Of the records of a table."""
         return self._dtypes[table]
@@ -265,10 +278,13 @@ class Results:
             records = np.empty(int(kept.sum()), self.dtype(table))
             records[LABEL] = labels[kept]
             for field in fields if kept.any() else ():
+                if field.value is None:
+                    continue
                 values = field.value(chunk, program)
                 with np.errstate(over="ignore"):  # what single precision cannot hold is infinite
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
+        self.judges.judge(found["run"])
         return Piece(found, chunk.seconds)
 
     def _judged(self, chunk: Chunk, program: Outline) -> Chunk:
@@ -326,6 +342,7 @@ class Results:
             events=[event.name for event in model.events],
             changes=self.changes,
             switches=self.layout.switches,
+            requirements=self.judges.units,
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,

@@ -4,7 +4,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -168,6 +168,7 @@ def in_memory(
 ) -> "xr.Dataset":
     """The dataset of these runs; results: what is kept of them, if it is known."""
     from lienumba.engine.memory import Memory
+    from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
@@ -180,8 +181,15 @@ def in_memory(
     except KeyboardInterrupt:
         raise Interrupted(NOT_KEPT) from None
     kept = enough.kept(runs.labels)
-    runs = runs.part(kept)
-    return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **enough.attributes())
+    runs, columns = runs.part(kept), memory.columns(kept)
+
+    def column(name: str, place: tuple[int, ...]) -> np.ndarray:
+        values: Any = columns[name]
+        found: np.ndarray = values[(..., *place)]
+        return found
+
+    said = attributes(resolved, runs.labels, column)
+    return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **enough.attributes(), **said)
 
 
 def on_disk(
@@ -198,6 +206,7 @@ def on_disk(
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
+    from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate
     from lienumba.engine.stopping import stopping_of
@@ -237,11 +246,13 @@ def on_disk(
                         dataset.follow(sure, there.sources(results.tables))
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
+            of_these = np.isin(there.labels, runs.labels)
+            said = attributes(resolved, runs.labels, lambda name, place: there.column(name, place)[of_these])
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),
                 runs.samples,
-                enough.attributes(),
+                enough.attributes() | said,
                 lambda done: tell(Progress("write", done, total, failed)),
             )
         shards.remove()

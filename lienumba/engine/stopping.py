@@ -12,8 +12,10 @@ from lienumba.engine.results import Piece
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.stop import Stop
+from lienumba.store.layout import MET
 from lienumba.store.shards import LABEL
 from lienumba.sweep.confidence import half_width, ranks
+from lienumba.sweep.verdicts import Wanted, looks
 from lienumba.words import show, suggestion
 
 
@@ -32,17 +34,24 @@ class Interval:
 
 class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
-    as long as that is not known; interval: of these. Without a rule there are never enough. at: of which variable, and
-    where in it, the number is that the rule is about."""
+    as long as that is not known; interval: of these; verdict: on the requirement that is wanted, if the rule is about
+    one. Without a rule there are never enough. at: of which variable, and where in it, the number is that the rule is
+    about."""
 
     def __init__(
-        self, rule: Stop | None, runs: int, nominal: bool, at: tuple[str, tuple[int, ...]] | None = None
+        self,
+        rule: Stop | None,
+        runs: int,
+        nominal: bool,
+        at: tuple[str, tuple[int, ...]] | None = None,
+        wanted: Wanted | None = None,
     ) -> None:
-        self.rule = rule
-        self.variable, self.place = at or ("" if rule is None else rule.variable, ())
+        self.rule, self.wanted = rule, wanted
+        self.variable, self.place = at or ("" if rule is None else str(rule.variable), ())
         self._waiting = nominal  # for the nominal run, which is not counted
         self.end: int | None = None
         self.interval: Interval | None = None
+        self.verdict: str | None = None
         self._values = np.full(runs if rule else 0, np.nan)
         self._known = np.zeros(len(self._values), bool)
         self._checked = 0
@@ -87,13 +96,24 @@ class Stopping:
             if not self._known[self._checked : upto].all():
                 break
             self._checked = upto
-            found = interval(self._values[:upto], self.rule)
-            if found.width <= self.rule.width:
-                self.end, self.interval = upto, found
+            if self._enough(self._values[:upto]):
+                self.end = upto
+
+    def _enough(self, values: np.ndarray) -> bool:
+        """Whether these runs are enough."""
+        assert self.rule is not None
+        if self.wanted is not None:
+            self.verdict = looks(self.wanted, values)
+            return self.verdict is not None
+        assert self.rule.width is not None
+        self.interval = interval(values, self.rule)
+        return self.interval.width <= self.rule.width
 
     def sentence(self) -> str:
         """What made it end."""
         assert self.rule is not None
+        if self.wanted is not None:
+            return f'enough after {self.end:,} runs: they show that "{self.wanted.name}" is {self.verdict}'
         assert self.interval is not None
         rule, found = self.rule, self.interval
         what = "mean" if rule.statistic == "mean" else f"{100 * (rule.probability or 0):g} % quantile"
@@ -109,6 +129,12 @@ def stopping_of(resolved: Scenario, numbers: Mapping[str, tuple[str, tuple[int, 
     rule = data.sweep.stop
     if rule is None:
         return Stopping(rule, data.sweep.runs, data.sweep.nominal)
+    if rule.requirement is not None:
+        asked = data.model.requirements
+        n = next(n for n, x in enumerate(asked) if x.name == rule.requirement)
+        wanted = Wanted(asked[n].name, asked[n].probability, asked[n].confidence)
+        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted)
+    assert rule.variable is not None
     if rule.variable not in numbers:
         raise ScenarioError(
             f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "

@@ -154,6 +154,7 @@ class Scenario:
             content["joint_coordinates"] = True
         del content["title"], sweep["nominal"]
         content["model"] = _without_shapes(content["model"])
+        content.pop(paths.REQUIREMENTS, None)  # which judge it
         sweep.pop("stop", None)
         sampler = SAMPLERS[self.data.sweep.sampler]
         if not sampler.whole:

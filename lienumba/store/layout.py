@@ -48,6 +48,8 @@ class Variable:
     since: bool = False
 
 
+MARGIN, MET = "requirement_margin", "requirement_met"
+VERDICT, VERDICTS = "verdict", "verdicts"  # attributes: sentences, and the same as JSON
 FEW = 64  # runs, up to which what datasets have in common is kept
 FRAMES: Memo[xr.Dataset] = Memo(16)
 # Of every run, whatever is stored over time.
@@ -69,6 +71,12 @@ OF_RUNS: dict[str, Variable] = {
     "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
     "last_mode": Variable(
         (*RUN, "switch"), "1", f"{MODE.long_name} at the end of the run", dtype="int8", flags=MODE.flags
+    ),
+    MARGIN: Variable(
+        (*RUN, "requirement"), "1", "how far the value is on the good side of the limit, in the unit of the requirement"
+    ),
+    MET: Variable(
+        (*RUN, "requirement"), "1", "whether the run meets it (1 or 0), if it counts", dtype="int32", count=True
     ),
 }
 VARIABLES: dict[str, Variable] = {}
@@ -118,12 +126,15 @@ COORDINATES = {
     "coordinate_units": ("1", "unit of the coordinate; its rate has this per s, what acts along it N m or N"),
     "event": ("1", "name of the event"),
     "change": ("1", "number of the change, from 0 on"),
+    "requirement": ("1", "name of the requirement"),
+    "requirement_units": ("1", "unit of the margin of the requirement"),
     "switch": ("1", "name of the joint, lock, limit, contact or friction that may be on or off"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
 
-SAID_OF = {"coordinate_units": "coordinate"}  # coordinates that say more of a dimension than its labels do
+# Coordinates that say more of a dimension than its labels do.
+SAID_OF = {"coordinate_units": "coordinate", "requirement_units": "requirement"}
 
 
 def dataset(
@@ -139,6 +150,7 @@ def dataset(
     events: Sequence[str] = (),
     changes: int = 0,
     switches: Sequence[str] = (),
+    requirements: Mapping[str, str] | None = None,
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
@@ -148,9 +160,9 @@ def dataset(
     total: int | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
-    drivers whose reactions are not unique; `coordinates`: of joints, with their units; `changes`: of how many of a run
-    it tells; `own`: variables that are not those of every scenario; `total`: of how many runs it will be, if it has
-    none of them yet.
+    drivers whose reactions are not unique; `coordinates`: of joints, and `requirements`, with their units; `changes`:
+    of how many of a run it tells; `own`: variables that are not those of every scenario; `total`: of how many runs it
+    will be, if it has none of them yet.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -167,6 +179,8 @@ def dataset(
         "event": np.asarray(events, dtype=str),
         "change": np.arange(changes, dtype=np.int32),
         "switch": np.asarray(switches, dtype=str),
+        "requirement": np.asarray(list(requirements or {}), dtype=str),
+        "requirement_units": np.asarray(list((requirements or {}).values()), dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }

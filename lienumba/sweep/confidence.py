@@ -8,7 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     Numbers = float | np.ndarray
-    Counts = int | np.ndarray
+    Counts = float | np.ndarray
 
 
 def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
@@ -37,6 +37,20 @@ def proportion(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndar
 
     tail, k = 0.5 * (1.0 - confidence), np.asarray(successes)
     with np.errstate(invalid="ignore"):
-        low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
-        high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+        low = np.where(k > 0, betaincinv(np.where(k > 0, k, 1), n - k + 1, tail), 0.0)
+        high = np.where(k < n, betaincinv(k + 1, np.where(k < n, n - k, 1), 1.0 - tail), 1.0)
     return low, high
+
+
+def bounds(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same, where each end holds by itself with the confidence: at least so much, and at most so much."""
+    return proportion(successes, n, 2.0 * confidence - 1.0)
+
+
+def tolerance_place(n: int, probability: float, confidence: float) -> int | None:
+    """The place, from 0, of the smallest of n sorted values below which at least so large a part of all values lies,
+    with the confidence (S. S. Wilks, Ann. Math. Statist. 12 (1941) 91); None: n are too few."""
+    from scipy import stats
+
+    place = int(stats.binom.ppf(confidence, n, probability)) if n else 0
+    return place if place < n else None

@@ -142,6 +142,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "parameters",
         "quantities",
         "events",
+        "requirements",
         "inputs",
         "start",
         "tables",

@@ -30,6 +30,7 @@ def example(
     efforts=("motor",),
     events=("far",),
     switches=("latch", "stop"),
+    requirements=("stays near", "comes soon"),
     seed=0,
     scenario="",
     shared=(),
@@ -39,7 +40,7 @@ def example(
     """Three constraint equations per joint, one per effort; `replaced` are arrays to put in; total: see `dataset`."""
     constraints = [*(f"{joint}[{k}]" for joint in joints for k in range(3)), *(f"{name}[0]" for name in efforts)]
     labels = {"body": bodies, "joint": joints, "constraint": constraints, "effort": efforts, "event": events}
-    labels |= {"switch": switches}
+    labels |= {"switch": switches, "requirement": requirements}
     sizes = {dim: len(names) for dim, names in labels.items()}
     variables = arrays(seed, run=runs, time=len(times), **sizes) | replaced
     return dataset(
@@ -53,6 +54,7 @@ def example(
         events=events,
         changes=3,
         switches=switches,
+        requirements=dict.fromkeys(requirements, "m"),
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),
         shared=shared,

@@ -16,6 +16,7 @@ from lienumba import __version__
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
+from lienumba.engine.requirements import attributes
 from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Tell
 from lienumba.errors import ScenarioError
@@ -236,7 +237,13 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
             sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
             stream.put(dim, slices(own, sources), told)
-        stream.finish(columns | samples, {})
+
+        def column(name: str, place: tuple[int, ...]) -> np.ndarray:
+            every: Any = np.concatenate([opened(part.path).tables["run"].column(name) for part in parts])
+            found: np.ndarray = every[(order, *place)]
+            return found
+
+        stream.finish(columns | samples, attributes(resolved, labels[order], column))
     finally:
         stream.discard()
         opened.close()

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lienumba.analysis.summary import Summary
     from lienumba.engine.replay import Replay
 
-SOME_FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+SOME_FAILED, BAD_INPUT, NOT_MET, INTERRUPTED = 1, 2, 4, 130
 
 
 def say(text: object, err: bool = False) -> None:

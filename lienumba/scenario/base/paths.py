@@ -20,18 +20,14 @@ Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 LISTS = (  # of the model: tables known by their names
-    "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts",
+    "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts", "requirements",
 )  # fmt: skip
 INPUTS = "inputs"  # a table of them by their names
 RECORDING = "recording"  # of this table, what gives one for each column of a file
 START = "start"  # what is known of coordinates at the start, by their names, which may have dots
-BESIDE = (
-    "quantities",
-    "noise",
-    "events",
-    INPUTS,
-    START,
-)  # what is part of the model and stands beside [model] in a file
+REQUIREMENTS = "requirements"  # of these, whose names are words
+# What is part of the model and stands beside [model] in a file.
+BESIDE = ("quantities", "noise", "events", REQUIREMENTS, INPUTS, START)
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "contact", "limit", "about", "units", "function", "returns", "level", "rows", "derivative",

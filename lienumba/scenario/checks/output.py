@@ -1,5 +1,4 @@
-"""What is wrong with the sections [output] and [sweep.stop]: names of what is to be stored, runs, when they are enough;
-one sentence each."""
+"""What is wrong with the section [output]: names of what is to be stored, and runs; one sentence each."""
 
 from collections import Counter
 
@@ -13,7 +12,6 @@ from lienumba.scenario.checks.joints import coordinates_of
 from lienumba.scenario.checks.quantities import Lists, with_states
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.stop import Stop
 from lienumba.words import show, suggestion
 
 ASK = "give joint_coordinates = true"
@@ -71,20 +69,3 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         parse_ranges(output.full_runs, "output.full_runs = ")
     except ScenarioError as error:
         report.problems += error.problems
-
-
-def check_stop(stop: Stop, runs: int, report: Report) -> None:
-    """Check when a sweep of so many runs ends."""
-    if stop.statistic == "quantile" and stop.probability is None:
-        report.miss("sweep.stop.probability", "give that of the quantile, such as 0.95")
-    if stop.statistic == "mean" and stop.probability is not None:
-        report.add(
-            "sweep.stop.probability",
-            "has no meaning for a mean",
-            'leave it out, or give statistic = "quantile"',
-            stop.probability,
-        )
-    if stop.every > runs:
-        report.add(
-            "sweep.stop.every", f"is never reached by sweep.runs = {runs}", "give fewer, or more runs", stop.every
-        )

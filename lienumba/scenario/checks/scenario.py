@@ -5,7 +5,7 @@ from collections import Counter
 
 from lienumba.keys.types import NAME
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import INPUTS, LISTS
+from lienumba.scenario.base.paths import INPUTS, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
@@ -17,12 +17,13 @@ from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
 from lienumba.scenario.checks.joints import check_coordinates, check_joint
 from lienumba.scenario.checks.methods import check_method, check_projection
-from lienumba.scenario.checks.output import check_output, check_stop
+from lienumba.scenario.checks.output import check_output
 from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
 from lienumba.scenario.checks.study import check_study
 from lienumba.scenario.checks.sweep import check_sweep
 from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
+from lienumba.scenario.checks.wanted.requirements import check_requirements, check_stop
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import (
@@ -53,7 +54,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
         check_projection(projection, integrator, switching(lists), report)
-    named = all(_named(items) for items in lists.values()) and bool(lists["bodies"])
+    named = all(_named(items) for kind, items in lists.items() if kind != REQUIREMENTS) and bool(lists["bodies"])
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
         check_events(lists, parameters, report)
@@ -79,15 +80,18 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
         if output is not None:
             check_output(output, lists, parameters, report)
     sweep = raw.get("sweep")
+    check_requirements(lists[REQUIREMENTS], table_in(raw, "sweep"), parameters, report)
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
         stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs")
         if stop is not None and isinstance(runs, int):
-            check_stop(stop, runs, report)
+            check_stop(stop, sweep, runs, lists[REQUIREMENTS], report)
     study = raw.get("study")
     if isinstance(study, dict) and named:
         if isinstance(sweep, dict) and "stop" in sweep:
             report.add("sweep.stop", "a study needs all runs at every point", "leave it out")
+        if lists[REQUIREMENTS]:
+            report.add(REQUIREMENTS, "a study compares settings and judges no runs", "leave them out")
         check_study(study, raw.get("output"), model, names_of(lists["bodies"]), parameters, report)
     return report
 
@@ -130,7 +134,7 @@ def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
     if isinstance(start, dict):
         numbers["start"] = {key: x for key, x in start.items() if key in ("q", "qd")}
     numbers |= {key: model[key] for key in Standing.model_fields if key in model}
-    for kind, items in lists.items():
+    for kind, items in ((kind, items) for kind, items in lists.items() if kind != REQUIREMENTS):
         numbers[kind] = [_known_keys(kind, item) for item in items]
     numbers[INPUTS] = table_in(model, INPUTS)
     return numbers

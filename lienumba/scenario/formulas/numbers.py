@@ -240,7 +240,7 @@ def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
         return {key for key in node if key not in shape.model_fields or is_text(shape, key)}
     if tokens == (INPUTS,):
         return set()  # its keys are names
-    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS)
+    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS, paths.REQUIREMENTS)
     section = scenario.section_of(str(tokens[0]), node) if typed else None
     return (
         paths.TEXT_KEYS.union(key for key in section.model_fields if is_text(section, key))

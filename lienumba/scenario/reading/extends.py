@@ -19,6 +19,7 @@ REPLACES = {
     "every": ("times",), "times": ("every",), "points": ("at",), "at": ("points",), "axes": ("axis",),
     "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",), "file": ("data",),
     "step": ("tolerance", "first_step", "max_step", "min_step"), "limit": ("limits",), "limits": ("limit",),
+    "below": ("above", "between"), "above": ("below", "between"), "between": ("below", "above"),
 }  # fmt: skip
 BY_KEY = ("vary", "q", "qd")  # tables that go over those below key by key
 Read = Callable[[Path], Keys]

@@ -1,0 +1,1 @@
+"""Whether runs do what they shall, and what sets apart those that do not."""

@@ -1,0 +1,114 @@
+"""Whether each run meets what is wanted of it, by which margin, and what that says of all of them."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lienumba.batch.statuses import GOOD
+from lienumba.errors import Problem, ScenarioError
+from lienumba.scenario.base.paths import REQUIREMENTS
+from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.schema.requirements import Requirement
+from lienumba.store.layout import MARGIN, MET, VERDICT, VERDICTS
+from lienumba.sweep.samplers import SAMPLERS
+from lienumba.sweep.verdicts import Verdict, Wanted, counting, judge
+from lienumba.words import suggestion
+
+Place = tuple[str, tuple[int, ...]]
+NEVER = "event_time"  # which is later than any limit where an event did not happen
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A requirement, with the variable that it is about and where in it, and its unit."""
+
+    requirement: Requirement
+    at: Place
+    units: str
+
+    def margins(self, records: np.ndarray) -> np.ndarray:
+        """How far runs are on the good side of the limit (runs,), NaN where a run failed or has no value."""
+        name, place = self.at
+        column: Any = records[name]
+        values: np.ndarray = column[(..., *place)].astype(float)
+        values = np.where(np.isnan(values), np.inf, values) if name == NEVER else values
+        wanted = self.requirement
+        if wanted.below is not None:
+            found = wanted.below - values
+        elif wanted.above is not None:
+            found = values - wanted.above
+        else:
+            assert wanted.between is not None, "checked"
+            low, high = wanted.between
+            found = np.minimum(values - low, high - values)
+        return np.where(np.isin(records["status"], GOOD), found, np.nan)
+
+    def met(self, margins: np.ndarray, good: np.ndarray) -> np.ndarray:
+        """Whether runs meet it (runs,): 1, 0, or -1 where a run does not count; limits of `between` are good."""
+        enough = margins >= 0.0 if self.requirement.between is not None else margins > 0.0
+        return np.where(good | (self.requirement.failed == "count"), enough, -1).astype(np.int8)
+
+
+class Judges:
+    """All requirements of a scenario."""
+
+    def __init__(self, judged: tuple[Judged, ...]) -> None:
+        self.judged = judged
+
+    def judge(self, records: np.ndarray) -> None:
+        """Write into records of runs whether they meet each, and by which margin."""
+        good = np.isin(records["status"], GOOD)
+        for n, one in enumerate(self.judged):
+            margins = one.margins(records)
+            records[MARGIN][:, n] = margins
+            records[MET][:, n] = one.met(margins, good)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the margins, by the names of the requirements."""
+        return {one.requirement.name: one.units for one in self.judged}
+
+
+def judges_of(resolved: Scenario, numbers: Mapping[str, Place], unit: Callable[[Place], str]) -> Judges:
+    """Those of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
+    found, problems = [], []
+    for requirement in resolved.data.model.requirements:
+        at = numbers.get(requirement.value)
+        if at is None:
+            place, known = f"{REQUIREMENTS}.{requirement.name}.value", suggestion(requirement.value, numbers)
+            rule = f"is not a number that the dataset has for each run; {known}"
+            problems.append(Problem(place, f"{rule}, or ask for it in output.summary", value=requirement.value))
+        else:
+            found.append(Judged(requirement, at, unit(at)))
+    if problems:
+        raise ScenarioError(*problems)
+    return Judges(tuple(found))
+
+
+def verdicts(
+    resolved: Scenario, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]
+) -> Iterator[Verdict]:
+    """The verdicts on runs with these labels, the nominal one apart; column: what each has of a variable, at a
+    place."""
+    sweep = resolved.data.sweep
+    sampler, looked = SAMPLERS[sweep.sampler], sweep.stop is not None
+    inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
+    drawn = counting(labels, sampler.row(inputs) if sampler.sobol_indices and sampler.row else None)
+    for n, requirement in enumerate(resolved.data.model.requirements):
+        met = column(MET, (n,))[drawn].astype(float)
+        wanted = Wanted(requirement.name, requirement.probability, requirement.confidence)
+        yield judge(wanted, np.where(met < 0.0, np.nan, met), column(MARGIN, (n,))[drawn], looked)
+
+
+def attributes(
+    resolved: Scenario, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]
+) -> dict[str, str]:
+    """What the dataset says of them: a sentence for each, and the same for programs."""
+    found = list(verdicts(resolved, labels, column))
+    if not found:
+        return {}
+    sentences = "\n".join(verdict.sentence() for verdict in found)
+    return {VERDICT: sentences, VERDICTS: json.dumps([verdict.to_dict() for verdict in found])}

@@ -1,0 +1,1 @@
+"""What is wanted of runs: requirements, and when there are runs enough."""

@@ -1,0 +1,52 @@
+"""What runs are wanted to do: the list [[requirements]]."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from lienumba.errors import BadValueError, Problem
+from lienumba.keys.types import Number, Section
+from lienumba.scenario.schema.stop import Share
+
+LIMITS = ("below", "above", "between")
+LONGEST = 60  # characters of a name
+
+
+def _named(name: str) -> str:
+    if not name.strip() or name != name.strip() or not name.isprintable() or set(name) & set('."[]'):
+        raise BadValueError("is no valid name", 'give words without ".", "[", "]" and quotes')
+    return name
+
+
+class Requirement(Section):
+    """A number that each run has shall be on one side of a limit, in so large a part of all runs."""
+
+    name: Annotated[str, Field(strict=True, max_length=LONGEST), AfterValidator(_named)] = Field(
+        description='the name: words such as "pointing stays fine"'
+    )
+    value: str = Field(
+        description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
+        "for, event_time.impact, energy_lost, or max_energy_drift"
+    )
+    below: Number | None = Field(default=None, description="what the value must be below, in its unit")
+    above: Number | None = Field(default=None, description="what the value must be above, in its unit")
+    between: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="the least and the largest value that are good, in its unit: [low, high]"
+    )
+    probability: Share = Field(description="the part of all runs that shall meet it, between 0 and 1, such as 0.99")
+    confidence: Share = Field(default=0.95, description="with which this is to be shown, between 0 and 1")
+    failed: Literal["count", "ignore"] = Field(
+        default="count", description='whether failed runs do not meet it ("count"), or are left out ("ignore")'
+    )
+
+    def faults(self) -> Iterator[Problem]:
+        """What is wrong with its numbers together; places are its keys."""
+        given = [key for key in LIMITS if getattr(self, key) is not None]
+        if not given:
+            yield Problem("", "has no limit", "give below, above or between")
+        for key in given[1:]:
+            remedy = "give below, above or between = [low, high]"
+            yield Problem(key, f"stands beside {given[0]}", remedy, getattr(self, key))
+        if self.between is not None and not self.between[0] < self.between[1]:
+            yield Problem("between", "has the larger number first", "give the least value first", self.between)

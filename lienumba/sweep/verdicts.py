@@ -1,0 +1,214 @@
+"""Whether runs show that a requirement is met: as large a part of all runs as is wanted, with the confidence wanted.
+
+A verdict asks one bound at a time: the part that meets it is at least so large (met), or at most (not met), each with
+the confidence. Where runs were asked on the way whether they are enough, bounds are those of `sequential`, else those
+of Clopper and Pearson. With weights of runs (n,) they are those of as many runs as tell as much, (sum w)^2 / sum w^2
+(E. L. Korn, B. I. Graubard, Survey Methodology 24 (1998) 193).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from math import floor, log10
+from typing import Any
+
+import numpy as np
+
+from lienumba.sweep import confidence, sequential
+from lienumba.words import plural
+
+MET, NOT_MET, OPEN = "met", "not met", "not enough runs"
+MOST = 1e12  # runs that anybody would ask for
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A requirement as statistics see it: its name, and which part of all runs shall meet it, with which confidence."""
+
+    name: str
+    probability: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of a requirement. verdict: "met", "not met" or "not enough runs"; runs: that count, of which so many passed;
+    part: of these, by their weights; at_least, at_most: bounds of the probability to meet it, each with the confidence;
+    sequential: whether they hold at whatever run one looks; more_runs: about how many more would decide it if the part
+    stays as it is, 0 if it is decided, None if none would; fewest_more: how many more there must be at least before it
+    can be met; margin: the tolerance bound, which so large a part of all runs as is wanted keeps with the confidence,
+    None of too few runs."""
+
+    requirement: str
+    verdict: str
+    runs: int
+    passed: int
+    probability: float
+    confidence: float
+    part: float
+    at_least: float
+    at_most: float
+    sequential: bool
+    more_runs: int | None
+    fewest_more: int | None
+    margin: float | None
+
+    @property
+    def met(self) -> bool:
+        return self.verdict == MET
+
+    @property
+    def failed(self) -> int:
+        return self.runs - self.passed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain keys and values."""
+        return asdict(self)
+
+    def sentence(self) -> str:
+        """The verdict and what it is from."""
+        wanted, sure = percent(self.probability), f"{100 * self.confidence:g} % confidence"
+        count = f"{self.failed:,} of {plural(self.runs, 'run', 'runs')} failed it" if self.runs else "no run counts"
+        low, high = percent(self.at_least, floor_=True), percent(self.at_most, floor_=False)
+        named = f'"{self.requirement}"'
+        if self.verdict == MET:
+            return f"{named} is met: at least {low} of all runs meet it with {sure}, {wanted} are wanted; {count}"
+        if self.verdict == NOT_MET:
+            return f"{named} is not met: at most {high} of all runs meet it with {sure}, {wanted} are wanted; {count}"
+        return (
+            f"{named} is not decided: {low} to {high} of all runs meet it, {wanted} are wanted; {count}; {self.advice}"
+        )
+
+    @property
+    def advice(self) -> str:
+        """How many more runs would decide it; empty if it is decided."""
+        if self.verdict != OPEN:
+            return ""
+        least = f"it takes at least {self.fewest_more:,} more before it can be met" if self.fewest_more else ""
+        if self.more_runs is None or not self.runs:
+            return least or "more runs decide it only if the part that meets it changes"
+        about = f"about {_rounded(self.more_runs):,} more would decide it if this part stays"
+        return f"{about}; {least}" if least else about
+
+
+def judge(
+    wanted: Wanted, met: np.ndarray, margin: np.ndarray, looked: bool, weights: np.ndarray | None = None
+) -> Verdict:
+    """The verdict on runs of which each meets it (1), does not (0), or does not count (NaN), with its margin (n,);
+    looked: whether they were asked on the way if they are enough."""
+    counts = np.isfinite(met)
+    met, margin = met[counts], np.where(np.isnan(margin[counts]), -np.inf, margin[counts])
+    own = None if weights is None else weights[counts]
+    n, k = len(met), int(np.count_nonzero(met))
+    part = float(np.average(met, weights=own)) if n and (own is None or own.any()) else float("nan")
+    tells = float(n) if own is None or not own.any() else float(own.sum() ** 2 / (own @ own))
+    rule = _Rule(wanted, looked)
+    passed = k if own is None else part * tells if n else 0.0
+    low, high = rule.bounds(passed, tells)
+    verdict = rule.shown(passed, tells) or OPEN
+    more, fewest = (0, 0) if verdict != OPEN else (rule.more(passed, tells), rule.fewest(passed, tells))
+    return Verdict(
+        wanted.name, verdict, n, k, wanted.probability, wanted.confidence, part, low, high, looked, more, fewest,
+        _tolerance(margin, rule) if own is None else None,
+    )  # fmt: skip
+
+
+def counting(labels: np.ndarray, row: int | None) -> np.ndarray:
+    """Which runs with these labels count (runs,): all but the nominal one, unless there is no other; row: of how many
+    runs a row of a saltelli design consists, of which the first two share no number."""
+    drawn: np.ndarray = labels >= 0 if (labels >= 0).any() else labels < 0
+    return drawn if row is None else drawn & (labels % row < 2)
+
+
+def looks(wanted: Wanted, met: np.ndarray) -> str | None:
+    """What runs (n,) that are asked on the way show: MET or NOT_MET, None as long as they do not; below 0: no run that
+    counts."""
+    return _Rule(wanted, True).shown(int(np.count_nonzero(met > 0.0)), int(np.count_nonzero(met >= 0.0)))
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """What runs show, and the bounds of it."""
+
+    wanted: Wanted
+    looked: bool
+
+    def shown(self, k: float, n: float) -> str | None:
+        """Whether k of n runs that meet it show that it is met, or that it is not; None: neither."""
+        wanted = self.wanted
+        if not n:
+            return None
+        if self.looked:
+            above, below = sequential.shown(k, n, wanted.probability, wanted.confidence)
+        else:
+            low, high = confidence.bounds(k, n, wanted.confidence)
+            above, below = bool(low >= wanted.probability), bool(high < wanted.probability)
+        return MET if above else NOT_MET if below else None
+
+    def bounds(self, k: float, n: float) -> tuple[float, float]:
+        if self.looked:
+            return sequential.bounds(k, n, self.wanted.confidence)
+        low, high = confidence.bounds(k, n, self.wanted.confidence) if n else (0.0, 1.0)
+        return float(low), float(high)
+
+    def more(self, k: float, n: float) -> int | None:
+        """How many more runs would decide it if the part stays as it is."""
+        if not n or k / n == self.wanted.probability:
+            return None
+        return _smallest(n, lambda runs: self.shown(k * runs / n, runs) is not None)
+
+    def fewest(self, k: float, n: float) -> int | None:
+        """How many more runs there must be, all of which meet it, before it is met."""
+        return _smallest(n, lambda runs: self.shown(k + runs - n, runs) == MET)
+
+
+def _smallest(n: float, enough: Callable[[float], bool]) -> int | None:
+    """How many runs more than n are enough, if more runs stay enough; None: more than anybody would ask for."""
+    high = max(2.0 * n, 16.0)
+    while not enough(high):
+        high *= 2.0
+        if high > MOST:
+            return None
+    low, top = 0, int(np.ceil(high - n))
+    while top - low > 1:
+        middle = (low + top) // 2
+        low, top = (low, middle) if enough(n + middle) else (middle, top)
+    return top
+
+
+def _tolerance(margin: np.ndarray, rule: _Rule) -> float | None:
+    """The margin that so large a part of all runs keeps, with the confidence."""
+    n, wanted = len(margin), rule.wanted
+    if not rule.looked:
+        place = confidence.tolerance_place(n, wanted.probability, wanted.confidence)
+    else:
+        ranks = np.arange(1, n + 1)
+        above, _ = sequential.evidence(ranks, n, wanted.probability)
+        enough = np.flatnonzero(above >= -np.log1p(-wanted.confidence))
+        place = int(enough[0]) if len(enough) else None
+    if place is None:
+        return None
+    found = float(-np.partition(-margin, place)[place])
+    return found if np.isfinite(found) else None
+
+
+def percent(x: float, floor_: bool | None = None) -> str:
+    """A probability in percent, with three digits of what it misses to 0 or 100 %; rounded down, up, or to the
+    nearest."""
+    if x != x:
+        return "-"
+    rest = min(x, 1.0 - x)
+    if rest < 1e-12:
+        return f"{100 * round(x):g} %"
+    decimals = max(0, 2 - floor(log10(100 * rest)))
+    unit = 10.0**-decimals
+    scaled = 100 * x / unit
+    whole = round(scaled) if floor_ is None or abs(scaled - round(scaled)) < 1e-6 else floor(scaled) + (not floor_)
+    return f"{whole * unit:.{decimals}f}".rstrip("0").rstrip(".") + " %" if decimals else f"{whole:g} %"
+
+
+def _rounded(n: int) -> int:
+    """Two digits of it, upwards."""
+    unit = 10 ** max(len(str(n)) - 2, 0)
+    return -(-n // unit) * unit

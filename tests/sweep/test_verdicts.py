@@ -1,0 +1,126 @@
+"""Verdicts: bounds against the binomial distribution itself, the numbers of the textbooks, and how often they are
+wrong."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from lienumba.sweep import confidence, sequential
+from lienumba.sweep.verdicts import MET, NOT_MET, OPEN, Verdict, Wanted, counting, judge, looks, percent
+
+WANTED = Wanted("it holds", 0.99, 0.95)
+
+
+def of(failed: int, runs: int, wanted: Wanted = WANTED, looked: bool = False) -> Verdict:
+    met = np.ones(runs)
+    met[:failed] = 0.0
+    return judge(wanted, met, met - 0.5, looked)
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 20), (3, 20), (20, 20), (1998, 2000)])
+def test_bounds_are_those_of_the_binomial_distribution(k: int, n: int) -> None:
+    """At the lower one so many or more have 5 %, at the upper one so many or less."""
+    low, high = map(float, confidence.bounds(k, n, 0.95))
+    assert (stats.binom.sf(k - 1, n, low) if k else 0.05) == pytest.approx(0.05, rel=1e-9)
+    assert (stats.binom.cdf(k, n, high) if k < n else 0.05) == pytest.approx(0.05, rel=1e-9)
+
+
+def test_numbers_of_the_textbooks() -> None:
+    assert 1 - of(0, 2000).at_least == pytest.approx(0.0015, abs=5e-6)  # the rule of three
+    assert [of(0, n).verdict for n in (298, 299)] == [OPEN, MET]
+    assert [confidence.tolerance_place(n, 0.95, 0.95) for n in (58, 59, 92, 93)] == [None, 58, 91, 91]  # Wilks
+    assert of(0, 59, Wanted("x", 0.95, 0.95)).margin == 0.5
+    assert of(0, 58, Wanted("x", 0.95, 0.95)).margin is None
+
+
+@pytest.mark.parametrize("looked", [False, True])
+@pytest.mark.parametrize(("failed", "runs"), [(0, 100), (2, 300)])
+def test_how_many_runs_there_must_be_at_least(failed: int, runs: int, looked: bool) -> None:
+    wanted = Wanted("x", 0.985, 0.9)
+    found = of(failed, runs, wanted, looked)
+    assert found.verdict == OPEN
+    more = found.fewest_more
+    assert [of(failed, runs + n, wanted, looked).verdict for n in (1, more // 2, more - 1, more)] == [*[OPEN] * 3, MET]
+    assert failed or found.more_runs == found.fewest_more
+
+
+@pytest.mark.parametrize("failed", [2, 6])
+def test_about_how_many_more_decide_if_the_part_stays(failed: int) -> None:
+    """By the beta distribution, whose numbers need not be whole, on either side of what is wanted."""
+    found = of(failed, 300, Wanted("x", 0.985, 0.9))
+    assert found.verdict == OPEN
+    for more, decided in ((found.more_runs - 1, False), (found.more_runs, True)):
+        n = 300 + more
+        k = n * (300 - failed) / 300
+        low, high = stats.beta.ppf(0.1, k, n - k + 1), stats.beta.ppf(0.9, k + 1, n - k)
+        assert (low >= 0.985 or high < 0.985) == decided
+
+
+def test_a_part_that_is_just_what_is_wanted_is_decided_by_no_number_of_runs() -> None:
+    found = of(10, 1000)
+    assert found.more_runs is None
+    assert found.sentence().endswith("10 of 1,000 runs failed it; it takes at least 693 more before it can be met")
+
+
+def test_a_verdict_is_met_where_the_tolerance_bound_is_positive() -> None:
+    """Both ask the same of the binomial distribution, with and without looks on the way."""
+    random = np.random.default_rng(1)
+    for runs in (59, 300, 301, 1000):
+        for looked in (False, True):
+            margin = random.normal(2.5, 1.0, runs)
+            found = judge(WANTED, (margin > 0).astype(float), margin, looked)
+            assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
+
+
+def test_runs_that_do_not_count_and_runs_without_a_value() -> None:
+    met = np.array([1.0, 0.0, np.nan, 1.0])
+    found = judge(Wanted("x", 0.5, 0.9), met, np.array([0.5, np.nan, np.nan, 0.2]), False)
+    assert (found.runs, found.passed, found.failed) == (3, 2, 1)
+    nothing = judge(WANTED, np.full(4, np.nan), np.full(4, np.nan), False)
+    assert (nothing.at_least, nothing.at_most, nothing.verdict) == (0.0, 1.0, OPEN)
+    assert "no run counts" in nothing.sentence()
+
+
+def test_weights_of_one_are_none() -> None:
+    met = (np.arange(400) > 1).astype(float)
+    plain, weighed = (judge(WANTED, met, met - 0.5, False, w) for w in (None, np.full(400, 3.0)))
+    assert (plain.part, plain.at_least, plain.at_most) == (weighed.part, weighed.at_least, weighed.at_most)
+    uneven = judge(WANTED, met, met - 0.5, False, np.where(met == 0, 0.1, 1.0))
+    assert uneven.part > plain.part
+    assert uneven.at_least < uneven.part < uneven.at_most
+
+
+def test_of_a_saltelli_sweep_the_first_two_of_a_row_count() -> None:
+    assert counting(np.arange(-1, 10), 5).nonzero()[0].tolist() == [1, 2, 6, 7]
+    assert counting(np.arange(-1, 3), None).tolist() == [False, True, True, True]
+    assert counting(np.array([-1]), None).tolist() == [True]
+
+
+@pytest.mark.parametrize("side", [MET, NOT_MET])
+def test_who_looks_after_every_run_is_wrong_no_more_often_than_is_said(side: str) -> None:
+    """Where the truth is just what is wanted, nothing should be shown: for Clopper and Pearson that fails."""
+    wanted, random = Wanted("x", 0.9, 0.9), np.random.default_rng(7)
+    passed = np.cumsum(random.random((200, 500)) < 0.9, axis=1)
+    runs = np.arange(1, 501)
+    wrong = sequential.evidence(passed, runs, 0.9)[side == NOT_MET] >= -np.log(0.1)
+    assert wrong.any(axis=1).mean() < 0.13
+    peeking = confidence.bounds(passed[:, ::10], runs[::10], 0.9)
+    assert ((peeking[0] >= 0.9) if side == MET else (peeking[1] < 0.9)).any(axis=1).mean() > 0.2
+    last = np.zeros(500)
+    last[: passed[0, -1]] = 1.0
+    assert (looks(wanted, last) == side) == wrong[0, -1]
+
+
+def test_bounds_of_looks_are_where_the_evidence_is_enough() -> None:
+    low, high = sequential.bounds(95, 100, 0.95)
+    assert sequential.evidence(95, 100, low)[0] == pytest.approx(np.log(20), rel=1e-6)
+    assert sequential.evidence(95, 100, high)[1] == pytest.approx(np.log(20), rel=1e-6)
+    fixed = confidence.bounds(95, 100, 0.95)
+    assert low < fixed[0] < fixed[1] < high
+    assert sequential.bounds(0, 0, 0.95) == (0.0, 1.0)
+    assert [sequential.shown(n, n, 0.99, 0.95) for n in (376, 377)] == [(False, False), (True, False)]
+
+
+def test_percentages_keep_what_they_miss_to_100_and_bounds_are_rounded_outwards() -> None:
+    assert [percent(x) for x in (0.99, 0.5, 1.0, 0.0, float("nan"))] == ["99 %", "50 %", "100 %", "0 %", "-"]
+    assert (percent(0.998503, True), percent(0.989996, True), percent(0.98991, False)) == ("99.85 %", "98.99 %", "99 %")
