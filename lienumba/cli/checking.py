@@ -36,13 +36,14 @@ def sample(
     with console.exit_codes():
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels
         from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.start.never import warnings_of
         from lienumba.scenario.start.samples_file import claimed_samples, sample
 
         target = output if output is not None else Path(scenario.stem + ".samples.csv")
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         labels = resolved.labels if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         with claimed_samples(target, overwrite) as own:
-            console.print_warnings(resolved.warnings)
+            console.print_warnings(warnings_of(resolved))
             statistics = sample(resolved, labels, own)
 
         from lienumba.present.terminal.samples import print_samples
@@ -61,9 +62,10 @@ def validate(
     with console.exit_codes():
         from lienumba.scenario.base.arguments import parse_assignments
         from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.start.never import warnings_of
 
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
-        console.print_warnings(resolved.warnings)
+        console.print_warnings(warnings_of(resolved))
 
         from lienumba.scenario.start.hint import hint
         from lienumba.scenario.start.study_start import check_starts

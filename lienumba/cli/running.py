@@ -69,6 +69,7 @@ def run(
         from lienumba.errors import ScenarioError
         from lienumba.scenario.base.arguments import parse_assignments, parse_labels, parse_share
         from lienumba.scenario.resolve import resolve
+        from lienumba.scenario.start.never import warnings_of
 
         suffix = "" if part is None else SweepPart.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
@@ -78,7 +79,7 @@ def run(
         if verdict and not resolved.data.model.requirements:
             raise ScenarioError("--verdict: the scenario has no requirements; write some as [[requirements]]")
         if not quiet:
-            console.print_warnings(resolved.warnings)
+            console.print_warnings(warnings_of(resolved))
 
         from lienumba.batch.statuses import GOOD
         from lienumba.engine import runner

@@ -163,12 +163,13 @@ def prepare(
     import warnings
 
     from lienumba.engine.programs import compiled_of
+    from lienumba.scenario.start.never import warnings_of
     from lienumba.scenario.start.prepare import prepare as prepare_runs
 
     resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     if resolved.plan is not None:
         raise ScenarioError("a study cannot be prepared, because its points are compared; run it, or leave study out")
-    for sentence in resolved.warnings:
+    for sentence in warnings_of(resolved):
         warnings.warn(str(sentence), stacklevel=2)
     prepared = Prepared(resolved)
     compiled_of(resolved, prepare_runs(resolved, list(resolved.labels[:1]), nominal=prepared._nominal), True)

@@ -15,6 +15,7 @@ from lienumba.engine.progress import shown
 from lienumba.errors import ClusterError, ScenarioError
 from lienumba.scenario.base.arguments import check_count, labels_of
 from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.start.never import warnings_of
 from lienumba.scenario.start.prepare import Nominal, check_initial, design, prepare
 from lienumba.store.outputs import TakenError, WriteError
 from lienumba.words import plural
@@ -104,7 +105,7 @@ def run(
     resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     told = not isinstance(scenario, Scenario)  # else the command line tells them
     if told:
-        for warning in resolved.warnings:
+        for warning in warnings_of(resolved):
             warnings.warn(str(warning), stacklevel=2)
     check_workers(workers)
     labels = labels_of(runs, resolved.labels)

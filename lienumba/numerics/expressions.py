@@ -8,6 +8,7 @@ import ast
 import copy
 import difflib
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import reduce
@@ -190,6 +191,11 @@ class Formula:
                 if _degree(line, state) == 1:
                     found.append(Formula(ast.unparse(line), self.allowed, self.tables))
         return found
+
+    def may_hold(self, t: Any, state: frozenset[str], numbers: Mapping[str, Any]) -> Any:
+        """Whether a condition may hold at times t, whatever varies in another way than a straight line in t; state: the
+        names of what varies, too; numbers: the values of the others."""
+        return _may_hold(self._tree, {**numbers, "t": t}, state)
 
     def table_calls(self) -> list[tuple[str, "Formula"]]:
         """The tables that it reads, each with the formula of its argument."""
@@ -452,6 +458,21 @@ def _compared(node: ast.Compare, names: Names) -> list[tuple[type[ast.cmpop], An
     straight = max(_degree(x, state) for x in parts) <= 1
     sides = [_value(x, {**names, "t": within} if straight else names) for x in parts]
     return list(zip(map(type, node.ops), sides, sides[1:], strict=False))
+
+
+def _may_hold(node: ast.AST, names: Names, state: frozenset[str], holds: bool = True) -> Any:
+    """Whether a condition may hold (or, not `holds`, may not), where only straight lines in t are known."""
+    match node:
+        case ast.BoolOp(op=word, values=values):
+            every = [_may_hold(x, names, state, holds) for x in values]
+            return reduce(operator.and_ if isinstance(word, ast.And) == holds else operator.or_, every)
+        case ast.UnaryOp(operand=x):
+            return _may_hold(x, names, state, not holds)
+        case ast.Compare(left=x, comparators=others):
+            if max(_degree(side, state) for side in (x, *others)) > 1:
+                return True
+            return (_truth(node, names) > 0.5) == holds
+    raise AssertionError("checked before")
 
 
 def _margin(node: ast.AST, names: Names, holds: bool = True) -> Any:

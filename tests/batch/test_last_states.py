@@ -12,7 +12,7 @@ from lienumba.batch.records import per_run
 from tests.integrators.drivers.test_events import LOW, pendulum
 from tests.rigs.sweeps import edit_samples, loop, run, top
 
-NEVER = {"name": "never", "when": "t > 1e9"}  # an event brings steps of one length to the driver of free lanes
+NEVER = {"name": "never", "when": "sin(t) > 2"}  # an event brings steps of one length to the driver of free lanes
 PACES = [{}, {"events": [NEVER]}, {"tolerance": 1e-7}]
 
 

@@ -380,8 +380,8 @@ def test_what_only_touches_at_the_start_is_fine(tmp_path: Path) -> None:
 
 
 def test_what_is_let_go_may_be_caught_again(tmp_path: Path) -> None:
-    again = event('action = "engage"', 'joint = "pivot"', name="again", when="t > 2")
-    assert accepted(tmp_path, rig(event('action = "release"', 'joint = "pivot"'), again)) == []
+    again = event('action = "engage"', 'joint = "pivot"', name="again", when="t > 0.006")
+    assert accepted(tmp_path, rig(event('action = "release"', 'joint = "pivot"', when="t > 0.003"), again)) == []
 
 
 def test_conditions_are_compared_as_they_are_written(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ LISTED = {"momentum": 1, "distance": 2}  # names of bodies
 FLOOR = {"name": "floor", "type": "point_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0], [0, 0, -9]],
          "stiffness": 10.0}  # fmt: skip
 STOP = {"name": "stop", "joint": "sleeve", "coordinate": "displacement", "high": 90.0}
-HOLD = {"name": "hold", "when": "t > 9", "action": "lock", "joint": "sleeve", "coordinate": "displacement"}
+HOLD = {"name": "hold", "when": "sin(t) > 2", "action": "lock", "joint": "sleeve", "coordinate": "displacement"}
 REFERENCES = [(name, key) for name, kind in QUANTITIES.items() for key in kind.references()]
 VELOCITIES = 12  # the first row of them in the state of a body
 
