@@ -58,8 +58,9 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    stopped: what made the sweep end before all its runs were done; not_unique: the joints and drivers whose reactions
-    are not. The relative energy drift of a run is its largest energy residual over its largest kinetic energy.
+    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; not_unique:
+    the joints and drivers whose reactions are not. The relative energy drift of a run is its largest energy residual
+    over its largest kinetic energy.
     """
 
     title: str
@@ -77,6 +78,7 @@ class Summary:
     max_relative_energy_drift: float | None
     not_unique: str = ""
     stopped: str = ""
+    stiff: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
     changes: tuple[Changed, ...] = ()
@@ -117,6 +119,7 @@ def summarise(ds: xr.Dataset) -> Summary:
     return Summary(
         title=str(ds.attrs.get("title", "")),
         stopped=str(ds.attrs.get("stopped", "")),
+        stiff=str(ds.attrs.get("stiff", "")),
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),

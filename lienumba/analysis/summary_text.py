@@ -66,7 +66,9 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     if summary.kept:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
-    yield from filter(None, [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped])
+    yield from filter(
+        None, [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped, summary.stiff]
+    )
 
 
 def _events(summary: Summary) -> Table:

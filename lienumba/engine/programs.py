@@ -13,7 +13,7 @@ from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.mechanics.system.switches import permanent
 from lienumba.mechanics.tree.spanning import closing_rows
-from lienumba.scenario.checks.integrator import order_of
+from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Absolute, Integrator, ModelSection, Tolerance
@@ -138,7 +138,7 @@ def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
     tolerance = integrator.tolerance
     if tolerance is None:
         return None
-    relative = tolerance.relative if isinstance(tolerance, Tolerance) else tolerance
+    relative = relative_of(tolerance)
     absolute = tolerance.absolute.model_dump(exclude_none=True) if isinstance(tolerance, Tolerance) else {}
     kinds = Absolute.model_fields
     longest = integrator.max_step or integrator.end_time

@@ -168,6 +168,7 @@ def in_memory(
     resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
 ) -> "xr.Dataset":
     """The dataset of these runs; results: what is kept of them, if it is known."""
+    from lienumba.engine.linear import stiffness
     from lienumba.engine.memory import Memory
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
@@ -189,8 +190,9 @@ def in_memory(
         found: np.ndarray = values[(..., *place)]
         return found
 
-    said = attributes(resolved, runs.labels, column)
-    return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **enough.attributes(), **said)
+    said = enough.attributes() | attributes(resolved, runs.labels, column)
+    said |= stiffness.attributes(resolved, runs, memory.some)
+    return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **said)
 
 
 def on_disk(
@@ -207,6 +209,7 @@ def on_disk(
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
+    from lienumba.engine.linear import stiffness
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate
@@ -253,7 +256,7 @@ def on_disk(
                 results.labels(runs.labels),
                 there.sources(results.tables),
                 runs.samples,
-                enough.attributes() | said,
+                enough.attributes() | said | stiffness.attributes(resolved, runs, there.some),
                 lambda done: tell(Progress("write", done, total, failed)),
             )
         shards.remove()

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique")  # attributes of variables
-SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", VERDICT, VERDICTS)  # attributes of the whole
+# attributes of the whole
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", VERDICT, VERDICTS)
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep

@@ -60,6 +60,14 @@ class SweepFiles:
             found[np.searchsorted(labels, source.labels[own])] = numbers[(..., *place)]
         return found
 
+    def some(self, name: str, labels: np.ndarray) -> np.ndarray:
+        """What these runs (ascending) have of a variable."""
+        found: dict[int, np.ndarray] = {}
+        for source in reversed(self.of("run")):
+            own = np.flatnonzero(np.isin(source.labels, labels))
+            found |= dict(zip(source.labels[own].tolist(), source.column(name)[own], strict=True)) if len(own) else {}
+        return np.array([found[label] for label in labels.tolist()])
+
     def samples(self, runs: Runs) -> Runs:
         """These runs with the samples that those had that were finished before, whoever drew them."""
         if self.finished is None:

@@ -33,9 +33,12 @@ def order_of(integrator: Integrator) -> int | None:
     if not method.series or integrator.order is not None:
         return integrator.order
     tolerance = integrator.tolerance
-    if tolerance is None:
-        return method.order
-    return order_for(tolerance.relative if isinstance(tolerance, Tolerance) else tolerance)
+    return method.order if tolerance is None else order_for(relative_of(tolerance))
+
+
+def relative_of(tolerance: Tolerance | float) -> float:
+    """What it is relative to the size."""
+    return tolerance.relative if isinstance(tolerance, Tolerance) else tolerance
 
 
 def damping_of(integrator: Integrator) -> float | None:
