@@ -142,6 +142,9 @@ class JointTracer(Tracer):
             along += link.move.tangent(state_of(link, tuple(posture.z)), tuple(found[rate] for rate in link.rates))
         return [*along, *(rows[row] for row in used)]
 
+    def reactions(self, model: Model, posture: seen.Posture, mask: list[Number], mu: Sequence[Number]) -> list[Number]:
+        return equations.reactions(_tree(posture), self.structure, mask, [m * x for m, x in zip(mask, mu, strict=True)])
+
     def field(self, model: Model, state: Sequence[State], a: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
         return [(*self.carried(model, state, a), *laws)]
 

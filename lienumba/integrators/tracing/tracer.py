@@ -306,8 +306,12 @@ class Tracer:
     ) -> list[Number]:  # fmt: skip
         """What the equations of motion leave over along all velocities and of the rows in use, for any accelerations
         and multipliers of all rows."""
-        found = dynamics.missing(model, posture.now, mask, a, mu, self.method.baumgarte)
+        found = dynamics.missing(model, self.structure, posture.now, mask, a, mu, self.method.baumgarte)
         return [*found[: self.velocities], *(found[self.velocities + row] for row in used)]
+
+    def reactions(self, model: Model, posture: Posture, mask: list[Number], mu: Sequence[Number]) -> list[Number]:
+        """The multipliers of all rows from those of the rows in use."""
+        return dynamics.reactions(model, self.structure, posture.now, mask, mu)
 
     @property
     def coordinates(self) -> tuple[range, range]:

@@ -99,6 +99,7 @@ def accelerations(
 
 def missing(
     model: Model,
+    structure: kkt.Structure,
     now: Instant,
     mask: Sequence[Number],
     accelerations: Sequence[Number],
@@ -106,12 +107,20 @@ def missing(
     baumgarte: float | None = None,
 ) -> list[Any]:
     """Q - M v' - C^T lambda along all velocities, and xi - C v' of every row of C, for any accelerations (6 k) and
-    multipliers of all rows."""
-    C = constraints.jacobian(model, now)
-    C = {key: mask[key[0]] * x for key, x in C.items() if not is_zero(mask[key[0]])}
-    xi = [m * x for m, x in zip(mask, constraints.required(model, now, baumgarte), strict=True)]
-    along, rows = kkt.rest(mass_matrix(model, now), C, loads(model, now), xi, accelerations, multipliers)
-    return [*along, *rows]
+    multipliers of all rows in use: of what slides, those of normals alone."""
+    C, weights = constraints.jacobian(model, now), structure.weights(mask, constraints.leaning(model, now))
+    C = {key: weights[key[0]] * x for key, x in C.items() if not is_zero(weights[key[0]])}
+    xi, mu = constraints.required(model, now, baumgarte), reactions(model, structure, now, mask, multipliers)
+    along, rows = kkt.rest(mass_matrix(model, now), C, loads(model, now), xi, accelerations, mu)
+    return [*along, *(m * x for m, x in zip(mask, rows, strict=True))]
+
+
+def reactions(
+    model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number], multipliers: Sequence[Number]
+) -> list[Any]:
+    """See `kkt.reactions`."""
+    C, leaning = constraints.jacobian(model, now), constraints.leaning(model, now)
+    return kkt.reactions(structure, mass_matrix(model, now), C, mask, leaning, multipliers)
 
 
 def border(

@@ -221,6 +221,15 @@ class Eliminated:
         assert self.border is not None
         return [-y for y in self._forward(f, g, pulled)[-len(self.border.mask) :]]
 
+    def reactions(self, mask: Sequence[Number], mu: Sequence[Number]) -> list[Any]:
+        """See `kkt.reactions`."""
+        found: list[Any] = [m * x for m, x in zip(mask, mu, strict=True)]
+        if self.border is not None:
+            names = self.structure.leaning
+            for row, x in zip(names, self.border.reactions([found[row] for row in names]), strict=True):
+                found[row] = x
+        return found
+
     def _forward(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None) -> list[Any]:
         factors, every = self.factors, [1.0] * self.structure.rows
         pulled = [0.0] * len(g) if pulled is None else pulled
@@ -283,6 +292,17 @@ def border(
     eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, Leaning())
     assert eliminated.border is not None
     return eliminated.border.S, eliminated.missing(f, g), eliminated.sound
+
+
+def reactions(
+    structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None, mu: Sequence[Number]
+) -> list[Any]:
+    """The multipliers of all rows from those of the rows in use: what slides leans on its normal force, which contacts
+    that say the same share."""
+    if leaning is None:
+        return [m * x for m, x in zip(mask, mu, strict=True)]
+    f = [0.0] * 6 * structure.bodies
+    return _eliminated(structure, A, C, f, mu, mask, None, leaning)[0].reactions(mask, mu)
 
 
 def _eliminated(

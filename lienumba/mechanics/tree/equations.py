@@ -102,20 +102,47 @@ def missing(
     baumgarte: float | None,
 ) -> list[Any]:  # fmt: skip
     """What is missing along every rate, and of every row in use, where the rates change so, with these multipliers of
-    the rows in use."""
-    loads, rows, xi = _acting(posture, structure, mask, baumgarte)
+    the rows in use, of what slides those of normals alone. A rate that is locked lacks what it changes by."""
+    leaning = constraints.leaning(posture.model, posture.now)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     there = carried(posture.tree, posture.links, loads, rates)
     rest = _relative_to(loads, there, rates, xi)
     wrenches = list(rest.wrenches)
+    every: list[Any] = [0.0] * structure.rows
     for row, multiplier in zip(structure.order, mu, strict=True):
+        every[row] = multiplier
+    every = _reactions(posture, structure, loads, mask, leaning, every)
+    for row in structure.order:
         for place, y in rows.get(row, {}).items():
-            wrenches[place] = tuple(f - multiplier * c for f, c in zip(wrenches[place], y, strict=True))
+            wrenches[place] = tuple(f - every[row] * c for f, c in zip(wrenches[place], y, strict=True))
     wanted = _less(xi, rows, there)
     for row in loads.resisting:
         for place, y in rows[row].items():
             wrenches[place] = tuple(f + wanted[row] * c for f, c in zip(wrenches[place], y, strict=True))
-    along = gathered(posture.tree, posture.links, replace(rest, wrenches=wrenches))
+    along = list(gathered(posture.tree, posture.links, replace(rest, wrenches=wrenches)))
+    for rate, free in posture.free.items():
+        along[rate] = free * along[rate] - (1.0 - free) * rates[rate]
     return [*along, *(mask[row] * wanted[row] for row in structure.order)]
+
+
+def reactions(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], multipliers: Sequence[Number]
+) -> list[Any]:
+    """As `dynamics.reactions`."""
+    leaning = constraints.leaning(posture.model, posture.now)
+    loads = _acting(posture, structure, structure.weights(mask, leaning), None)[0]
+    return _reactions(posture, structure, loads, mask, leaning, multipliers)
+
+
+def _reactions(
+    posture: Posture, structure: kkt.Structure, loads: Loads, mask: Sequence[Number], leaning: Leaning | None,
+    multipliers: Sequence[Number],
+) -> list[Any]:  # fmt: skip
+    if leaning is None:
+        return [*multipliers]
+    reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
+    eliminated = _closing(structure, reduction, [0.0] * structure.rows, mask, leaning)[0]
+    return eliminated.reactions(mask, multipliers)
 
 
 def changed(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], missing: Sequence[Number]) -> list[Any]:

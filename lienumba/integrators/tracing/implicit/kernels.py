@@ -218,9 +218,10 @@ def _step(tracer: Tracer) -> Kernel:
         posture = tracer.posture(model, at, augmented, t + c * step.h, step.clock(layout.MIDDLE))
         mu: list[Number] = [0.0] * tracer.structure.rows
         for row, m in zip(tracer.used, w[n + laws :], strict=True):
-            mu[row] = mask[row] * m
+            mu[row] = m
         if tracer.augmented.work:
-            reports.power.append(dynamics.power(model, posture.now, mu))
+            every = tracer.reactions(model, posture, mask, mu)
+            reports.power.append(dynamics.power(model, posture.now, every))
     reports.accelerations = tracer.carried(model, new, unknown[-1][:n])
     now = tracer.posture(model, new, augmented, t + step.h).now
     after = augmented_after(tracer, model, augmented, now, step.h, reports)

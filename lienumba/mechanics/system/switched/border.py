@@ -80,6 +80,10 @@ class Border:
             for j in size[i + 1 :]:
                 x[i] = x[i] - self.rows[i][j] * x[j]
             x[i] = x[i] * self.inverse[i]
+        return self.reactions(x)
+
+    def reactions(self, x: Sequence[Number]) -> list[Any]:
+        """T (1 + G) x: all multipliers from those of the rows in use."""
         found = list(x)
         for i, row in enumerate(self.shares or ()):
             for j, share in enumerate(row):
