@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_method(integrator: Integrator, changing: str, report: "Report") -> None:
+def check_method(integrator: Integrator, changing: str, switching: str, report: "Report") -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
-    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance."""
+    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance;
+    switching: what turns constraints on and off."""
     chosen, value = "integrator.coordinates", integrator.coordinates
     as_vectors, method = value in COORDINATES, METHODS[integrator.method]
     whose = "joints" if value == JOINT else "rotations alone"
@@ -51,6 +52,13 @@ def check_method(integrator: Integrator, changing: str, report: "Report") -> Non
         )
     _check_series(integrator, report)
     _check_damping(integrator, report)
+    if method.carries and switching:
+        report.add(
+            "integrator.method",
+            f"goes on with what the step before has left, but {switching} asks for steps that begin anew",
+            'give "radau5" or an explicit method, or leave it out and give stiffness instead',
+            method.name,
+        )
     if method.implicit and (as_vectors or integrator.group != R3xSO3.__name__):
         key, value = (chosen, integrator.coordinates) if as_vectors else ("integrator.group", integrator.group)
         report.add(

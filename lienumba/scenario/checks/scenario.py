@@ -50,7 +50,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
-        check_method(integrator, changing(lists), report)
+        check_method(integrator, changing(lists), switching(lists), report)
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
         check_projection(projection, integrator, switching(lists), report)

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import lienumba
+from lienumba.errors import ScenarioError
 from tests.rigs.places import SCENARIOS
 
 EXPLICIT = {"integrator.method": "dop853", "integrator.tolerance": 1e-9}
@@ -59,3 +60,9 @@ def test_feet_that_say_the_same_share_their_load() -> None:
     np.testing.assert_allclose(found.position[:, 0, 0], 2.0 * t - 0.5 * braked * t**2, rtol=0, atol=1e-10)
     assert np.nanmax(found.change_time) == pytest.approx(2.0 / braked, abs=1e-9)
     assert float(abs(found.energy_residual).max()) < 1e-9
+
+
+def test_a_method_that_carries_on_from_step_to_step_is_refused() -> None:
+    ways = {"integrator.method": "generalized_alpha", "integrator.tolerance": None, "integrator.step": 1e-3}
+    with pytest.raises(ScenarioError, match=r"goes on with what the step before has left, but .* begin anew"):
+        lienumba.run(sled(), overrides=ways)
