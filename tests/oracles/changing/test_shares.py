@@ -46,3 +46,26 @@ def test_corners_that_slide_share_the_weight() -> None:
     turned = np.arctan2(float(last.rotation[1, 0]), float(last.rotation[0, 0]))
     assert abs(turned - found[2]) < 1e-9
     assert abs(ds.energy_residual).max() < 1e-9
+
+
+def test_what_slides_is_noticed_to_turn_before_friction_changes_its_sign() -> None:
+    """On a table that tilts between two feet friction turned round would turn the sliding back: no step would end
+    behind a right angle, and steps would creep along it."""
+    legs = [(x, y, -0.64) for x in (0.52, -0.68) for y in (0.3, -0.4)]
+    foot = {"type": "point_plane", "bodies": ["table", "ground"], "friction": 0.5, "restitution": 0.3}
+    contacts = [
+        foot | {"name": f"c{n}", "rest_speed": 0.05, "points": [list(p), [0, 0, 0]]} for n, p in enumerate(legs)
+    ]
+    tilt = {"axis": [0.6, 0.8, 0], "angle": 0.017708425042926194}
+    body = {"name": "table", "mass": 24, "inertia": [2.6, 3.9, 5.3, 0.1, 0.1, -0.4], "rotation": tilt}
+    body |= {"position": [0.08, 0.05, 0.76]}
+    model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts}
+    data = {
+        "title": "A table",
+        "model": model,
+        "integrator": scenarios.settings(0.3, 1e-9),
+        "output": {"times": [0, 0.3]},
+    }
+    ds = lienumba.run(data).isel(run=0)
+    assert int(ds.status) == 0
+    assert int(ds.steps) < 1000

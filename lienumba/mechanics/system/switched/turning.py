@@ -16,6 +16,7 @@ from lienumba.numerics.operations import sqrt, where
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
+TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
 def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
@@ -33,10 +34,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
         mode, own = now.modes[switch.key], slice(switch.first, switch.first + switch.rows)
         reactions = [-mu for mu in multipliers[first:][own]]
         tangents = slice(switch.rows - switch.tangents, switch.rows)
-        back: Any = 0.0
-        kept = laws.heading(model, switch, everything, mode.memory)
-        for x, d in zip(rates[own][tangents], kept, strict=True):
-            back = back - x * d
+        back = _turned(rates[own][tangents], laws.heading(model, switch, everything, mode.memory))
         pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
         turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
@@ -45,6 +43,19 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
             found.append(where(mode.on > OFF, -reactions[0], -gaps[switch.first] / lengths[switch.first]))
             found.append(where(mode.on > OFF, turns, rates[switch.first]))
     return found
+
+
+def _turned(sliding: Sequence[Number], kept: Sequence[Number]) -> Any:
+    """Above 0 (m/s or rad/s) where what slides has turned by more than 63 degrees from the direction that was kept, or
+    slides back."""
+    back: Any = 0.0
+    for x, d in zip(sliding, kept, strict=True):
+        back = back - x * d
+    if len(sliding) < 2:
+        return back
+    (x, y), (along, across) = sliding, kept
+    # before a right angle: there friction changes its sign, and may turn the sliding back, so that no step ends behind
+    return back + TURNED * _length([x * across - y * along])
 
 
 def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:
