@@ -95,6 +95,8 @@ def change(
                 _act(sizes, first, rows, plan, lane)
         if sizes.values > 0:
             _gain(kernels, sizes, at, first, rows, plan)
+        if switched and any_lane(load(lanes, FRESH) != 0.0):  # with what now holds from the start on
+            call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
         r = reactions.room(at, sizes, plan.switches)
         closing = load(lanes, PICKED) != 0.0
         if any_lane(closing):

@@ -15,7 +15,7 @@ from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.elements.contacts.geometry import carried, hemisphere
 from lienumba.mechanics.elements.joints import parts
-from lienumba.mechanics.mechanism.kinematics import Law, View
+from lienumba.mechanics.mechanism.kinematics import OFF, Law, View
 from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, LIMIT, LOCK, Switch, is_ball, switches_of
 from lienumba.numerics.jets import lift
@@ -69,10 +69,13 @@ def _along(model: Model, which: Coordinate) -> tuple[tuple[int, ...], str]:
 def _locked(model: Model, lock: Lock, switch: Switch, view: View) -> Vector:
     now = measured(model, lock, view)
     mode = view.modes.get(switch.key)
-    kept = mode.memory if mode is not None else (so3.IDENTITY if is_ball(lock) else (0.0,) * len(now))
     if is_ball(lock):
+        kept = tuple(lift(x).a for x in now)  # what it would keep: its rows are then the rates
+        if mode is not None:
+            kept = tuple(where(mode.on > OFF, x, y) for x, y in zip(mode.memory, kept, strict=True))
         sines: Vector = so3.vee(so3.multiply(so3.transpose(kept), now))
         return sines
+    kept = mode.memory if mode is not None else (0.0,) * len(now)
     rows = []
     for name, x, was in zip(lock.coordinates, now, kept, strict=True):
         counts = joints.freedom(model, Coordinate(lock.joint, name)).counts
