@@ -48,6 +48,14 @@ class Chart(Protocol):
     def slope(self, x: State, u: Coordinates, at: State, f: Field) -> Coordinates:
         """u' where x is moved to `at` by u, and F is f there."""
 
+    def accelerations(self, x: State, rates: Vector) -> Vector:
+        """v' and w' of x where the coordinates of its velocities change by these, six each."""
+        return rates
+
+    def along(self, x: State, load: Vector) -> Vector:
+        """A force (global) and a torque (body frame) on x, along those coordinates."""
+        return load
+
     def composed(self, u: Coordinates, w: Coordinates) -> Coordinates:
         """Those of the element that is moved by u, and from there by w."""
 
@@ -124,6 +132,14 @@ class SE3(Exponential):
         R, w = at[3:12], f[3:6]
         V = _turned_back(R, f[0:3])
         return self._pulled(u, V + w) + so3.subtract(_turned_back(R, f[6:9]), so3.cross(w, V)) + f[9:12]
+
+    def accelerations(self, x: State, rates: Vector) -> Vector:
+        """v' = R (V' + w x V)."""
+        turning = so3.cross(x[15:18], _turned_back(x[3:12], x[12:15]))
+        return so3.rotate(x[3:12], so3.add(rates[0:3], turning)) + tuple(rates[3:6])
+
+    def along(self, x: State, load: Vector) -> Vector:
+        return so3.rotate_back(x[3:12], tuple(load[0:3])) + tuple(load[3:6])
 
     def back(self, u: Coordinates, slope: Coordinates) -> Coordinates:
         return self._pulled(u, slope[0:6]) + slope[6:12]

@@ -7,7 +7,7 @@ laws. u has as many numbers for the places as there are rates, then the rates, t
 from dataclasses import dataclass
 
 from lienumba.integrators.layout import REPORTS
-from lienumba.integrators.methods.charts import Coordinates, Field
+from lienumba.integrators.methods.charts import Chart, Coordinates, Field
 from lienumba.mechanics.tree.links import Link, Tree
 from lienumba.mechanics.tree.motion import state_of
 from lienumba.numerics.number import Number, Vector
@@ -17,7 +17,7 @@ Element = Vector
 
 
 @dataclass(frozen=True)
-class JointChart:
+class JointChart(Chart):
     """tree: of the model on symbols; terms: of dexpinv, where joints turn about any axis; laws: numbers of their
     states."""
 

@@ -304,10 +304,12 @@ class Tracer:
         self, model: Model, posture: Posture, mask: list[Number], a: Sequence[Number], mu: Sequence[Number],
         used: Sequence[int],
     ) -> list[Number]:  # fmt: skip
-        """What the equations of motion leave over along all velocities and of the rows in use, for any accelerations
-        and multipliers of all rows."""
-        found = dynamics.missing(model, self.structure, posture.now, mask, a, mu, self.method.baumgarte)
-        return [*found[: self.velocities], *(found[self.velocities + row] for row in used)]
+        """What the equations of motion leave over along all velocities of the chart and of the rows in use, for any
+        rates of these and multipliers of all rows."""
+        now, rates = posture.now, self.carried(model, posture.now.bodies, a)
+        found = dynamics.missing(model, self.structure, now, mask, rates, mu, self.method.baumgarte)
+        along = [self.chart.along(x, tuple(found[6 * i : 6 * i + 6])) for i, x in enumerate(now.bodies)]
+        return [*flat(along), *(found[self.velocities + row] for row in used)]
 
     def reactions(self, model: Model, posture: Posture, mask: list[Number], mu: Sequence[Number]) -> list[Number]:
         """The multipliers of all rows from those of the rows in use."""
@@ -330,8 +332,9 @@ class Tracer:
         return tuple(sorted(row for row in rows if row >= 0))
 
     def field(self, model: Model, state: Sequence[State], a: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
-        """F of every element, from accelerations along the velocities and the rates of laws' states."""
-        moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(state[: self.k])]
+        """F of every element, from the rates of the velocities of the chart and of laws' states."""
+        own = self.carried(model, state, a)
+        moving = [(*x[12:18], *own[6 * i : 6 * i + 6]) for i, x in enumerate(state[: self.k])]
         return [*moving, *self.law_states.slopes(self.law_states.apart(laws))]
 
     def gathered(self, q: Sequence[Number], v: Sequence[Number], laws: Sequence[Number]) -> list[Vector]:
@@ -350,8 +353,8 @@ class Tracer:
         return q, v, laws[: sum(self.law_states.sizes.values())]
 
     def carried(self, model: Model, state: Sequence[State], a: Sequence[Number]) -> list[Number]:
-        """Accelerations along the velocities as closed loops carry them on."""
-        return [*a]
+        """Accelerations as closed loops carry them on, from the rates of the velocities of the chart."""
+        return flat(self.chart.accelerations(x, tuple(a[6 * i : 6 * i + 6])) for i, x in enumerate(state[: self.k]))
 
     def law_rates(self, model: Model, now: Instant) -> list[Number]:
         """Of the states of all laws; 0 of those that are sampled or held."""

@@ -59,12 +59,11 @@ def check_method(integrator: Integrator, changing: str, switching: str, report: 
             'give "radau5" or an explicit method, or leave it out and give stiffness instead',
             method.name,
         )
-    if method.implicit and (as_vectors or integrator.group != R3xSO3.__name__):
-        key, value = (chosen, integrator.coordinates) if as_vectors else ("integrator.group", integrator.group)
+    if method.implicit and as_vectors:
         report.add(
-            key,
+            chosen,
             f'has no implicit steps, as integrator.method = "{method.name}" makes them',
-            'give coordinates = "lie" or "joint" and no group, or an explicit method',
+            'give "lie" or "joint", or an explicit method',
             value,
         )
     if integrator.dexpinv is None:

@@ -152,7 +152,7 @@ def test_what_it_cannot_do_is_refused() -> None:
         ({"integrator.rho_infinity": 1.2}, r"integrator\.rho_infinity"),
         ({"integrator.method": "rk4", "integrator.rho_infinity": 0.5}, 'is that of the method "generalized_alpha"'),
         ({"integrator.step": None, "integrator.tolerance": 1e-6}, "does not estimate its error"),
-        ({"integrator.group": "SE3"}, r'integrator\.group = "SE3": has no implicit steps'),
+        ({"integrator.coordinates": "quaternion"}, r'integrator\.coordinates = "quaternion": has no implicit steps'),
     ):
         with pytest.raises(ScenarioError, match=text):
             lienumba.run(top, overrides=WAY | ways)

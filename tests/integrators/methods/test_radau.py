@@ -64,9 +64,37 @@ def test_it_comes_through_a_singular_position_of_a_loop() -> None:
     assert abs(found.position - exact.position).max() < 1e-6
 
 
-@pytest.mark.parametrize("coordinates", ["lie", "joint"])
-def test_where_nothing_is_stiff_it_agrees_with_the_exact_motion(coordinates: str) -> None:
-    ways = {"integrator.method": "radau5", "integrator.coordinates": coordinates}
+def test_the_order_is_full_on_se3_too() -> None:
+    system, errors = lienumba.System("bar on a bushing"), []
+    system.body(
+        "bar", mass=1.0, inertia=[0.09, 0.01, 0.09], position=[0, -0.5, 0], rotation=[1, 0, 0, 0],
+        velocity=[0.15, 0.0, -1.0], angular_velocity=[2.0, 1.0, 0.3],
+    )  # fmt: skip
+    system.force(
+        "bush", type="bushing", bodies=["ground", "bar"], points=[[0, 0, 0], [0, 0.5, 0]],
+        stiffness=[1e9] * 3, damping=[1e3] * 3, rotational_stiffness=[0.0] * 3, rotational_damping=[0.0] * 3,
+    )  # fmt: skip
+    system.integrator(method="radau5", group="SE3", step=END / 8, end_time=END).output(every=END)
+    exact = lienumba.run(system, overrides={"integrator.step": END / 256}).position.values[0, -1]
+    for steps in (8, 16):
+        found = lienumba.run(system, overrides={"integrator.step": END / steps})
+        assert int(found.status[0]) == 0
+        errors.append(abs(found.position.values[0, -1] - exact).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(5, abs=0.2)
+
+
+def test_on_se3_joints_to_ground_need_no_projection() -> None:
+    """The algebra of a subgroup is left by no combination of its elements."""
+    projection = {"projection.position": "none", "projection.velocity": "none"}
+    ways = {"integrator.method": "radau5", "integrator.group": "SE3", "integrator.step": 5e-3}
+    found = lienumba.run(scenario(TOP, 5e-3, 0.5), overrides=ways | projection)
+    assert float(found.max_position_violation[0]) < 1e-13
+    assert float(found.max_velocity_violation[0]) < 1e-9
+
+
+@pytest.mark.parametrize(("coordinates", "group"), [("lie", "R3xSO3"), ("lie", "SE3"), ("joint", "R3xSO3")])
+def test_where_nothing_is_stiff_it_agrees_with_the_exact_motion(coordinates: str, group: str) -> None:
+    ways = {"integrator.method": "radau5", "integrator.coordinates": coordinates, "integrator.group": group}
     end = lienumba.run(scenario(TOP, 1e-4, 0.1), overrides=ways).position.values[0, -1, 0]
     assert abs(end - exact_top(0.1).r).max() < 1e-9
 
@@ -112,5 +140,6 @@ def test_neighbours_change_no_bit() -> None:
 
 
 def test_what_it_cannot_do_is_refused() -> None:
-    with pytest.raises(ScenarioError, match=r'integrator\.group = "SE3": has no implicit steps'):
-        lienumba.run(scenario(TOP, 5e-4, 0.1), overrides={"integrator.method": "radau5", "integrator.group": "SE3"})
+    ways = {"integrator.method": "radau5", "integrator.coordinates": "quaternion"}
+    with pytest.raises(ScenarioError, match=r'integrator\.coordinates = "quaternion": has no implicit steps'):
+        lienumba.run(scenario(TOP, 5e-4, 0.1), overrides=ways)
