@@ -4,15 +4,15 @@ guess      state, iterate -> iterate            what the step before has found
 newton     state, iterate -> iterate, change, whether it is sound     one iteration of Newton's method
 step       state, iterate -> state, slopes, code, margin              the end, and what the continuous extension reads
 
-An iterate has the accelerations, the rates of laws' states and the multipliers at the end of a step: the same equations
-of index 1 as of every other method, so that multipliers are those of the state, and projections find what is left over.
+An iterate has the accelerations, the rates of laws' states and the multipliers at the end of a step, and eta, which
+holds positions (`alpha_system`); projections find what rounding leaves over.
 What is carried on: the length of the last step, the rates (v', those of laws' states, the power) at its end, and the
 algorithmic ones, all in the coordinates of the chart. Where there is no last step, F at the start says the rates.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
@@ -23,7 +23,7 @@ from lienumba.integrators.codes import verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.methods.generalized_alpha import Weights, weights
-from lienumba.integrators.tracing.implicit import stage_system
+from lienumba.integrators.tracing.implicit import alpha_system, stage_system
 from lienumba.integrators.tracing.linear.equations import Equations
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
 from lienumba.integrators.tracing.tracer import Tracer, finite, flat
@@ -37,13 +37,13 @@ SWEEPS = 3  # of charts in which rates depend on the place
 
 def rows_of(tracer: Tracer) -> int:
     """Of an iterate."""
-    return sum(stage_system.unknowns(tracer))
+    return sum(stage_system.unknowns(tracer)) + len(alpha_system.holding(tracer))
 
 
 def kernels(tracer: Tracer) -> dict[str, Kernel]:
     """All of them; `tracer.sizes` has the rows of an iterate."""
-    equations = Equations.of(tracer)
-    return {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer)}
+    equations = Equations.of(tracer, alpha_system.Held())
+    return {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer, equations)}
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,13 @@ class _Step:
     """On symbols."""
 
     tracer: Tracer
+    equations: Equations
     graph: Graph
     model: Model
 
     @staticmethod
-    def of(tracer: Tracer) -> "_Step":
-        return _Step(tracer, *tracer.graph())
+    def of(tracer: Tracer, equations: Equations) -> "_Step":
+        return _Step(tracer, equations, *tracer.graph())
 
     def clock(self, row: int) -> Any:
         return self.graph.input("clock", row)
@@ -78,12 +79,20 @@ class _Step:
         return self.tracer.augmented_rows(self.graph)
 
     @cached_property
-    def unknown(self) -> tuple[list[Any], list[Any], list[Any]]:
-        """Accelerations, the rates of laws' states, multipliers of the rows in use."""
-        first = layout.iterate_row(self.tracer.sizes)
-        n, laws, count = stage_system.unknowns(self.tracer)
-        rows = list(self.graph.inputs("extra", n + laws + count, first))
-        return rows[:n], rows[n : n + laws], rows[n + laws :]
+    def unknown(self) -> list[list[Any]]:
+        """Accelerations, the rates of laws' states, multipliers of the rows in use, and eta."""
+        return iterate(self.tracer, self.graph)
+
+    @cached_property
+    def G(self) -> alpha_system.Columns:
+        """How eta moves places."""
+        n, _, count = stage_system.unknowns(self.tracer)
+        only = self.equations.only(("mu",))
+        rows = [*flat(self.state), *self.augmented]
+        t, parameter = self.clock(layout.TIME), partial(self.graph.input, "parameters")
+        within = self.clock(layout.MIDDLE)
+        start = only.at(rows, t, [0.0] * n, [0.0] * count, parameter, FUNCTIONS, within=within)
+        return alpha_system.columns(start, alpha_system.holding(self.tracer))
 
     @cached_property
     def history(self) -> tuple[Any, list[Any], list[Any]]:
@@ -119,7 +128,7 @@ class _Step:
     def ends(self) -> tuple[list[Coordinates], list[Any], list[Coordinates], list[Any]]:
         """The coordinates of the end, its elements, the slopes there, and the rates of velocities and laws' states."""
         tracer, chart = self.tracer, self.tracer.chart_of(self.model)
-        a, laws, _ = self.unknown
+        a, laws, _, eta = self.unknown
         zero = munthe_kaas.origin(tracer.chart)
         u: list[Coordinates] = [zero] * tracer.elements
         velocity: list[Number] = []
@@ -132,7 +141,7 @@ class _Step:
             rates = [*velocities, *own]
             n = len(places)
             dq, dv = self.mixed(self.weights.dq, rates[:n]), self.mixed(self.weights.dv, rates)
-            moved = [self.h * (v + self.h * x) for v, x in zip(velocity, dq, strict=True)]
+            moved = self.shifted([self.h * (v + self.h * x) for v, x in zip(velocity, dq, strict=True)], eta)
             changed = [self.h * x for x in dv]
             u = tracer.gathered(moved, changed[:n], changed[n:])
         at = [chart.moved(x, z) for x, z in zip(self.state, u, strict=True)]
@@ -141,48 +150,60 @@ class _Step:
         _, velocities, own = tracer.apart(slopes)
         return u, at, slopes, [*velocities, *own]
 
+    def shifted(self, places: list[Any], eta: Sequence[Any]) -> list[Any]:
+        """These places, moved by eta."""
+        for own, x in zip(self.G.values(), eta, strict=True):
+            for row, c in own.items():
+                places[row] = places[row] + c * x
+        return places
+
     @property
     def mask(self) -> list[Number]:
         return self.tracer.mask(self.augmented)
 
 
+def iterate(tracer: Tracer, graph: Graph) -> list[list[Any]]:
+    """Its parts."""
+    row, found = layout.iterate_row(tracer.sizes), []
+    for size in (*stage_system.unknowns(tracer), len(alpha_system.holding(tracer))):
+        found.append(list(graph.inputs("extra", size, row)))
+        row += size
+    return found
+
+
 def _guess(tracer: Tracer) -> Kernel:
-    step = _Step.of(tracer)
+    graph, _ = tracer.graph()
     sizes, following = tracer.sizes, layout.following_row(tracer.sizes)
-    known = step.graph.input("extra", layout.iterate_row(sizes) + sizes.iterate + layout.SPAN) > 0.0
-    rows = [where(known, x, 0.0) for own in step.unknown for x in own]
+    known = graph.input("extra", layout.iterate_row(sizes) + sizes.iterate + layout.SPAN) > 0.0
+    rows = [where(known, x, 0.0) for own in iterate(tracer, graph) for x in own]
     return tracer.kernel("guess", rows, range(following, following + len(rows)))
 
 
 def _newton(tracer: Tracer, equations: Equations) -> Kernel:
-    step = _Step.of(tracer)
-    a, laws, mu = step.unknown
+    step = _Step.of(tracer, equations)
+    a, _, mu, _ = step.unknown
     _, at, _, _ = step.ends
     linear = equations.at(
         [*flat(at), *step.augmented], step.end, a, mu, lambda row: step.graph.input("parameters", row), FUNCTIONS,
         within=step.clock(layout.MIDDLE),
     )  # fmt: skip
-    rates = [rate - x for rate, x in zip(linear.laws, laws, strict=True)]
-    off = [r - (1.0 - step.mask[row]) * m for r, row, m in zip(linear.rows, tracer.used, mu, strict=True)]
     places, velocities = step.weights.dq[2], step.weights.dv[2]
-    (change,) = stage_system.solved(
-        tracer, [linear], [[velocities]], step.h, step.mask, [[*linear.along, *rates, *off]], [[places]]
-    )
+    change = alpha_system.solved(tracer, linear, step.G, (places, velocities), step.h, step.mask, step.unknown)
     n = len(a)
-    moved = [step.h * velocities * x for x in change[: n + len(laws)]]
-    shifted = [step.h * step.h * places * x for x in change[:n]]
+    moved = [step.h * velocities * x for own in change[:2] for x in own]
+    shifted = step.shifted([step.h * step.h * places * x for x in change[0]], change[3])
     estimates = [[z] for z in tracer.gathered(shifted, moved[:n], moved[n:])]
     size = tracer.error_square(step.graph, step.model, estimates, step.state, step.state)
-    new = [x + dx for x, dx in zip((*a, *laws, *mu), change, strict=True)]
+    new = [x + dx for own, more in zip(step.unknown, change, strict=True) for x, dx in zip(own, more, strict=True)]
     rows, first = [*new, size, where(finite(new), 1.0, 0.0)], layout.following_row(tracer.sizes)
     return tracer.kernel("newton", rows, range(first, first + len(rows)))
 
 
-def _step(tracer: Tracer) -> Kernel:
-    step = _Step.of(tracer)
+def _step(tracer: Tracer, equations: Equations) -> Kernel:
+    step = _Step.of(tracer, equations)
     chart, sizes, h = tracer.chart_of(step.model), tracer.sizes, step.h
     u, at, slopes, rates = step.ends
-    a, laws, multipliers = step.unknown
+    a, laws, multipliers, _ = step.unknown
     new = [chart.settled(x) for x in at]
     now = tracer.posture(step.model, new, step.augmented, step.end).now
     margin = step.graph.input("extra", layout.report_row(sizes, 0) + layout.STAGE_MARGIN)

@@ -18,7 +18,7 @@ from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 Rows = list[dict[int, Any]]
-Matrix = Sequence[Sequence[Any]]
+Matrix = Sequence[Sequence[float]]
 
 
 def unknowns(tracer: Tracer) -> tuple[int, int, int]:
@@ -28,19 +28,17 @@ def unknowns(tracer: Tracer) -> tuple[int, int, int]:
 
 
 def solved(
-    tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number], right: Sequence[list[Any]],
-    places: Matrix | None = None,
-) -> list[list[Any]]:  # fmt: skip
-    """What Newton's matrix makes of these right-hand sides, stage by stage; mask: 1 or 0 for each row of C; places: by
-    which weights q follows the accelerations, A A by default."""
+    tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number], right: Sequence[list[Any]]
+) -> list[list[Any]]:
+    """What Newton's matrix makes of these right-hand sides, stage by stage; mask: 1 or 0 for each row of C."""
     s, sizes = range(len(stages)), unknowns(tracer)
-    size, rows = sum(sizes), _matrix(tracer, stages, A, places or _squared(A), h, mask)
-    order = [size * i + variable for variable in _order(tracer) for i in s]
-    flat = _eliminated(rows, [x for own in right for x in own], order)
+    size, rows = sum(sizes), _matrix(tracer, stages, A, h, mask)
+    order = [size * i + variable for variable in order_of(tracer) for i in s]
+    flat = eliminated(rows, [x for own in right for x in own], order)
     return [flat[size * i : size * (i + 1)] for i in s]
 
 
-def _order(tracer: Tracer) -> list[int]:
+def order_of(tracer: Tracer) -> list[int]:
     n, laws, _ = unknowns(tracer)
     bodies = 6 * tracer.structure.bodies
     place = {row: n + laws + m for m, row in enumerate(tracer.used)}
@@ -49,15 +47,11 @@ def _order(tracer: Tracer) -> list[int]:
     return [*range(n, n + laws), *rates, *own]
 
 
-def _squared(A: Matrix) -> Matrix:
-    every = range(len(A))
-    return [[sum(A[i][m] * A[m][j] for m in every) for j in every] for i in every]
-
-
-def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, A2: Matrix, h: Number, mask: Sequence[Number]) -> Rows:
+def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> Rows:
     n, laws, count = unknowns(tracer)
     size, s = n + laws + count, range(len(stages))
     first = {"along": 0, "laws": n, "rows": n + laws}
+    A2 = [[sum(A[i][m] * A[m][j] for m in s) for j in s] for i in s]
     rows: Rows = [{} for _ in range(size * len(stages))]
 
     def add(i: int, row: int, j: int, column: int, x: Any) -> None:
@@ -70,7 +64,7 @@ def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, A2: Matrix, h: 
                 for (row, c), x in stage.block(name, by).items():
                     scaled = (h * h if by == "q" else h) * x
                     for j in s:
-                        if not isinstance(weights[i][j], float) or abs(weights[i][j]) > 1e-15:
+                        if abs(weights[i][j]) > 1e-15:
                             add(i, start + row, j, column + c, -(weights[i][j] * scaled))
             for by, column in (("a", 0), ("mu", n + laws)):
                 for (row, c), x in stage.block(name, by).items():
@@ -84,7 +78,7 @@ def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, A2: Matrix, h: 
     return rows
 
 
-def _eliminated(rows: Rows, right: list[Any], order: Sequence[int]) -> list[Any]:
+def eliminated(rows: Rows, right: list[Any], order: Sequence[int]) -> list[Any]:
     columns: dict[int, set[int]] = {}
     for row, entries in enumerate(rows):
         for column, x in entries.items():
