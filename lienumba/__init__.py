@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from lienumba.engine.linear.modes import modes as modes
     from lienumba.engine.prepared import Prepared as Prepared
     from lienumba.engine.prepared import prepare as prepare
+    from lienumba.engine.rare.rare import rare as rare
+    from lienumba.engine.rare.worst import worst as worst
     from lienumba.engine.replay import replay as replay
     from lienumba.engine.runner import run as run
     from lienumba.present.html.page import report as report
@@ -29,9 +31,11 @@ __all__ = [
     "merge",
     "modes",
     "prepare",
+    "rare",
     "replay",
     "report",
     "run",
+    "worst",
 ]
 
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
@@ -42,9 +46,11 @@ _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "merge": "lienumba.engine.disk.merge",
     "modes": "lienumba.engine.linear.modes",
     "prepare": "lienumba.engine.prepared",
+    "rare": "lienumba.engine.rare.rare",
     "replay": "lienumba.engine.replay",
     "report": "lienumba.present.html.page",
     "run": "lienumba.engine.runner",
+    "worst": "lienumba.engine.rare.worst",
 }
 
 

@@ -58,10 +58,10 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
         {"programs", "results"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
-        {"runner", "prepared"},
+        {"runner", "prepared"}, {"rare"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
-    "cli": [{"options"}, {"checking", "importing", "linear", "running", "showing"}],
+    "cli": [{"options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"}, {"requirements"}, {"by_run", "comparison", "panels"},

@@ -31,17 +31,19 @@ def design_table(
     count: int = 0,
     correlate: Sequence[tuple[Sequence[str], Rows]] = (),
     table: SampleTable | None = None,
+    uniforms: Mapping[str, np.ndarray] | None = None,
 ) -> dict[str, np.ndarray]:
     """Samples (runs,) of each number that varies, by its path; the run labelled -1 has the nominal values.
 
     nominal: of each varied path a number, or as many as it has columns; count: the runs of the whole sweep; correlate:
-    names of streams with the correlations of their normal scores.
+    names of streams with the correlations of their normal scores; uniforms: by the names of all streams, instead of
+    what the sampler would draw.
     """
     labels = np.asarray(runs, dtype=np.int64)
     sampled = labels != NOMINAL_RUN
     drawn = labels[sampled]
     streams = {path: kind.streams(path) for path, kind in vary.items()}
-    u = SAMPLERS[sampler].draw(streams, drawn, seed, count)
+    u = SAMPLERS[sampler].draw(streams, drawn, seed, count) if uniforms is None else dict(uniforms)
     for name, x in u.items():
         if x.shape != drawn.shape or not np.all((x > 0.0) & (x < 1.0)):
             raise TypeError(f'the sampler "{sampler}" must draw {len(drawn)} numbers between 0 and 1 for {name}')

@@ -141,6 +141,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "extends",
         "parameters",
         "quantities",
+        "noise",
         "events",
         "requirements",
         "inputs",

@@ -13,8 +13,11 @@ if TYPE_CHECKING:
     from lienumba.scenario.resolve import Scenario
 
 
-def draw(scenario: "Scenario", labels: Sequence[int]) -> dict[str, np.ndarray]:
+def draw(
+    scenario: "Scenario", labels: Sequence[int], uniforms: Mapping[str, np.ndarray] | None = None
+) -> dict[str, np.ndarray]:
     """Samples (runs,) of every number that varies, by its path, for any of the runs; a run is the same in all of them.
+    uniforms: numbers in (0, 1) by the names of all streams, instead of those that the sampler draws.
 
     What `build` needs to know of these runs: a quaternion or an inertia is there with all its components.
     """
@@ -28,6 +31,7 @@ def draw(scenario: "Scenario", labels: Sequence[int]) -> dict[str, np.ndarray]:
         count=sweep.runs,
         correlate=[(group.paths, group.matrix) for group in sweep.correlate],
         table=sweep.table,
+        uniforms=uniforms,
     )
     _derive(scenario, labels, nominal, samples)
     return {name: samples[name] for path, kind in sweep.vary.items() for name in kind.columns(path)}

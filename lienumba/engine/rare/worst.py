@@ -1,0 +1,99 @@
+"""The worst that inputs within bounds can do to a requirement: differential evolution, in batches of runs."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lienumba.engine.cores import usable_cores
+from lienumba.engine.progress import shown
+from lienumba.engine.rare.limit import Limit, named
+from lienumba.engine.runner import check_workers
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import resolve
+from lienumba.sweep.normal import inverse
+from lienumba.words import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WITHIN = 0.9973  # of each input: three standard deviations
+FEWEST = 40
+
+
+def worst(
+    scenario: Any,
+    *,
+    requirement: str | None = None,
+    within: float = WITHIN,
+    runs: int = 2000,
+    seed: int | None = None,
+    overrides: Any = None,
+    workers: int | None = None,
+    allow_code: bool = False,
+    progress: Any = None,
+) -> "xr.Dataset":
+    """Search for the inputs within bounds with the smallest margin of a requirement.
+
+    By differential evolution (R. Storn, K. Price, Journal of Global Optimization 11 (1997) 341), a generation of runs
+    at a time; the bounds of each input are the quantiles between which so large a part of its samples lies.
+
+    Parameters
+    ----------
+    scenario : path, dict, System or Scenario
+        With `[[requirements]]` and `[sweep.vary]`.
+    requirement : str, optional
+        Its name; may be omitted where there is one.
+    within : float
+        The part of each input's samples that lies between its bounds, below 1.
+    runs : int
+        About how many may be simulated.
+    seed, overrides, workers, allow_code, progress
+        As in `lienumba.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of all runs that were simulated their inputs, `status` and `margin` (below 0: not met; NaN of a failed run, than
+        which nothing is worse), and `worst`, the label of the run with the smallest.
+
+    Raises
+    ------
+    ScenarioError
+        For bad input.
+    """
+    import xarray as xr
+    from scipy.optimize import differential_evolution
+
+    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
+    check_workers(workers)
+    if isinstance(runs, bool) or not isinstance(runs, int) or runs < FEWEST:
+        raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least {FEWEST}")
+    if not 0.0 < within < 1.0:
+        raise ScenarioError(f"within = {show(within)}: must be between 0 and 1")
+    with shown(progress) as tell:
+        limit = Limit(resolved, named(resolved, requirement), workers or usable_cores(), tell, runs)
+        size = max(5 * limit.dimensions, 16)
+        edge = float(inverse(np.array([0.5 + 0.5 * within]))[0])
+
+        def margins(z: np.ndarray) -> np.ndarray:
+            found = limit(z.T)
+            return np.where(np.isfinite(found), found, -np.inf)
+
+        differential_evolution(
+            margins,
+            [(-edge, edge)] * limit.dimensions,
+            maxiter=max(runs // size - 1, 1),
+            popsize=max(size // limit.dimensions, 1),
+            init="sobol",
+            updating="deferred",
+            vectorized=True,
+            polish=False,
+            tol=1e-8,
+            rng=np.random.default_rng(resolved.data.sweep.seed),
+        )
+    variables, coordinates = limit.kept()
+    found = variables["margin"][1]
+    label = int(np.argmin(np.where(np.isnan(found), -np.inf, found)))
+    variables["worst"] = ((), label, {"long_name": "the run with the smallest margin"})
+    attributes = limit.attributes(f"worst case: {limit.requirement}")
+    return xr.Dataset(variables, coordinates, attributes | {"requirement": limit.requirement, "within": within})

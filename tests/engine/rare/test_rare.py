@@ -1,0 +1,129 @@
+"""Rare failures and worst cases of runs, where a body's flight makes both known."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+from typer.testing import CliRunner
+
+import lienumba
+from lienumba.cli import app
+from lienumba.errors import ScenarioError
+from lienumba.scenario.base import toml
+
+MEAN = np.array([1.0, 2.0, 0.5])
+STD = np.array([0.1, 0.2, 0.3])
+SLOPE = np.array([1.0, 2.0, -1.0])
+CORRELATION = 0.6  # of the first two
+SPREAD = float(np.sqrt(SLOPE**2 @ STD**2))
+PROBABILITY = 1e-5
+
+
+def flight(far: float, **more: Any) -> dict[str, Any]:
+    """A body flies for a second; x is linear in its velocity."""
+    system = lienumba.System("A flight")
+    system.gravity = [0, 0, 0]
+    still = {"position": [0, 0, 0], "rotation": [1, 0, 0, 0], "angular_velocity": [0, 0, 0]}
+    system.body("b", mass=1.0, inertia=[1, 1, 1], velocity=MEAN.tolist(), **still)
+    system.quantity("p", "point", body="b").quantity("x", "expression", value="p.x + 2*p.y - p.z", units="m")
+    for n, std in enumerate(STD):
+        system.vary(f"bodies.b.velocity[{n}]", "normal", std=float(std))
+    system.integrator(method="rk4", step=0.5, end_time=1.0)
+    system.output(every=0.5, mode="summary", summary={"x": ["final"]})
+    data = system.to_dict()
+    data["sweep"]["runs"] = 10
+    data["requirements"] = [{"name": "near", "value": "x_final", "below": far, "probability": 0.99}]
+    return data | more
+
+
+def away(spread: float, probability: float = PROBABILITY) -> float:
+    return float(SLOPE @ MEAN + stats.norm.isf(probability) * spread)
+
+
+@pytest.mark.parametrize("method", ["subset", "importance", "form"])
+def test_a_flight_that_ends_too_far(method: str) -> None:
+    found = lienumba.rare(flight(away(SPREAD)), method=method, runs=None if method != "subset" else 400)
+    assert float(found.probability_low) <= PROBABILITY <= float(found.probability_high)
+    assert (found.status == 0).all()
+    x = SLOPE @ np.stack([found[f"bodies.b.velocity[{n}]"] for n in range(3)])
+    np.testing.assert_allclose(found.margin, away(SPREAD) - x, rtol=0, atol=1e-12)
+    assert found.margin.attrs["units"] == "m"
+    if method == "subset":
+        return
+    np.testing.assert_allclose(found.distance, [stats.norm.isf(PROBABILITY)], rtol=1e-6)
+    np.testing.assert_allclose(found.direction[0], SLOPE * STD / SPREAD, atol=1e-6)
+    nearest = MEAN + stats.norm.isf(PROBABILITY) * SLOPE * STD**2 / SPREAD
+    np.testing.assert_allclose([found[f"design_bodies.b.velocity[{n}]"][0] for n in range(3)], nearest, rtol=1e-6)
+
+
+def test_correlations_count() -> None:
+    matrix = np.eye(3)
+    matrix[0, 1] = matrix[1, 0] = CORRELATION
+    spread = float(np.sqrt((SLOPE * STD) @ matrix @ (SLOPE * STD)))
+    data = flight(away(spread))
+    paths = ["bodies.b.velocity[0]", "bodies.b.velocity[1]"]
+    data["sweep"]["correlate"] = [{"paths": paths, "matrix": [[1, CORRELATION], [CORRELATION, 1]]}]
+    found = lienumba.rare(data, method="form")
+    assert float(found.probability) == pytest.approx(PROBABILITY, rel=1e-6)
+
+
+@pytest.mark.parametrize("search", [lienumba.rare, lienumba.worst], ids=lambda x: x.__name__)
+def test_noise_is_refused(search: Any) -> None:
+    data = flight(9.0, noise=[{"name": "push", "type": "bias", "std": 0.8}])
+    with pytest.raises(ScenarioError, match=r"the margin of a run follows from its inputs alone.*a sweep.* verdict"):
+        search(data)
+
+
+def test_the_worst_of_a_box_is_its_corner() -> None:
+    found = lienumba.worst(flight(away(SPREAD)), runs=800)
+    at = found.sel(run=int(found.worst))
+    corner = MEAN + np.sign(SLOPE) * 3.0 * STD
+    np.testing.assert_allclose([at[f"bodies.b.velocity[{n}]"] for n in range(3)], corner, atol=2e-3)
+    assert float(at.margin) == found.margin.min()
+    assert found.sizes["run"] <= 850
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"requirement": "neer"}, 'requirement "neer": is not known; the nearest known name is "near"'),
+    ({"method": "magic"}, 'method = "magic": is not known'),
+    ({"runs": 3}, "runs = 3: must be a whole number, at least 40"),
+    ({"confidence": 1.5}, "confidence = 1.5: must be between 0 and 1"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), REFUSED, ids=str)
+def test_what_is_wrong_is_told(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ScenarioError) as error:
+        lienumba.rare(flight(9.0), **given)
+    assert message in str(error.value)
+
+
+def test_a_scenario_without_requirements_or_inputs() -> None:
+    data = flight(9.0)
+    del data["requirements"]
+    with pytest.raises(ScenarioError, match=r"the scenario has no \[\[requirements\]\]; give one"):
+        lienumba.worst(data)
+    data = flight(9.0)
+    data["sweep"] = {}
+    with pytest.raises(ScenarioError, match=r"sweep\.vary: is empty"):
+        lienumba.rare(data)
+
+
+def test_the_commands(tmp_path: Path) -> None:
+    file, out = tmp_path / "flight.toml", tmp_path / "rare.nc"
+    file.write_text(toml.dumps(flight(away(SPREAD))), encoding="utf-8")
+    done = CliRunner().invoke(app, ["rare", str(file), "--method", "importance", "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    assert re.search(r'"near": a run does not meet it with a probability of \S+e-0[56], from ', done.output)
+    assert "bodies.b.velocity[1]" in done.output
+    with xr.open_dataset(out) as ds:
+        assert float(ds.probability) == pytest.approx(PROBABILITY, rel=0.1)
+    done = CliRunner().invoke(app, ["worst", str(file), "--runs", "300"])
+    assert done.exit_code == 0, done.output
+    assert "not met by" in done.output or "met by" in done.output
+    done = CliRunner().invoke(app, ["rare", str(file), "--requirement", "x"])
+    assert done.exit_code == 2
