@@ -141,7 +141,8 @@ def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":
     for name, series in errors(arrays, truth, [body.name for body in data.model.bodies]).items():
         found |= {f"{name}_error": series.max(axis=1), f"final_{name}_error": series[:, -1]}
     per_run = {name: arrays[name] for name in OF_POINTS}
-    stages = len(METHODS[data.integrator.method].b)
+    method = METHODS[data.integrator.method]
+    stages = 1 if method.carries else len(method.b)
     most = {f"max_{name}": np.fmax.reduce(arrays[name], axis=1) for name in ITERATIONS}
     return found | per_run | most | {"evaluations": stages * (per_run["steps"] + per_run["rejected_steps"])}
 

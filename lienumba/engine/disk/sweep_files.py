@@ -62,11 +62,14 @@ class SweepFiles:
 
     def some(self, name: str, labels: np.ndarray) -> np.ndarray:
         """What these runs (ascending) have of a variable."""
-        found: dict[int, np.ndarray] = {}
+        found: np.ndarray | None = None
         for source in reversed(self.of("run")):
-            own = np.flatnonzero(np.isin(source.labels, labels))
-            found |= dict(zip(source.labels[own].tolist(), source.column(name)[own], strict=True)) if len(own) else {}
-        return np.array([found[label] for label in labels.tolist()])
+            own = np.isin(source.labels, labels)
+            if own.any():
+                values = source.column(name)[own]
+                found = np.empty((len(labels), *values.shape[1:]), values.dtype) if found is None else found
+                found[np.searchsorted(labels, source.labels[own])] = values
+        return np.empty(0) if found is None else found
 
     def samples(self, runs: Runs) -> Runs:
         """These runs with the samples that those had that were finished before, whoever drew them."""

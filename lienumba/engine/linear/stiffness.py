@@ -16,12 +16,12 @@ from lienumba.engine.linear.states import States
 from lienumba.engine.linear.systems import Recorded
 from lienumba.engine.simulate import Runs
 from lienumba.errors import ScenarioError
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.stability import polynomial, reach
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
+from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Prepared, prepare
@@ -33,7 +33,8 @@ SLOW = (
 )
 DEAD = 30.0  # time constants in a run, after which a mode has died out
 APART = 10.0  # by so much what has died out is faster than what has not
-FEWEST, MOST = 0.5, 5.0  # steps, of those that stability asks for: next to its bound, estimates shorten them more
+FEWEST, MOST = 0.5, 2.0  # steps, of those that stability asks for
+ENDED = 4.0  # steps for each time on which one has to end, below which these are the reason
 INSTEAD = "radau5"
 STATE = ("position", "rotation", "velocity", "angular_velocity")
 
@@ -70,13 +71,16 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     if not len(some) or steps[some].max() < LEAST or steps.sum() < LEAST * max(1.0, bodies / FEW) ** 2:
         return None
     runs, steps = runs.part(some), steps[some]
-    times, states = _course(resolved, column, runs.labels)
-    fastest = np.abs(states.reshape(len(some), -1, ELEMENT)[:, :, 15:18]).max((1, 2))
+    times, states, fastest = _course(resolved, column, runs.labels)
     order = order_of(integrator) or method.order
     quiet = fastest * end <= SLOW * relative_of(integrator.tolerance) ** (1.0 / order) * steps
     if not quiet.any():
         return None
     prepared = prepare(resolved, runs.labels.tolist(), runs.samples, runs.nominal, len(labels))
+    ends = [x.times(len(some)) for x in discontinuities(prepared.model, end)]
+    quiet &= steps >= ENDED * sum(((t > 0.0) & (t < end)).sum(axis=1) for t in ends)
+    if not quiet.any():
+        return None
     moments = [(0.0, np.asarray(prepared.states)), *zip(times, states, strict=True)]
     found = list(_allowed(prepared, moments, polynomial(method, order), end))
     asked = np.mean([end / allowed for allowed, _ in found], axis=0)
@@ -87,17 +91,20 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     return None
 
 
-def _course(resolved: Scenario, column: Column, labels: np.ndarray) -> tuple[list[float], np.ndarray]:
-    """Some times, the end among them, and the states of bodies there (times, runs, 18 k)."""
+def _course(resolved: Scenario, column: Column, labels: np.ndarray) -> tuple[list[float], np.ndarray, np.ndarray]:
+    """Some times, the end among them, the states of bodies there (times, runs, 18 k), and the largest angular velocity
+    (rad/s) that is stored of each run."""
     output, every = resolved.data.output, resolved.times
     if output.mode == "full" and {*STATE} <= {*output.variables}:
-        some = np.unique(np.linspace(0, len(every) - 1, TIMES + 1).astype(int)[1:])
+        some, whole = np.unique(np.linspace(0, len(every) - 1, TIMES + 1).astype(int)[1:]), column(STATE[-1], labels)
         parts = [column(name, labels)[:, some] for name in STATE]
     else:
         some = np.array([len(every) - 1])
         parts = [column(f"last_{name}", labels)[:, None] for name in STATE]
+        whole = parts[-1]
     found = np.concatenate([x.reshape(*x.shape[:3], -1) for x in parts], axis=3)
-    return [float(every[n]) for n in some], np.moveaxis(found.reshape(len(labels), len(some), -1), 1, 0)
+    states = np.moveaxis(found.reshape(len(labels), len(some), -1), 1, 0)
+    return [float(every[n]) for n in some], states, np.abs(whole).reshape(len(labels), -1).max(axis=1)
 
 
 def _allowed(
