@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from lienumba.analysis.by_run import run_table as run_table
     from lienumba.analysis.changed import changes as changes
     from lienumba.analysis.comparison import compare as compare
+    from lienumba.analysis.index import index as index
+    from lienumba.analysis.requirements.separation import separation as separation
     from lienumba.analysis.requirements.verdict import verdicts as verdicts
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
     from lienumba.analysis.statistics.covariance import covariance as covariance
@@ -26,6 +28,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "compare": "lienumba.analysis.comparison",
     "covariance": "lienumba.analysis.statistics.covariance",
     "ellipsoid": "lienumba.analysis.statistics.covariance",
+    "index": "lienumba.analysis.index",
     "mean_interval": "lienumba.analysis.statistics.intervals",
     "mean_rotation": "lienumba.analysis.statistics.rotations",
     "orders": "lienumba.analysis.studies.orders",
@@ -34,6 +37,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "rotation_covariance": "lienumba.analysis.statistics.rotations",
     "rotation_error": "lienumba.analysis.statistics.rotations",
     "run_table": "lienumba.analysis.by_run",
+    "separation": "lienumba.analysis.requirements.separation",
     "sensitivity": "lienumba.analysis.sensitivities.sensitivity",
     "summarise": "lienumba.analysis.summary",
     "verdicts": "lienumba.analysis.requirements.verdict",
@@ -44,6 +48,7 @@ __all__ = [
     "compare",
     "covariance",
     "ellipsoid",
+    "index",
     "mean_interval",
     "mean_rotation",
     "orders",
@@ -53,6 +58,7 @@ __all__ = [
     "rotation_error",
     "run_table",
     "sensitivity",
+    "separation",
     "summarise",
     "verdicts",
     "work_precision",

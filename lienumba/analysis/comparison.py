@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.requirements.verdict import verdicts_of
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import FAILED, Output
 from lienumba.errors import ScenarioError
 from lienumba.store.form import scenario_tables
+from lienumba.store.layout import MET
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.confidence import half_width, proportion
 from lienumba.words import listed, plural, show
@@ -45,7 +47,7 @@ def compare(
     first, second : xarray.Dataset
         What `lienumba.run` returned of two designs, best with the same seed and sampler.
     output : str or sequence of str
-        Names such as `tip` or `position.top.z`, or `failed`; those that say most in both if omitted.
+        Names such as `tip` or `position.top.z`, or `failed`; requirements and those that say most in both if omitted.
     time : float, optional
         A stored time in s at which series are read; the last if omitted.
 
@@ -53,9 +55,9 @@ def compare(
     -------
     xarray.Dataset
         On the dimension `output`: `mean_a`, `mean_b`, their `difference` from `difference_low` to `difference_high`
-        (Student's t of the pairs; of `failed` Clopper's and Pearson's bounds for either kind of pair that differs,
-        which hold at least 95 %), `larger`, `correlation`, `pairs`. The attribute `changes` says what the scenarios
-        differ in, `notes` what to beware of.
+        (Student's t of the pairs; of `failed` and of `requirement_met` Clopper's and Pearson's bounds for either kind
+        of pair that differs, which hold at least 95 %), `larger`, `correlation`, `pairs`. The attribute `changes` says
+        what the scenarios differ in, `verdicts` what each shows of the requirements of both, `notes` what to beware of.
 
     Raises
     ------
@@ -70,6 +72,7 @@ def compare(
     names = [output] if isinstance(output, str) else list(output)
     chosen = names or [name for name in outputs.default_outputs(one) if name in set(outputs.default_outputs(other))]
     if not names:
+        chosen = [*(f"{MET}.{name}" for name in _in_both(first, second)), *chosen]
         chosen = [*chosen, FAILED] if (one["status"].values != other["status"].values).any() else chosen
         if not chosen:
             raise ScenarioError("the datasets have no output in common; name one that both have, such as position")
@@ -86,6 +89,7 @@ def compare(
         "titles": "\n".join(str(ds.attrs.get("title", "")) for ds in (first, second)),
         "runs": int(sampled.sum()),
         "changes": "\n".join(_changes(first, second)),
+        "verdicts": "\n".join(_verdicts(first, second)),
         "notes": "\n".join(_notes(first, second, one, other)),
     }
     return xr.Dataset(data, coordinates, attributes)
@@ -121,7 +125,7 @@ def _difference(first: Output, second: Output) -> dict[str, float]:
         return dict.fromkeys(NAMED, np.nan) | {"pairs": n}
     d = b - a
     change = float(d.mean())
-    if first.name == FAILED:
+    if first.name == FAILED or first.name.startswith(f"{MET}."):
         low, high = _proportions(int((d < 0).sum()), int((d > 0).sum()), n)
     else:
         half = float(half_width(d.std(ddof=1), n, CONFIDENCE))
@@ -140,6 +144,21 @@ def _proportions(less: int, more: int, n: int) -> tuple[float, float]:
     confidence = 0.5 + 0.5 * CONFIDENCE
     ends = [proportion(count, n, confidence) for count in (less, more)]
     return float(ends[1][0] - ends[0][1]), float(ends[1][1] - ends[0][0])
+
+
+def _in_both(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """The requirements that both have."""
+    names = [[*map(str, ds["requirement"].values)] if MET in ds else [] for ds in (first, second)]
+    return [name for name in names[0] if name in names[1]]
+
+
+def _verdicts(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
+    """What all runs of each say of the requirements of both."""
+    of = [{x.requirement: x for x in verdicts_of(ds)} for ds in (first, second)]
+    for name in _in_both(first, second):
+        before, after = (each[name] for each in of)
+        said = (f"{x.verdict} ({x.failed:,} of {x.runs:,} runs fail it)" for x in (before, after))
+        yield f"{name}: {', then '.join(said)}"
 
 
 def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:

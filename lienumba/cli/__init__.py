@@ -1,5 +1,5 @@
 """The command line: run, merge, replay, rare, worst, equilibrium, modes, sample, validate, info, plot, animate, report,
-analyse, compare, table, import, schema, doctor.
+analyse, compare, table, list, import, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
 4 with --verdict, where runs do not show that all requirements are met; 130 interrupted, resumable.
@@ -19,7 +19,7 @@ from lienumba.cli.linear import equilibrium, modes
 from lienumba.cli.options import Command, Group
 from lienumba.cli.rare import rare, worst
 from lienumba.cli.running import merge, replay, run
-from lienumba.cli.showing import analyse, animate, compare, plot, report, table
+from lienumba.cli.showing import analyse, animate, compare, list_, plot, report, table
 
 app = typer.Typer(
     cls=Group,
@@ -55,6 +55,7 @@ SHOWING = (plot, animate, report, analyse, compare, table)
 for command in (*COMPUTING, validate, info, *SHOWING, schema, doctor):
     app.command(cls=Command)(command)
 app.command("import", cls=Command)(import_)
+app.command("list", cls=Command)(list_)
 
 
 def main() -> None:

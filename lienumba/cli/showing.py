@@ -1,4 +1,4 @@
-"""Commands that show a dataset: plot, animate, report, analyse, compare, table."""
+"""Commands that show datasets: plot, animate, report, analyse, compare, table, list."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -34,6 +34,17 @@ def plot(
             help="A PNG, SVG or PDF file, replaced (default: FILE's stem with .png).",
         ),
     ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option("--against", metavar="INPUT", help="Draw outputs over this input, run by run; may be repeated."),
+    ] = None,
+    convergence: Annotated[
+        bool, typer.Option("--convergence", help="Draw how the means of outputs settle over the runs.")
+    ] = False,
+    requirement: Annotated[
+        str | None,
+        typer.Option("--requirement", metavar="NAME", help="Draw which inputs set apart the runs that fail it."),
+    ] = None,
 ) -> None:
     """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
     with console.exit_codes():
@@ -42,7 +53,7 @@ def plot(
 
         target = output if output is not None else Path(file.stem + ".png")
         with reading(file) as (dataset, _):
-            save(dataset, target, variables or ())
+            save(dataset, target, variables or (), against or (), convergence, requirement)
         console.say(f"written to {target}")
 
 
@@ -139,7 +150,7 @@ def analyse(
         from lienumba.analysis.sensitivities.sensitivity import sensitivity
         from lienumba.errors import ScenarioError
         from lienumba.present.terminal.sensitivity import print_sensitivity
-        from lienumba.present.terminal.verdict import print_verdicts
+        from lienumba.present.terminal.verdict import print_separations, print_verdicts
         from lienumba.store.files import reading
         from lienumba.store.targets import CHOOSE, claimed
 
@@ -158,6 +169,7 @@ def analyse(
             with console.unheard():
                 print_verdicts(dataset)
                 if found is not None:
+                    print_separations(dataset)
                     print_sensitivity(found)
                 if output is not None:
                     console.say(f"written to {output}")
@@ -227,3 +239,32 @@ def table(
                 rows = run_table(dataset, outputs or (), time)
             save(rows, own)
         console.say(f"written to {target}: {len(rows):,} runs, {len(rows.columns)} columns")
+
+
+def list_(
+    folder: Annotated[
+        Path, typer.Argument(metavar="[FOLDER]", help="Where datasets are (default: here).", show_default=False)
+    ] = Path(),
+    recursive: Annotated[bool, typer.Option("-r", "--recursive", help="Look also into the folders below.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="TABLE", help="A CSV file to write, replaced.", show_default=False),
+    ] = None,
+) -> None:
+    """Say which datasets there are: what they are of, how their runs ended, what they show of requirements."""
+    with console.exit_codes():
+        from lienumba.analysis.index import index, remarks, save, table
+        from lienumba.store.targets import claimed
+
+        found = index(folder, recursive=recursive)
+        with console.unheard():
+            if len(found):
+                console.wide_output(160).print(table(found).on_terminal())
+            else:
+                console.say(f"{folder}: has no dataset of lienumba")
+            for line in remarks(found.attrs["skipped"]):
+                console.say(line)
+        if output is not None:
+            with claimed(output, "table", (".csv",)) as own:
+                save(found, own)
+            console.say(f"written to {output}")

@@ -27,13 +27,20 @@ from lienumba.figures.panels import draw, explain
 from lienumba.store.files import reading
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed
-from lienumba.words import plural, show, suggestion
+from lienumba.words import listed, plural, show, suggestion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[str] = ()) -> Figure:
+def figure(
+    dataset: str | os.PathLike[str] | xr.Dataset,
+    names: str | Sequence[str] = (),
+    *,
+    against: str | Sequence[str] = (),
+    convergence: bool = False,
+    requirement: str | None = None,
+) -> Figure:
     """The figure of a dataset; a notebook shows it.
 
     Parameters
@@ -42,6 +49,12 @@ def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[s
         What `lienumba.run` returned, or its file.
     names : str or sequence of str
         What to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
+    against : str or sequence of str
+        Inputs, such as `bodies.top.mass`: outputs are drawn over them, a point for each run.
+    convergence : bool
+        Whether to draw how the means of outputs settle over the runs, with their 95 % intervals.
+    requirement : str, optional
+        The name of a requirement: the inputs that set apart the runs that fail it are drawn.
 
     Returns
     -------
@@ -50,13 +63,43 @@ def figure(dataset: str | os.PathLike[str] | xr.Dataset, names: str | Sequence[s
     """
     wanted = [names] if isinstance(names, str) else names
     with reading(dataset) as (ds, _):
-        return _figure(ds, wanted)
+        return _chosen(ds, wanted, [against] if isinstance(against, str) else against, convergence, requirement)
 
 
-def save(ds: xr.Dataset, target: Path, names: Sequence[str] = ()) -> None:
+def save(
+    ds: xr.Dataset,
+    target: Path,
+    names: Sequence[str] = (),
+    against: Sequence[str] = (),
+    convergence: bool = False,
+    requirement: str | None = None,
+) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
     with claimed(target, "figure", canvas.STILLS) as output:
-        canvas.save(_figure(ds, names), output)
+        canvas.save(_chosen(ds, names, against, convergence, requirement), output)
+
+
+def _chosen(
+    ds: xr.Dataset, names: Sequence[str], against: Sequence[str], convergence: bool, requirement: str | None
+) -> Figure:
+    """The figure that is asked for; a ScenarioError for several at once."""
+    asked = [
+        name for name, x in (("against", against), ("convergence", convergence), ("requirement", requirement)) if x
+    ]
+    if len(asked) > 1 or (requirement and names):
+        both = listed([*asked, *(["names"] if requirement and names else [])])
+        raise ScenarioError(f"{both} are asked for together, but each has a figure of its own; give one of them")
+    if asked and is_study(ds):
+        raise ScenarioError(f"{asked[0]}: a study has no sampled runs of one setting; give a dataset of a sweep")
+    if requirement:
+        from lienumba.figures.requirements import requirement_figure
+
+        return requirement_figure(ds, requirement)
+    if asked:
+        from lienumba.figures import outputs
+
+        return outputs.scatter(ds, names, against) if against else outputs.convergence(ds, names)
+    return _figure(ds, names)
 
 
 def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:

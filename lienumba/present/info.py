@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lienumba.store.layout import VERDICT
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         **_variables(dataset),
         "inputs": ", ".join(inputs) or "none",
         "status": _statuses(dataset),
+        "verdict": str(attributes.get(VERDICT, "")).replace("\n", f"\n{'':13}"),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
         "reactions": _shared(dataset),
         "scenario": f"sha256 {attributes['scenario_sha256']}, seed {attributes.get('seed')}",

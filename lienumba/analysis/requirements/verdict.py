@@ -47,10 +47,13 @@ def verdicts(ds: xr.Dataset) -> xr.Dataset:
     ds : xarray.Dataset
         What `lienumba.run` returned of a sweep with requirements.
 
-    Returns ------- xarray.Dataset On the dimension `requirement`: `verdict` ("met", "not met" or "not enough runs") and
-    `sentence`; the `part` of the `runs` that meet it, and the bounds `at_least` and `at_most` of its probability, each
-    of which holds with the `confidence`: Clopper's and Pearson's, or, where the sweep might end by what its runs say,
-    those of a confidence sequence; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
+    Returns
+    -------
+    xarray.Dataset
+        On the dimension `requirement`: `verdict` ("met", "not met" or "not enough runs") and `sentence`; the `part` of
+        the `runs` that meet it, and the bounds `at_least` and `at_most` of its probability, each of which holds with
+        the `confidence`: Clopper's and Pearson's, or, where the sweep might end by what its runs say, those of a
+        confidence sequence; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
 
     Raises
     ------
@@ -154,7 +157,11 @@ def _units(ds: xr.Dataset) -> Sequence[str]:
 
 
 def _margin(x: Verdict, units: str) -> str:
-    return NONE if x.margin is None else " ".join(filter(None, [number_text(x.margin, ".3g"), unit_label(units)]))
+    return NONE if x.margin is None else _amount(x.margin, units)
+
+
+def _amount(x: float, units: str) -> str:
+    return " ".join(filter(None, [number_text(x, ".3g"), unit_label(units)]))
 
 
 def legend(found: Sequence[Verdict]) -> str:
@@ -165,6 +172,18 @@ def legend(found: Sequence[Verdict]) -> str:
         f"at least, at most: bounds of the probability to meet it, each with {sure} confidence{after}; margin: to the "
         "limit, which the part that is wanted keeps with the same confidence"
     )
+
+
+def worst(ds: xr.Dataset, found: Sequence[Verdict]) -> list[str]:
+    """Of each requirement that some run does not meet, the run that misses it by most."""
+    which, said = np.flatnonzero(counted(ds)), []
+    for n, x in enumerate(found):
+        margin = ds[MARGIN].isel(requirement=n).values[which]
+        if x.failed and (margin < 0.0).any():
+            run = which[np.nanargmin(margin)]
+            by = _amount(float(-np.nanmin(margin)), _units(ds)[n])
+            said.append(f"{show(x.requirement)}: run {ds['run'].values[run]} misses it by most, {by}")
+    return said
 
 
 def notes(ds: xr.Dataset) -> list[str]:

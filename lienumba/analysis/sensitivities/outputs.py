@@ -17,7 +17,7 @@ import xarray as xr
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.components import components, dims_of, matching, places, unit
-from lienumba.store.layout import VARIABLES
+from lienumba.store.layout import MET, VARIABLES
 
 FAILED = "failed"
 STATUS = "status"
@@ -51,7 +51,8 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
         asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
     for name, wanted in _asked(asked, by_variable):
         if name in ds:
-            yield from _of_variable(ds, name, by_variable[name], wanted, time, good)
+            kept = sampled if name == MET else good  # failed runs may fail requirements
+            yield from _of_variable(ds, name, by_variable[name], wanted, time, kept)
         elif time is None:
             values = np.where(sampled, (~good).astype(float), nan)
             yield Output(FAILED, "1", "whether the run failed", values)

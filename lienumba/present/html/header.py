@@ -10,6 +10,7 @@ from lienumba.analysis.outcomes import Counts, counts
 from lienumba.analysis.studies.study_rows import headline
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
+from lienumba.present.html import verdict
 from lienumba.present.html.markup import Markup, element, join, number
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import written_tables
@@ -24,8 +25,8 @@ def header(ds: xr.Dataset) -> Markup:
     top = element("div", element("span", "lienumba report", class_="brand"), button, class_="top")
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
-    verdict = element("p", told, class_="verdict failed" if failed else "verdict")
-    return join([top, title, verdict, element("p", " · ".join(_size(ds)), class_="quiet")])
+    ran = element("p", told, class_="verdict failed" if failed else "verdict")
+    return join([top, title, *verdict.headline(ds), ran, element("p", " · ".join(_size(ds)), class_="quiet")])
 
 
 def scenario_of(ds: xr.Dataset) -> Tables:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from lienumba.present.html import changes, histograms, motion, sensitivity, study, summary, time_series
+from lienumba.present.html import changes, histograms, motion, sensitivity, study, summary, time_series, verdict
 from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
 from lienumba.present.html.markup import Markup
@@ -32,6 +32,7 @@ def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Itera
     """seen: the runs that move, or why none does."""
     if not isinstance(seen, str):
         extra["motion"] = motion.data(seen, scenario_of(ds)["model"].get("gravity", ()))
+    yield from verdict.sections(ds)
     yield motion.section_of(seen)
     yield summary.summary(ds, name)
     yield from changes.sections(ds, list(summary.changes(ds)))

@@ -9,10 +9,10 @@ from lienumba.present.terminal.console import wide_output
 if TYPE_CHECKING:
     import xarray as xr
 
-WIDTH = 120  # where there is no terminal
+WIDTH = 140  # where there is no terminal
 LEGEND = (
     "difference: mean of second minus first over pairs of runs with the same label; 95 % confidence, at least that of "
-    "failed"
+    "failed and of requirements"
 )
 
 
@@ -22,6 +22,8 @@ def print_comparison(found: "xr.Dataset", first: str, second: str) -> None:
     output.print(f"{first} and {second}: {found.attrs['runs']:,} runs in common", markup=False)
     for line in filter(None, str(found.attrs["changes"]).split("\n")):
         output.print(f"  {line}", markup=False)
+    for line in filter(None, str(found.attrs["verdicts"]).split("\n")):
+        output.print(line, markup=False)
     rows = []
     for n, name in enumerate(found["output"].values):
         of = {str(key): float(x[n]) for key, x in found.data_vars.items()}
