@@ -5,9 +5,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.layout import ACT_NUMBERS, ENGAGES, LOCKS, RECORDS, RELEASES, SETS, SWITCH_NUMBERS
+from lienumba.integrators.layout import (
+    ACT_NUMBERS,
+    ENGAGES,
+    KEPT_NUMBERS,
+    LOCKS,
+    RECORDS,
+    RELEASES,
+    SETS,
+    SWITCH_NUMBERS,
+)
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.mechanism.model import Event, Model
+from lienumba.mechanics.mechanism.model import KEPT, NONE, Event, Model
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
 
@@ -15,7 +24,7 @@ ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.
 
 
 def plan(model: Model, held: Sequence[int]) -> Plan:
-    """Of all events; held: the rows of a state in which held numbers are."""
+    """Of all events, and of what is kept; held: the rows of a state in which held numbers are."""
     acts, targets, value = [], list[int](), 0
     for event in model.events:
         of = _targets(model, event, held)
@@ -29,7 +38,19 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
         np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
+        np.array(_kept(model), np.int64).reshape(-1, KEPT_NUMBERS),
     )
+
+
+def _kept(model: Model) -> list[tuple[int, int, int]]:
+    """What is kept of runs as a whole, by the numbers of signals among those of all measures."""
+    found, before = list[tuple[int, int, int]](), 0
+    for measure in model.measures:
+        for x in measure.kept:
+            value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
+            found.append((KEPT.index(x.kind), value, condition))
+        before += len(measure.signals)
+    return found
 
 
 def _needed(model: Model, event: Event) -> int:

@@ -12,6 +12,9 @@ from lienumba.compiler.rows import W
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.layout import (
     ACT_NUMBERS,
+    KEPT_NUMBERS,
+    KEPT_ROWS,
+    KEPT_TRUE,
     LEAN,
     NEWTON,
     STICK,
@@ -28,7 +31,7 @@ from lienumba.mechanics.system.discontinuities import Discontinuity
 COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are one
 NO_EVENTS = Plan(
     np.zeros(0, np.int64), np.zeros((0, ACT_NUMBERS), np.int64), np.zeros(0, np.int64),
-    np.zeros((0, SWITCH_NUMBERS), np.int64),
+    np.zeros((0, SWITCH_NUMBERS), np.int64), np.zeros((0, KEPT_NUMBERS), np.int64),
 )  # fmt: skip
 EXACT = Tolerance(*(1e-11,) * 6)  # of implicit stages in steps of one length
 SKIPPED = -1.0  # the code of lanes behind the last run
@@ -111,7 +114,8 @@ class Chunk:
     (blocks, events, rows, W): records of the first, before what it changes, None where nobody asks; modes (runs,
     switches): how each is on where the run ended; changes (runs, n, 5): time, kind
     (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
-    changes, and the energy lost in them (J); seconds: how long a core was busy with them."""
+    changes, and the energy lost in them (J); kept (runs, n, 2): the value of what is kept of
+    them as a whole, and its time (s); seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -129,6 +133,7 @@ class Chunk:
     changes: np.ndarray
     change_counts: np.ndarray
     energy_lost: np.ndarray
+    kept: np.ndarray
     seconds: float
 
 
@@ -159,6 +164,7 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         per_run(x, count)
         for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
     )
+    kept = per_run(told.kept, count).reshape(count, -1, KEPT_ROWS)[:, :, :KEPT_TRUE]
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
     modes = np.where(modes == LEAN, STICK, modes)  # how a contact sticks is the driver's matter
@@ -167,7 +173,7 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
     return Chunk(
         runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, at_events, modes,
-        changes, changed, lost, seconds,
+        changes, changed, lost, kept, seconds,
     )  # fmt: skip
 
 
@@ -180,6 +186,7 @@ class Told(NamedTuple):
     changes: np.ndarray
     change_counts: np.ndarray
     energy_lost: np.ndarray
+    kept: np.ndarray
 
     @staticmethod
     def of(batch: Batch, blocks: int) -> "Told":
@@ -187,7 +194,8 @@ class Told(NamedTuple):
         events = len(batch.plan.stops)
         times, changes = np.full((blocks, events, W), np.nan), np.full((blocks, batch.changes, 5, W), np.nan)
         states = np.zeros((blocks, events * batch.at_events, state_rows(batch.machine.sizes), W))
-        return Told(times, np.zeros_like(times), states, changes, *np.zeros((2, blocks, W)))
+        kept = np.full((blocks, KEPT_ROWS * batch.machine.sizes.kept, W), np.nan)
+        return Told(times, np.zeros_like(times), states, changes, np.zeros((blocks, W)), np.zeros((blocks, W)), kept)
 
 
 def _together(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:

@@ -7,10 +7,13 @@ import numpy as np
 
 from lienumba.batch.changes import NONE
 from lienumba.batch.integrate import Chunk
+from lienumba.batch.statuses import GOOD
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.switches import switches_of
-from lienumba.store.layout import VARIABLES, Variable
+from lienumba.scenario.formulas.measure_formula import MeasureFormula
+from lienumba.scenario.resolve import Scenario
+from lienumba.store.layout import RUN, VARIABLES, Variable
 
 QUIET = ("record", "stop")  # actions that change no mechanism
 
@@ -51,6 +54,20 @@ def fates(model: Model, changes: int) -> Iterator[Field]:
         yield _plain("changes", (), lambda chunk: chunk.change_counts, "i8")
         yield _plain("energy_lost", (), lambda chunk: chunk.energy_lost)
         yield _plain("last_mode", switches, lambda chunk: chunk.modes, "i1")
+
+
+def measured(resolved: Scenario) -> Iterator[Field]:
+    """Formulas of whole runs."""
+    units, before = {x.name: x.units for x in resolved.data.model.measures}, 0
+    for name, formula in resolved.parameters.measures.items():
+        own = slice(before, before + len(formula.kept))
+        spec = Variable(RUN, units.get(name) or "1", f"{name} of the run", measure=formula.text)
+        yield Field(name, spec, (), _of(formula, own))
+        before = own.stop
+
+
+def _of(formula: MeasureFormula, own: slice) -> Callable[[Chunk, Outline], np.ndarray]:
+    return lambda chunk, _: np.where(np.isin(chunk.codes, GOOD), formula.number(chunk.kept[:, own]), np.nan)
 
 
 def _plain(name: str, shape: tuple[int, ...], value: Callable[[Chunk], np.ndarray], dtype: str = "f8") -> Field:

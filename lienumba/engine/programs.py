@@ -71,7 +71,7 @@ def _changes(model: ModelSection) -> bool:
     sticking = any(getattr(force, "static", None) is not None for force in model.forces)
     touching = any(not contact.compliant for contact in model.contacts)
     locked = any(joint.locked for joint in model.joints)
-    return bool(model.events or model.limits) or touching or sticking or locked
+    return bool(model.events or model.limits or model.measures) or touching or sticking or locked
 
 
 def _stores_reactions(output: Output) -> bool:

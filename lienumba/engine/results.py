@@ -16,7 +16,7 @@ from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
-from lienumba.engine.fields import Field, changes_told, fates
+from lienumba.engine.fields import Field, changes_told, fates, measured
 from lienumba.engine.requirements import judges_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
@@ -162,7 +162,9 @@ class Results:
     def _asked(self, taken: Sequence[str]) -> list[Field]:
         """What is asked for at events, and summaries; taken: names of variables."""
         events = self._named("output.at_events", self._at_events(), taken)
-        return [*events, *self._summaries([*taken, *(field.name for field in events)])]
+        summaries = self._summaries([*taken, *(field.name for field in events)])
+        others = [*taken, *(field.name for field in (*events, *summaries))]
+        return [*events, *summaries, *self._named("measures", measured(self.resolved), others)]
 
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
         """Each once, if it is asked for in two ways."""
@@ -181,7 +183,7 @@ class Results:
         for name in found:
             if name in taken or name in VARIABLES:
                 raise ScenarioError(
-                    f"{asked}: gives {name}, but the dataset has a variable of this name already; give that quantity "
+                    f"{asked}: gives {name}, but the dataset has a variable of this name already; give one of the two "
                     "another name"
                 )
         return list(found.values())

@@ -14,10 +14,11 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
+    "measure",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, MEASURE, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -60,6 +61,13 @@ RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, S
 # value, whether it acts only once, and the switch that has to be on for that, -1 if none has.
 ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
+# What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always); and the
+# rows of each: the value, its time (s), and whether the condition held where the last step ended. Signals are known in
+# POINTS of a step, of a part of it, and in one place besides.
+KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_NUMBERS = range(4)
+LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
+KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_ROWS = range(4)
+POINTS = 5
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 
 
@@ -76,7 +84,8 @@ class Sizes(NamedTuple):
     history, first_history: augmented rows that a method carries on from step to step, and the first of them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
-    any; values: numbers that events read where they act.
+    any; values: numbers that events read where they act; signals:
+    that are looked at for what is kept of runs as a whole.
     """
 
     elements: int
@@ -103,6 +112,8 @@ class Sizes(NamedTuple):
     iterate: int = 0
     history: int = 0
     first_history: int = 0
+    signals: int = 0
+    kept: int = 0
 
 
 @kernel
@@ -317,6 +328,18 @@ def change_rows(sizes: Sizes) -> int:
 
 
 @kernel
+def signal_row(sizes: Sizes, point: int) -> int:
+    """The first row of all signals in a point, behind what is kept of them."""
+    return KEPT_ROWS * sizes.kept + sizes.signals * point
+
+
+@kernel
+def measure_rows(sizes: Sizes) -> int:
+    """Of all this; none where nothing is kept."""
+    return signal_row(sizes, 2 * POINTS + 1)
+
+
+@kernel
 def record_rows(sizes: Sizes) -> int:
     """Of what is stored: a state, what is observed of it, and the iterations of the projections."""
     return state_rows(sizes) + sizes.observed + PROJECTIONS
@@ -361,7 +384,7 @@ class Workspace(NamedTuple):
     above; now, following: iterates of a projection, for which there is room in `state` as well, and in `new` where the
     slopes are no longer needed; u: the argument of a stage; conditions: of events, at the start and
     at the end of a step, with all that `events` writes, when they come true, and what they have been; change: what
-    decides about modes; work: of the kernels.
+    decides about modes; measures: what is kept of runs as a whole, and signals; work: of the kernels.
     """
 
     state: int
@@ -376,6 +399,7 @@ class Workspace(NamedTuple):
     conditions: int
     table: int
     change: int
+    measures: int
     parameters: int
     work: int
 
@@ -384,6 +408,7 @@ class Workspace(NamedTuple):
 def workspace(sizes: Sizes) -> Workspace:
     """The regions, one behind the other."""
     iterate = max(state_rows(sizes) + sizes.correction + VERDICT + sizes.chord, event_rows(sizes))
+    iterate = max(iterate, sizes.signals)
     if sizes.switches > 0:
         iterate = max(iterate, kick_rows(sizes))
     new = iterate
@@ -397,6 +422,9 @@ def workspace(sizes: Sizes) -> Workspace:
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
     table = places + peak_row(sizes) + 2 * sizes.events
     change = table + table_rows(sizes.exchangeable)
-    parameters = change + change_rows(sizes)
+    measures = change + change_rows(sizes)
+    parameters = measures + measure_rows(sizes)
     work = parameters + sizes.parameters
-    return Workspace(0, new, slopes, control, now, following, clock, lanes, u, places, table, change, parameters, work)
+    return Workspace(
+        0, new, slopes, control, now, following, clock, lanes, u, places, table, change, measures, parameters, work
+    )

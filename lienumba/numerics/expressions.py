@@ -139,9 +139,9 @@ class Formula:
             raise NotAFormulaError("is not a formula", 'write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
         used: set[str] = set()
         _check(tree, _Names(self.allowed, self.tables, used), 0)
-        if _is_condition(tree) and not self.condition:
+        if is_condition(tree) and not self.condition:
             raise ExpressionError("is a condition, not a number", "write where(condition, number, other number)")
-        if self.condition and not _is_condition(tree):
+        if self.condition and not is_condition(tree):
             raise ExpressionError("is a number, not a condition", 'compare it, such as in "t > 0.5"')
         if self.condition and not used:
             raise ExpressionError("never changes", "name a quantity in it, or the time t")
@@ -251,7 +251,7 @@ class _Binding(ast.NodeTransformer):
         return ast.Constant(self.values[node.id]) if node.id in self.values else node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        name = _dotted(node)
+        name = dotted(node)
         return ast.Constant(self.values[name]) if name in self.values else node
 
 
@@ -265,14 +265,14 @@ class _Rewriting(ast.NodeTransformer):
         return self.trees.get(node.id, node)
 
 
-def _dotted(node: ast.AST) -> str:
+def dotted(node: ast.AST) -> str:
     """The name with dots and indices that a node is; empty if it is anything else."""
     match node:
         case ast.Name(id=name):
             return name
-        case ast.Attribute(value=inner, attr=name) if first := _dotted(inner):
+        case ast.Attribute(value=inner, attr=name) if first := dotted(inner):
             return f"{first}.{name}"
-        case ast.Subscript(value=inner, slice=ast.Constant(value=int() as index)) if first := _dotted(inner):
+        case ast.Subscript(value=inner, slice=ast.Constant(value=int() as index)) if first := dotted(inner):
             return f"{first}[{index}]"
     return ""
 
@@ -288,13 +288,13 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
                 raise ExpressionError(f"has the number {_text(node)}, which is too large")
         case ast.Name(id=name):
             names.check(name)
-        case ast.Attribute() if names.may_be(name := _dotted(node)):
+        case ast.Attribute() if names.may_be(name := dotted(node)):
             names.check(name)
-        case ast.Subscript() if names.indexed and (name := _dotted(node)):
+        case ast.Subscript() if names.indexed and (name := dotted(node)):
             names.check(name)
-        case ast.Attribute() if (first := _dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
+        case ast.Attribute() if (first := dotted(node).partition(".")[0]) in (names.allowed | names.tables) - {"t"}:
             written = f"{first}(t)" if first in names.tables else first
-            raise ExpressionError(f'reads "{_dotted(node)}", but {first} has no components', f"write {written}")
+            raise ExpressionError(f'reads "{dotted(node)}", but {first} has no components', f"write {written}")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
             below = [x]
         case ast.UnaryOp(op=ast.Not(), operand=x):
@@ -333,7 +333,7 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
             )
     if not isinstance(node, ast.BoolOp) and not _is_negation(node):
         for part in below:
-            if _is_condition(part):
+            if is_condition(part):
                 condition = _text(part)
                 raise ExpressionError(
                     f'computes with the condition "{condition}"', f"write where({condition}, number, other number)"
@@ -346,7 +346,7 @@ def _degree(node: ast.AST, state: frozenset[str]) -> int:
     """0 for what does not vary in time, 1 for a straight line in t, 2 for the rest."""
     match node:
         case ast.Name() | ast.Attribute():
-            name = _dotted(node)
+            name = dotted(node)
             return 1 if name == "t" else 2 if name in state else 0
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):
             return _degree(x, state)
@@ -367,7 +367,8 @@ def _check_arguments(name: str, args: list[ast.expr]) -> None:
         raise ExpressionError(f"gives {name} {len(args)} argument{'s' * (len(args) != 1)}, it takes {count}")
 
 
-def _is_condition(node: ast.AST) -> bool:
+def is_condition(node: ast.AST) -> bool:
+    """Whether a node is one: a comparison, or some of them."""
     return isinstance(node, ast.Compare | ast.BoolOp) or _is_negation(node)
 
 
@@ -377,7 +378,7 @@ def _is_negation(node: ast.AST) -> bool:
 
 def _need_conditions(nodes: list[ast.expr]) -> None:
     for node in nodes:
-        if not _is_condition(node):
+        if not is_condition(node):
             raise ExpressionError(f'needs a condition instead of "{_text(node)}"', "write one such as t > 1")
 
 
@@ -411,7 +412,7 @@ def _value(node: ast.AST, names: Names) -> Any:
         case ast.Constant(value=value):
             return float(value)  # type: ignore[arg-type]
         case ast.Name() | ast.Attribute() | ast.Subscript():
-            name = _dotted(node)
+            name = dotted(node)
             return names[name] if name in names else CONSTANTS[name]
         case ast.UnaryOp(op=ast.UAdd(), operand=x):
             return _value(x, names)

@@ -154,7 +154,8 @@ class Scenario:
             content["joint_coordinates"] = True
         del content["title"], sweep["nominal"]
         content["model"] = _without_shapes(content["model"])
-        content.pop(paths.REQUIREMENTS, None)  # which judge it
+        for kind in paths.JUDGING:
+            content.pop(kind, None)
         sweep.pop("stop", None)
         sampler = SAMPLERS[self.data.sweep.sampler]
         if not sampler.whole:

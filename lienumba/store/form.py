@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
-TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique")  # attributes of variables
+TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")  # attributes of variables
 # attributes of the whole
 SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", VERDICT, VERDICTS)
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs

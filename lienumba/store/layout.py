@@ -34,7 +34,7 @@ CHUNK_BYTES = 1 << 17  # whole runs up to this size share a chunk: few chunks to
 class Variable:
     """One variable of the dataset; `dtype` is how the file holds it, one of CF 1.8, which has no int64; count: a whole
     number that failed runs have none of; flags: what whole numbers mean, from the first on; reaction, since: see
-    `OutputVariable`."""
+    `OutputVariable`; measure: its formula."""
 
     dims: tuple[str, ...]
     units: str
@@ -46,6 +46,7 @@ class Variable:
     flags: tuple[str, ...] = ()
     first_flag: int = 0
     since: bool = False
+    measure: str | None = None
 
 
 MARGIN, MET = "requirement_margin", "requirement_met"
@@ -265,6 +266,8 @@ def variable(name: str, spec: Variable, array: np.ndarray, total: int) -> xr.Var
     attributes: dict[str, object] = {**texts(spec.units, spec.long_name)}
     if spec.frame is not None:
         attributes["frame"] = spec.frame
+    if spec.measure is not None:
+        attributes["measure"] = spec.measure
     if spec.dtype == "float32":
         attributes["precision"] = "computed as float64, stored rounded to float32"
     if name == "status":

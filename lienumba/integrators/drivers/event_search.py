@@ -53,10 +53,17 @@ FLAT = 0.0625  # a secant that goes less far tells nothing
 
 @inlined
 def _margins(
-    kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, fraction: Lanes
+    kernels: np.ndarray,
+    kernel: int,
+    at: Workspace,
+    first: Workspace,
+    rows: Rows,
+    t: Lanes,
+    length: Lanes,
+    fraction: Lanes,
 ) -> Lanes:
     """What each lane SEEKS, at a fraction of the open step."""
-    _all_margins(kernels, at, t, length, fraction)
+    _all_margins(kernels, kernel, at, t, length, fraction)
     own = first.lanes
     for lane in range(W):
         rows[own + FOUND, lane] = rows[first.following + int(rows[own + SEEKS, lane]), lane]
@@ -64,25 +71,25 @@ def _margins(
 
 
 @inlined
-def _all_margins(kernels: np.ndarray, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> None:
+def _all_margins(kernels: np.ndarray, kernel: int, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> None:
     """All conditions at a fraction of the open step, to `following`."""
     store(at.clock, layout.TIME, t)
     between(kernels, at, fraction)
     store(at.clock, layout.TIME, t + fraction * length)
-    call(kernels[layout.EVENTS], at.now, at.parameters, at.clock, 0, at.following, at.work)
+    call(kernels[kernel], at.now, at.parameters, at.clock, 0, at.following, at.work)
 
 
 @apart
-def _locate(
-    kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, begin: Lanes,
-    end: Lanes, before: Lanes, after: Lanes, lanes: Mask, rough: Mask,
+def locate(
+    kernels: np.ndarray, kernel: int, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes,
+    begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask, rough: Mask, sense: Lanes,
 ) -> Lanes:  # fmt: skip
     """The fraction of the open step at which what a lane SEEKS is true, directly behind one at which it is not, in
     these lanes, as exactly as times are different numbers; before, after: what it is at the fractions `begin` and
-    `end`; rough: within `CLOSE_TO` will do where it is not near an end of the step. By Chandrupatla's method, from a
-    secant on: inverse quadratic interpolation where three values allow it, else halves. Where the root stays on one
-    side, it is felt for in steps that double: near it a condition is rounding, of which no interpolation makes
-    sense."""
+    `end`; kernel: that says it (see `layout.ORDER`); sense: -1 where it is true below 0; rough: within `CLOSE_TO` will
+    do where it is not near an end of the step. By Chandrupatla's method, from a secant on: inverse quadratic
+    interpolation where three values allow it, else halves. Where the root stays on one side, it is felt for in steps
+    that double: near it a condition is rounding, of which no interpolation makes sense."""
     low, high, f_low, f_high = begin, end, before, after
     third, f_third = begin, before  # the end that was replaced last
     newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
@@ -95,7 +102,7 @@ def _locate(
         lower = newest_low == 1.0
         a, b = choose(lower, low, high), choose(lower, high, low)
         x = a + part * (b - a)
-        f = _margins(kernels, at, first, rows, t, length, x)
+        f = sense * _margins(kernels, kernel, at, first, rows, t, length, x)
         true = f > 0.0
         replaced, f_replaced = choose(true, high, low), choose(true, f_high, f_low)
         third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
@@ -142,13 +149,14 @@ def _along(
     kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, low: Lanes,
     before: Lanes, after: Lanes, lanes: Mask,
 ) -> Lanes:  # fmt: skip
-    """As `_locate`, between the fraction `low` and the end of the step, where a condition is next to a straight line;
+    """As `locate`, between the fraction `low` and the end of the step, where a condition is next to a straight line;
     1 where it is not. The place is behind the root by a few times more than times differ."""
     finest, slope, left = _finest(t, length), (after - before) / (1.0 - low), lanes
     found, x, behind = splat(1.0), low - before / (after - before) * (1.0 - low), 1.0
     for _ in range(STRAIGHT_TRIES):
         x = x + behind * finest
-        miss = _margins(kernels, at, first, rows, t, length, choose(left & (x < 1.0) & (x > low), x, low))
+        tried = choose(left & (x < 1.0) & (x > low), x, low)
+        miss = _margins(kernels, layout.EVENTS, at, first, rows, t, length, tried)
         there = left & (miss > 0.0) & (miss <= 8.0 * behind * finest * slope)
         found = choose(there, x, found)
         left = left & (found == 1.0)
@@ -176,7 +184,7 @@ def _near(
     cut = cut & (low > 0.5)
     stages.end_slope(kernels, sizes, at, load(at.lanes, UNTIL))
     stages.extend_at_end(sizes, nodes, at, cut)
-    _all_margins(kernels, at, t, length, low)
+    _all_margins(kernels, layout.EVENTS, at, t, length, low)
     store(at.lanes, NEAR, choose(cut, splat(1.0), splat(0.0)))
     for lane in range(W):
         sought = 0
@@ -240,11 +248,14 @@ def _dive(
             rows[own + SEEKS, lane] += float(OPENS - SLIDES)
             if rows[times + int(rows[own + SEEKS, lane]), lane] != NEVER:
                 rows[own + DIPS, lane] = 0.0
-    deep = _margins(kernels, at, first, rows, t, length, fraction)
+    deep = _margins(kernels, layout.EVENTS, at, first, rows, t, length, fraction)
     dives = (load(at.lanes, DIPS) != 0.0) & (deep > TOUCH)
     if any_lane(dives):
         nowhere = dives & (deep < 0.0)
-        part = _locate(kernels, at, first, rows, t, length, splat(0.0), fraction, -deep, deep, dives, nowhere)
+        part = locate(
+            kernels, layout.EVENTS, at, first, rows, t, length, splat(0.0), fraction, -deep, deep, dives, nowhere,
+            splat(1.0),
+        )  # fmt: skip
         store(at.lanes, FOUND, t + part * length)
         store(at.lanes, DIPS, choose(dives, splat(1.0), splat(0.0)))
         for lane in range(W):
@@ -275,7 +286,10 @@ def search(
             found = _along(kernels, at, first, rows, t, length, low, before, after, near)
             picked = picked & (choose(found < 1.0, 1.0, 0.0) == 0.0)
         if any_lane(picked):
-            place = _locate(kernels, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough)
+            place = locate(
+                kernels, layout.EVENTS, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough,
+                splat(1.0),
+            )  # fmt: skip
             found = choose(picked, place, found)
         store(at.lanes, FOUND, choose(found == 1.0, load(at.lanes, UNTIL), t + found * length))
         kept = False

@@ -46,7 +46,7 @@ class ChunkRuns(NamedTuple):
     within a step, where its state is yet to be projected; (blocks, events, W): the time of the first, and how many;
     (blocks, events or 0, state rows, W): states at the first; changes (blocks, n, 5, W): time, what it is
     (`codes.KINDS`), of which event or switch, impulse and lost energy (J) of the first; and (blocks, W): how many
-    changes, and the energy lost in all of them."""
+    changes, and the energy lost in all of them; kept (blocks, KEPT_ROWS n, W): what is kept of each run as a whole."""
 
     states: Floats3
     parameters: Floats3
@@ -65,16 +65,18 @@ class ChunkRuns(NamedTuple):
     changes: Floats4
     change_counts: Floats2
     energy_lost: Floats2
+    kept: Floats3
 
 
 class Plan(NamedTuple):
     """What happens at events. stops (events,): whether it ends a run; acts (events, 7): see `layout.ACTION`; targets:
-    of all events; switches (s, 6): see `layout.SWITCH_KIND`."""
+    of all events; switches (s, 6): see `layout.SWITCH_KIND`; kept (n, 3): see `layout.KEPT_KIND`."""
 
     stops: Integers1
     acts: Integers2
     targets: Integers1
     switches: Integers2
+    kept: Integers2
 
 
 class Queue(NamedTuple):
@@ -131,6 +133,8 @@ def finish(lane: int, rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queu
     runs.within[block, place] = 1.0 if rows[own + STATUS, lane] == codes.STOPPED and inside else 0.0
     for row in range(runs.states.shape[1]):
         runs.states[block, row, place] = rows[first.state + row, lane]
+    for row in range(runs.kept.shape[1]):
+        runs.kept[block, row, place] = rows[first.measures + row, lane]
 
 
 @apart

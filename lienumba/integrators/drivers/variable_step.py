@@ -34,6 +34,7 @@ from lienumba.integrators.drivers.lane_queue import (
     propose,
     reject,
 )  # fmt: skip
+from lienumba.integrators.drivers.measures import begin_measures, measure
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
@@ -81,6 +82,8 @@ def _next_runs(
         start_events(kernels, sizes, at, first, rows, runs, queue, plan)
         if any_lane(load(at.lanes, CHANGED) != 0.0):
             change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], table, limit, tolerance)
+    if sizes.kept > 0:
+        begin_measures(kernels, sizes, at, first, rows, plan)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
             keep(lane, rows, first, sizes, runs, queue, outputs, first.state, True)
@@ -257,6 +260,8 @@ def drive(
                 layout.MEMORY,
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
+        if sizes.kept > 0 and any_lane(good):
+            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
         due, end = load(lanes, DUE), load(lanes, UNTIL)
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)

@@ -28,6 +28,6 @@ def addresses(buffer: np.ndarray, sizes: Sizes) -> Workspace:
     return Workspace(
         at + ROW * rows.state, at + ROW * rows.new, at + ROW * rows.slopes, at + ROW * rows.control,
         at + ROW * rows.now, at + ROW * rows.following, at + ROW * rows.clock, at + ROW * rows.lanes, at + ROW * rows.u,
-        at + ROW * rows.conditions, at + ROW * rows.table, at + ROW * rows.change,
+        at + ROW * rows.conditions, at + ROW * rows.table, at + ROW * rows.change, at + ROW * rows.measures,
         at + ROW * rows.parameters, at + ROW * rows.work,
     )  # fmt: skip

@@ -14,6 +14,7 @@
     observe    state -> what is stored beside the state
     close, end, dense  see `lienumba.integrators.tracing.extension_kernels`
     events     state -> the conditions of events and of switched constraints, and to what events set held numbers
+    measure    state -> the signals of which something is kept of runs as a whole
     border     state -> what a change of modes has to know (see `lienumba.integrators.layout`)
     kick       state, impulses along the switched rows -> state, change of energy, rates
     schur      state -> S of the exchangeable rows of C (see `lienumba.integrators.drivers.row_selection`)
@@ -121,6 +122,8 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels["events"] = state_kernels.events(tracer)
     if tracer.augmented.switches:
         kernels |= {"border": state_kernels.border(tracer), "kick": state_kernels.kick(tracer)}
+    if template.measures:
+        kernels["measure"] = state_kernels.measure(tracer)
     rows = len(values)
     for name, kernel in kernels.items():
         kernels[name] = kernel.hoisted_from(rows)

@@ -69,6 +69,17 @@ def events(tracer: Tracer) -> Kernel:
     return tracer.kernel("events", outputs)
 
 
+def measure(tracer: Tracer) -> Kernel:
+    """The signals of which something is kept of runs as a whole."""
+    graph, model = tracer.graph()
+    posture, mask = tracer.now(graph, model)
+    asked = [x for measure in model.measures for x in measure.signals]
+    read = [name for x in asked if reads_state(x) for name in x.quantities]
+    observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
+    everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
+    return tracer.kernel("measure", [quantities.evaluate(model, x, everything, observed) for x in asked])
+
+
 def border(tracer: Tracer) -> Kernel:
     """All that a change of modes has to know; the sliding friction of joints is no load in it."""
     graph, model = tracer.graph()

@@ -190,6 +190,7 @@ class Tracer:
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
             work=len(angles), values=sum(len(event.numbers) for event in model.events),
+            signals=sum(len(x.signals) for x in model.measures), kept=sum(len(x.kept) for x in model.measures),
             history=self.augmented.history, first_history=self.augmented.first_history,
         )  # fmt: skip
 

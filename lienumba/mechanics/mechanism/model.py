@@ -265,6 +265,30 @@ class Event:
         return tuple(x for _, x in self.values) + (() if self.closing is None else (self.closing,))
 
 
+LARGEST, SMALLEST, INTEGRAL, FIRST, LAST, COUNT = "largest", "smallest", "integral", "first", "last", "count"
+KEPT = (LARGEST, SMALLEST, INTEGRAL, FIRST, LAST, COUNT)
+NONE = -1  # no signal
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of a signal while another one, a condition, is above 0 (both by their numbers, NONE for 1 and for
+    always), with a time (s): the LARGEST or SMALLEST value and when it is that; the INTEGRAL, and over how long; the
+    FIRST or LAST value, and when; the COUNT of how often the condition becomes true."""
+
+    kind: str
+    value: int
+    condition: int
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What a run is asked for as a whole: signals, numbers of the state, and what is kept of them."""
+
+    signals: tuple[Timed, ...]
+    kept: tuple[Kept, ...]
+
+
 @dataclass(frozen=True)
 class Model:
     """held: numbers that events may change, by their names, as they are at the start; laws read them as
@@ -281,6 +305,7 @@ class Model:
     limits: tuple[Limit, ...] = ()
     contacts: tuple[Contact, ...] = ()
     held: dict[str, Number] = field(default_factory=dict)
+    measures: tuple[Measure, ...] = ()
 
 
 @dataclass(frozen=True)

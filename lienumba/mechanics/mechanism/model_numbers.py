@@ -130,4 +130,5 @@ def map_numbers(
         ),
         contacts=tuple(map(touching, model.contacts)),
         held={name: number(x, False) for name, x in model.held.items()},
+        measures=tuple(replace(x, signals=tuple(map(law, x.signals))) for x in model.measures),
     )

@@ -20,14 +20,16 @@ Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
 TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
 LISTS = (  # of the model: tables known by their names
-    "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts", "requirements",
+    "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts", "measures",
+    "requirements",
 )  # fmt: skip
 INPUTS = "inputs"  # a table of them by their names
 RECORDING = "recording"  # of this table, what gives one for each column of a file
 START = "start"  # what is known of coordinates at the start, by their names, which may have dots
-REQUIREMENTS = "requirements"  # of these, whose names are words
+MEASURES, REQUIREMENTS = "measures", "requirements"
+JUDGING = (MEASURES, REQUIREMENTS)  # of what says something of runs and changes none; their names are words
 # What is part of the model and stands beside [model] in a file.
-BESIDE = ("quantities", "noise", "events", REQUIREMENTS, INPUTS, START)
+BESIDE = ("quantities", "noise", "events", MEASURES, REQUIREMENTS, INPUTS, START)
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "contact", "limit", "about", "units", "function", "returns", "level", "rows", "derivative",

@@ -5,7 +5,7 @@ from collections import Counter
 
 from lienumba.keys.types import NAME
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import INPUTS, LISTS, REQUIREMENTS
+from lienumba.scenario.base.paths import INPUTS, JUDGING, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
@@ -54,7 +54,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
         check_projection(projection, integrator, switching(lists), report)
-    named = all(_named(items) for kind, items in lists.items() if kind != REQUIREMENTS) and bool(lists["bodies"])
+    named = all(_named(items) for kind, items in lists.items() if kind not in JUDGING) and bool(lists["bodies"])
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
         check_events(lists, parameters, report)
@@ -134,7 +134,7 @@ def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
     if isinstance(start, dict):
         numbers["start"] = {key: x for key, x in start.items() if key in ("q", "qd")}
     numbers |= {key: model[key] for key in Standing.model_fields if key in model}
-    for kind, items in ((kind, items) for kind, items in lists.items() if kind != REQUIREMENTS):
+    for kind, items in ((kind, items) for kind, items in lists.items() if kind not in JUDGING):
         numbers[kind] = [_known_keys(kind, item) for item in items]
     numbers[INPUTS] = table_in(model, INPUTS)
     return numbers

@@ -16,11 +16,13 @@ from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.model import HELD
 from lienumba.numerics.expressions import FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import INPUTS, Tokens
+from lienumba.scenario.base.paths import INPUTS, MEASURES, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.formulas.formula_names import Known, known_of
+from lienumba.scenario.formulas.measure_formula import MeasureFormula
+from lienumba.scenario.formulas.measures import measure
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
     SMOOTH,
@@ -60,8 +62,28 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
     held = _held(model) & {*numbers, *formulas}
     parameters = replace(parameters, quantities=known.names, inputs=_input_numbers(model), held=held)
     problems = _taken_names(parameters, model)
-    _Taking(parameters, known, model, problems).every()
-    return parameters, problems
+    taking = _Taking(parameters, known, model, problems)
+    taking.every()
+    return replace(parameters, measures=_measures(parameters, taking.names, model, problems)), problems
+
+
+def _measures(
+    parameters: Parameters, names: frozenset[str], model: object, problems: list[Problem]
+) -> dict[str, MeasureFormula]:
+    """What runs are asked for as a whole, by name."""
+    found, events = {}, {}
+    for event in _rows(model, "events"):
+        written = parameters.places.get(("events", str(event.get("name")), "when"))
+        events[str(event.get("name"))] = str(event.get("when", NEVER)) if written is None else written.text
+    for n, table in enumerate(_rows(model, MEASURES)):
+        name, text = table.get("name"), table.get("value")
+        if isinstance(name, str) and isinstance(text, str):
+            try:
+                found[name] = measure(text, parameters, names, events)
+            except ExpressionError as error:
+                place = paths.written((MEASURES, unique_name(_rows(model, MEASURES), n) or n, "value"))
+                problems.append(error.at(place, text))
+    return found
 
 
 def _held(model: object) -> frozenset[str]:
@@ -240,7 +262,7 @@ def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
         return {key for key in node if key not in shape.model_fields or is_text(shape, key)}
     if tokens == (INPUTS,):
         return set()  # its keys are names
-    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS, paths.REQUIREMENTS)
+    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS, *paths.JUDGING)
     section = scenario.section_of(str(tokens[0]), node) if typed else None
     return (
         paths.TEXT_KEYS.union(key for key in section.model_fields if is_text(section, key))

@@ -20,6 +20,7 @@ from lienumba.numerics.expressions import CONSTANTS, ExpressionError, Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.words import listed
 
 TIME = "t"
@@ -32,7 +33,7 @@ class Parameters:
     """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
     inputs: those that are numbers, by their paths; quantities: every component that formulas may read; places: the
     numbers of the model (paths without `model`) that are formulas, but for those of the time alone; held: parameters
-    that events set."""
+    that events set; measures: formulas of whole runs, by their names."""
 
     numbers: dict[str, float] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
@@ -41,6 +42,7 @@ class Parameters:
     quantities: frozenset[str] = frozenset()
     places: dict[Tokens, Formula] = field(default_factory=dict)
     held: frozenset[str] = frozenset()
+    measures: dict[str, MeasureFormula] = field(default_factory=dict)
 
     def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter, and every input that is a number: a float, or an array (runs,); samples: by path,
@@ -139,6 +141,7 @@ class Parameters:
     def unused(self, elsewhere: Set[str]) -> list[Problem]:
         """A warning for each parameter and table that nothing depends on; elsewhere: what else uses."""
         used = set(elsewhere).union(*(f.used for f in (*self.formulas.values(), *self.places.values())))
+        used = used.union(*(measure.used for measure in self.measures.values()))
         parameters = [
             Problem(f"parameters.{name}", "nothing uses it", "write its name in a number of the model, or remove it")
             for name in (*self.numbers, *self.formulas)

@@ -3,28 +3,20 @@
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from lienumba.errors import BadValueError, Problem
+from lienumba.errors import Problem
 from lienumba.keys.types import Number, Section
+from lienumba.scenario.schema.measures import Words
 from lienumba.scenario.schema.stop import Share
 
 LIMITS = ("below", "above", "between")
-LONGEST = 60  # characters of a name
-
-
-def _named(name: str) -> str:
-    if not name.strip() or name != name.strip() or not name.isprintable() or set(name) & set('."[]'):
-        raise BadValueError("is no valid name", 'give words without ".", "[", "]" and quotes')
-    return name
 
 
 class Requirement(Section):
     """A number that each run has shall be on one side of a limit, in so large a part of all runs."""
 
-    name: Annotated[str, Field(strict=True, max_length=LONGEST), AfterValidator(_named)] = Field(
-        description='the name: words such as "pointing stays fine"'
-    )
+    name: Words = Field(description='the name: words such as "pointing stays fine"')
     value: str = Field(
         description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
         "for, event_time.impact, energy_lost, or max_energy_drift"

@@ -47,6 +47,7 @@ from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 from lienumba.mechanics.system.projection import WEIGHTS
 from lienumba.scenario.base import paths
+from lienumba.scenario.schema.measures import Measure
 from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.scenario.schema.shapes import SHAPES, AnyShapes
@@ -180,9 +181,8 @@ class ModelSection(Standing, Gravity):
         default=[], description="random courses that each run has of its own, each as [[noise]]"
     )
     events: list[Event] = Field(default=[], description="what is to be noticed, each as [[events]]")
-    requirements: list[Requirement] = Field(
-        default=[], description="what runs are wanted to do, each as [[requirements]]"
-    )
+    measures: list[Measure] = Field(default=[], description="numbers of whole runs, each as [[measures]]")
+    requirements: list[Requirement] = Field(default=[], description="what runs shall do, each as [[requirements]]")
     inputs: dict[str, AnyInput] = Field(
         default={},
         description="what comes from outside, by name: motor = 12.0, a formula in quotes, or a table with file, time "
@@ -413,6 +413,7 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         **{("model", kind, form): section for kind, forms in FORMS.items() for form, section in forms.items()},
         ("model", "events"): Event,
         ("model", "limits"): Limit,
+        ("model", "measures"): Measure,
         ("model", "requirements"): Requirement,
         **{("model", "contacts", form, "friction", "coefficients"): Coefficients for form in CONTACTS},
         **{("model", "inputs", form): kind for form, kind in INPUTS_BY_FORM.items()},
@@ -493,7 +494,7 @@ def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
     """The class of a table in one of the model's lists, or of an input, as far as its type is known."""
     if kind == paths.INPUTS:
         return INPUTS_BY_FORM.get(input_form(item) or "")
-    if kind in ("bodies", "events", "limits", paths.REQUIREMENTS):
+    if kind in ("bodies", "events", "limits", *paths.JUDGING):
         return SECTIONS[("model", kind)]
     form = driver_form(item) if kind == "drivers" else item.get("type")
     return SECTIONS.get(("model", kind, form)) if isinstance(form, str) else None

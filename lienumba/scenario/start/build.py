@@ -45,7 +45,13 @@ def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = N
     has them; labels: of these runs, None for the nominal one."""
     with np.errstate(divide="ignore", invalid="ignore"):  # `unphysical` finds the NaN of such runs
         held = scenario.parameters.held_values(samples)
-        return _Builder(numbered(scenario, samples), scenario.data.files, held, _Noise.of(scenario, labels)).build()
+        noise, parameters = _Noise.of(scenario, labels), scenario.parameters
+        model, start = _Builder(numbered(scenario, samples), scenario.data.files, held, noise).build()
+        values = parameters.values(samples)
+        measures = (
+            x.to_model(lambda formula: parameters.number(formula, values)) for x in parameters.measures.values()
+        )
+        return replace(model, measures=tuple(measures)), start
 
 
 def geometry(scenario: Scenario, samples: Sampled) -> tuple[Model, Start]:

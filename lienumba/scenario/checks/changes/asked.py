@@ -8,6 +8,8 @@ def changing(lists: Lists) -> str:
     """What of a scenario asks for places between the ends of steps, as it is written; "" if nothing does."""
     if lists["events"]:
         return "[[events]]"
+    if lists["measures"]:
+        return "[[measures]]"
     if lists["limits"]:
         return "[[model.limits]]"
     if any("stiffness" not in contact for contact in lists["contacts"]):
@@ -21,4 +23,4 @@ def switching(lists: Lists) -> str:
         return "[[events]]"
     if any(joint.get("locked") is True for joint in lists["joints"]):
         return "locked = true"
-    return changing({**lists, "events": []})
+    return changing({**lists, "events": [], "measures": []})
