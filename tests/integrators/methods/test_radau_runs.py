@@ -1,0 +1,84 @@
+"""What runs do beside their steps, with implicit ones: outputs between steps, events, neighbours, workers, replays,
+and how a run ends whose stages cannot be solved."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+
+BODY = {"mass": 1.0, "inertia": [0.1, 0.2, 0.3], "rotation": [1.0, 0.0, 0.0, 0.0]}
+
+
+def servo(gain: float = 1e6, **more: Any) -> lienumba.System:
+    """A pendulum that a motor holds, with stiff gains, to 0.5 sin(3 t)."""
+    system = lienumba.System("servo")
+    system.body("arm", position=[0.5, 0, 0], **BODY)
+    system.joint("hinge", "revolute", ["ground", "arm"], at=[0, 0, 0], axis=[0, 1, 0])
+    system.quantity("hinge", "joint", joint="hinge")
+    value = f"{gain}*(0.5*sin(3*t) - hinge.angle) - {0.1 * gain}*hinge.rate"
+    system.force("motor", type="actuator", joint="hinge", value=value)
+    return system.integrator(method="radau5", coordinates="joint", tolerance=1e-6, end_time=2.0).output(every=0.1)
+
+
+def wanted(t: np.ndarray) -> np.ndarray:
+    """The angle of the servo: 0.1 q' + q = 0.5 sin(3 t), but for inertia and weight against the gain."""
+    lag, w = 0.1, 3.0
+    forced = 0.5 * (np.sin(w * t) - w * lag * np.cos(w * t)) / (1 + (w * lag) ** 2)
+    return np.asarray(forced + 0.5 * w * lag / (1 + (w * lag) ** 2) * np.exp(-t / lag))
+
+
+def test_a_motor_with_a_gain_of_a_million() -> None:
+    found = lienumba.run(servo()).isel(run=0)
+    assert int(found.status) == 0
+    assert found.steps < 200  # explicit steps would be 2e-6 s
+    np.testing.assert_allclose(found["hinge.angle"], wanted(found.time.values), rtol=0, atol=2e-5)
+
+
+def test_events_come_when_they_should_and_end_runs() -> None:
+    system = servo(1e8).event("up", when="hinge.angle > 0.3").event("back", when="hinge.rate < 0", action="stop")
+    found = lienumba.run(system).isel(run=0)
+    t = np.linspace(0, 2, 2_000_001)
+    up = t[np.argmax(wanted(t) > 0.3)]
+    back = t[np.argmax(np.diff(wanted(t)) < 0)]
+    assert found.event_time.sel(event="up") == pytest.approx(up, abs=3e-6)
+    assert found.event_time.sel(event="back") == pytest.approx(back, abs=3e-5)
+    assert found.end_time == found.event_time.sel(event="back")
+
+
+@pytest.mark.parametrize(("method", "order"), [("radau3", 3), ("radau5", 4)])
+def test_what_lies_between_steps_is_of_the_order_of_the_polynomial(method: str, order: int) -> None:
+    system = lienumba.System("top")
+    system.body("b", position=[0, 0, -1], angular_velocity=[0.3, 1.0, 0.5], **BODY)
+    system.joint("p", "spherical", ["ground", "b"], at=[0, 0, 0])
+    system.integrator(method="dop853", tolerance=1e-12, end_time=1.0).output(times=list(np.linspace(0, 1, 78)))
+    exact = lienumba.run(system).rotation
+    errors = []
+    for step in (0.1, 0.05):
+        paced = {"tolerance": 0.1, "first_step": step, "max_step": step, "method": method}
+        found = lienumba.run(system, overrides={f"integrator.{key}": x for key, x in paced.items()})
+        errors.append(float(abs(found.rotation - exact).max()))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+def test_runs_are_the_same_alone_on_any_workers_and_again(tmp_path: Any) -> None:
+    vary = {"bodies.arm.mass": {"distribution": "uniform", "low": 0.5, "high": 2.0}}
+    ways: dict[str, Any] = {"sweep": {"runs": 19, "seed": 5, "vary": vary}}
+    one = lienumba.run(servo(1e4), overrides=ways, workers=1, output=tmp_path / "one.nc")
+    two = lienumba.run(servo(1e4), overrides=ways, workers=2)
+    np.testing.assert_array_equal(one.rotation.values, two.rotation.values)
+    alone = lienumba.run(servo(1e4), overrides=ways, runs=[11])
+    np.testing.assert_array_equal(one.rotation.values[11], alone.rotation.values[0])
+    again = lienumba.replay(tmp_path / "one.nc", 11, every=0.1)
+    np.testing.assert_array_equal(again.rotation.values[0], alone.rotation.values[0])
+
+
+def test_a_force_that_jumps_against_the_motion_leaves_stages_that_cannot_be_solved() -> None:
+    """A relay at rest: with no rate at the end of a step, however short, does its force lead there."""
+    system = servo(1.0).force("relay", type="actuator", joint="hinge", value="where(hinge.rate > 0, -1e3, 1e3)")
+    ways = {"integrator.tolerance": None, "integrator.step": 0.1, "integrator.end_time": 0.1}
+    found = lienumba.run(system, overrides=ways)
+    told = dict(zip(found.status.flag_values, found.status.flag_meanings.split(), strict=True))
+    assert told[int(found.status[0])] == "stages_not_solved"
+    assert float(found.end_time[0]) == 0.0
