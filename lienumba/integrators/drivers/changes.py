@@ -58,6 +58,7 @@ from lienumba.integrators.layout import (
 
 ROUNDS = 64  # at one time
 DRIVEN = 1e3  # times what is at rest: what touches and comes nearer faster after all impulses is driven through
+CLOSING = 200  # iterations to close a joint over a gap, of which steps have none
 WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
 
 
@@ -161,8 +162,9 @@ def _close(
         return
     stages.copy(at.new, at.state, state)
     places = Places(at.new, at.now, at.following)
+    most = max(limit, CLOSING)
     stages.project_positions(
-        kernels, sizes, at.parameters, places, False, at, status, closing, table, limit, tolerance
+        kernels, sizes, at.parameters, places, False, at, status, closing, table, most, tolerance
     )  # fmt: skip
     closed = closing & (load(status, 0) == 0.0)
     for row in range(layout.mask_row(sizes), layout.on_row(sizes)):
@@ -339,9 +341,12 @@ def _tell(
                         impulse += reactions.impulse(r, plan.targets[n])
                         energy += reactions.energy_lost(r, plan.targets[n])
             _book(rows, first, runs, queue, lane, tells, event, impulse, energy)
+    p, largest = r.problem, 0.0
+    for i in range(sizes.switched):
+        largest = max(largest, max(p.x[i], -p.x[i]))
     for s in range(sizes.switches):
-        p = r.problem
-        if p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > 0.0:
+        hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > SLIGHT * largest
+        if hit:  # and not by rounding, where something else is
             impulse, energy = reactions.impulse(r, s), reactions.energy_lost(r, s)
             _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
 
