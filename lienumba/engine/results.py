@@ -290,10 +290,10 @@ class Results:
         return Piece(found, chunk.seconds)
 
     def _judged(self, chunk: Chunk, program: Outline) -> Chunk:
-        """The chunk with the runs marked of which a quantity that is kept is not finite while they go on."""
+        """The chunk with the runs marked of which something that is kept is not finite while they go on."""
         going = self.times <= chunk.ends[:, None]
         bad = np.zeros(len(chunk.codes), bool)
-        for name in self._quantities:
+        for name in self._kept:
             finite = np.isfinite(self._lanes(name, chunk, program))
             if not finite.all():
                 every = per_run(finite, len(bad)).reshape(*going.shape, -1).all(axis=2)
@@ -302,11 +302,11 @@ class Results:
         return replace(chunk, codes=np.where(bad, UNDEFINED, chunk.codes).astype(np.int8)) if bad.any() else chunk
 
     @cached_property
-    def _quantities(self) -> list[str]:
-        """Those whose courses are stored or summed up."""
+    def _kept(self) -> list[str]:
+        """What of all courses is stored or summed up."""
         output = self.resolved.data.output
         summed = {name for asked in output.summary for _, name, _ in self._parts(asked)}
-        return [x for x in self.layout.quantities if x in summed or self._stored(x, output.variables)]
+        return [x for x in self.layout.names if x in summed or self._stored(x, output.variables)]
 
     def in_full(self, labels: np.ndarray) -> np.ndarray:
         """Which runs keep their course in the mode "summary" (runs,)."""

@@ -10,7 +10,7 @@ from lienumba.groups import so3
 from lienumba.keys.types import AxisAngle, Euler, Inertia, Rotation, RotationVector
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Matrix, Number
-from lienumba.numerics.operations import cos, sin, sqrt
+from lienumba.numerics.operations import cos, divide, sin, sqrt
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -60,7 +60,7 @@ def rotation_of(rotation: Rotation) -> Matrix:
     if isinstance(rotation, AxisAngle):
         x, y, z = rotation.axis
         length = sqrt(x * x + y * y + z * z)
-        return so3.exp(so3.scale(rotation.angle / length, (x, y, z)))
+        return so3.exp(so3.scale(divide(rotation.angle, length), (x, y, z)))
     if isinstance(rotation, RotationVector):
         return so3.exp(vec3(rotation.rotation_vector))
     if isinstance(rotation, Euler):

@@ -49,6 +49,12 @@ def is_text(section: type[BaseModel], key: str) -> bool:
     return str in leaves and not {float, int} & set(leaves)
 
 
+def is_choice(section: type[BaseModel], key: str) -> bool:
+    """Whether the value of a key is one of some whole numbers, or a count, and never any number."""
+    leaves = list(_leaves(section.model_fields[key].annotation))
+    return int in leaves and float not in leaves
+
+
 def is_open_ended(section: type[BaseModel], key: str) -> bool:
     """Whether the value of a key is a list of any length."""
     field = section.model_fields[key]

@@ -5,9 +5,10 @@ from functools import cache
 from sys import float_info
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from lienumba.keys.facts import is_choice
 from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.numerics.expressions import ExpressionError, Formula
@@ -162,6 +163,7 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
     if isinstance(value, bool) or not isinstance(value, float | int):
         raise paths.PathError(f"is not a number but {show(value)}", paths.nearest_path(path, model))
     _refuse_parts_of_matrices(tokens)
+    _refuse_choices(tokens, model)
     return float(value) if abs(value) <= float_info.max else None
 
 
@@ -216,15 +218,28 @@ def _constant(text: str) -> float | None:
 
 def _omitted_field(tokens: list[paths.Token], model: Keys) -> FieldInfo | None:
     """The known key of an existing body, joint, driver or force that a path leads to, if the file leaves it out."""
+    item, section = _element(tokens, model)
+    fields = section.model_fields if section is not None else {}
+    return fields.get(str(tokens[2])) if fields and tokens[2] not in item else None
+
+
+def _element(tokens: list[paths.Token], model: Keys) -> tuple[Keys, type[BaseModel] | None]:
+    """The table of a list of the model, or the input, in which a path ends, and its class as far as that is known."""
     if len(tokens) < 3 or tokens[0] not in (*LISTS, paths.INPUTS):
-        return None
+        return {}, None
     try:
         item = paths.get(model, tokens[:2])
     except paths.PathError:
-        return None
-    section = section_of(str(tokens[0]), item) if isinstance(item, dict) else None
-    fields = section.model_fields if section is not None else {}
-    return fields.get(str(tokens[2])) if fields and tokens[2] not in item else None
+        return {}, None
+    return (item, section_of(str(tokens[0]), item)) if isinstance(item, dict) else ({}, None)
+
+
+def _refuse_choices(tokens: list[paths.Token], model: Keys) -> None:
+    """What shapes the equations is no number that differs from run to run."""
+    _, section = _element(tokens, model)
+    known = section is not None and len(tokens) == 3 and tokens[2] in section.model_fields
+    if section is not None and known and is_choice(section, str(tokens[2])):
+        raise paths.PathError("is a choice, which is the same in all runs", "run a scenario for each of them")
 
 
 def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:
