@@ -35,13 +35,13 @@ CLOCK = TOLERANCE + TOLERANCES
 # run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
 # of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes;
 # GAINED: the energy (J) that comes of numbers that are set, or of bodies that are moved to close a joint; HAD: the
-# energy before.
+# energy before; MARK: when, and TRIED: how many steps had been tried when, the run had last got on.
 # Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
 # of an open gap; NEAR: whether that is at the end of the step, which was cut for it.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, LANES = range(23, 32)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, LANES = range(23, 34)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many

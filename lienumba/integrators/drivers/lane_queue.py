@@ -23,10 +23,12 @@ from lienumba.integrators.layout import (
     ITERATIONS,
     JUMP,
     LANES,
+    MARK,
     REJECTED,
     STALE,
     STATUS,
     TRIAL,
+    TRIED,
     UNTIL,
     H,
     Sizes,
@@ -36,6 +38,7 @@ from lienumba.integrators.layout import (
 
 NEVER = float("inf")
 ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step is shorter
+CREEP, PATIENCE = 1e-5, 5e5  # of the end; so many steps within it, and a run would never be done
 END, STEP, LONGEST, SHORTEST, TOLERANCE = range(5)  # of the pace; step: of steps of one length, else 0
 
 
@@ -214,6 +217,17 @@ def reject(lanes: Address, control: Address, length: Lanes, lost: Mask, pace: np
     store(lanes, H, choose(lost, shorter, load(lanes, H)))
     store(lanes, BACK, choose(lost, splat(1.0), load(lanes, BACK)))
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(lost, 1.0, 0.0))
+
+
+@inlined
+def lose_patience(lanes: Address, busy: Mask, end: float) -> None:
+    """A run is over that creeps: that has tried `PATIENCE` steps within a tiny part of its time."""
+    t, tried = load(lanes, T), load(lanes, ACCEPTED) + load(lanes, REJECTED)
+    moved = t - load(lanes, MARK) > CREEP * end
+    store(lanes, MARK, choose(moved, t, load(lanes, MARK)))
+    store(lanes, TRIED, choose(moved, tried, load(lanes, TRIED)))
+    creeps = busy & (tried - load(lanes, TRIED) > PATIENCE) & (load(lanes, STATUS) == 0.0)
+    store(lanes, STATUS, choose(creeps, splat(codes.TOO_SHORT), load(lanes, STATUS)))
 
 
 @inlined

@@ -30,6 +30,7 @@ from lienumba.integrators.drivers.lane_queue import (
     fill,
     finish,
     keep,
+    lose_patience,
     pass_discontinuities,
     propose,
     reject,
@@ -279,6 +280,8 @@ def drive(
             keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
         if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):
             change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], table, limit, tolerance)
+        if pace[STEP] == 0.0:
+            lose_patience(lanes, given, pace[END])
         over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
         if any_lane(over):
             store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))
