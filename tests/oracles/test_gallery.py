@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import lienumba
 from tests.rigs.places import SCENARIOS
@@ -15,7 +16,7 @@ G = 9.81
 ENERGY = {
     "slider_crank": 1e-6, "four_bar": 1e-7, "bricard": 1e-10, "bennett": 1e-6, "sarrus": 1e-8, "n_four_bar": 1e-7,
     "flyball_governor": 1e-4, "gyroscope_in_gimbals": 1e-5, "double_pendulum": 1e-5, "dzhanibekov": 1e-11,
-    "door_on_two_hinges": 2e-4, "screw_press": 1e-5,
+    "belt_drive": 1e-5, "door_on_two_hinges": 2e-4, "screw_press": 1e-5,
 }  # fmt: skip
 
 
@@ -170,6 +171,18 @@ def test_flyball_governor() -> None:
     assert slider.max() == pytest.approx(1 - math.sin(low), abs=1e-3)
     assert ds.angular_velocity.sel(body="shaft", axis="z").values[np.argmax(slider)] < 5.2
     assert 0.001 < float(ds.energy[0] - ds.energy[-1]) < 0.01
+
+
+def test_belt_drive() -> None:
+    """As one wheel of the inertia that the motor sees, but for what gives way: J w' = torque(t) - 0.2 w."""
+    ds = single("belt_drive")
+    inertia, t = 9 * 0.00125 + 0.034 + 0.4, ds.time.values
+    right = lambda t, w: (3 * (2 * (1 - math.exp(-2 * t)) + 0.5 * math.sin(12 * t)) - 0.2 * w) / inertia  # noqa: E731
+    exact = solve_ivp(right, (0, 4), [0.0], t_eval=t, rtol=1e-10, atol=1e-10).y[0]
+    np.testing.assert_allclose(ds["wheel.rate"], exact, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(ds["motor.rate"], 3 * ds["wheel.rate"], rtol=0, atol=1e-3)
+    assert 2e-6 < float(ds.slack[-1]) < 5e-6
+    assert ds.steps < 300
 
 
 def test_gyroscope_in_gimbals() -> None:
