@@ -52,13 +52,6 @@ def check_method(integrator: Integrator, changing: str, switching: str, report: 
         )
     _check_series(integrator, report)
     _check_damping(integrator, report)
-    if method.carries and switching:
-        report.add(
-            "integrator.method",
-            f"goes on with what the step before has left, but {switching} asks for steps that begin anew",
-            'give "radau5" or an explicit method, or leave it out and give stiffness instead',
-            method.name,
-        )
     if method.implicit and as_vectors:
         report.add(
             chosen,

@@ -10,7 +10,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.reading.loading import load
 from tests.integrators.methods.test_radau import END, bars
 from tests.rigs.places import SCENARIOS
-from tests.rigs.scenarios import TOP, scenario
+from tests.rigs.scenarios import TOP, exact_top, scenario
 
 WAY: dict[str, Any] = {"integrator.method": "generalized_alpha"}
 
@@ -138,6 +138,25 @@ def test_steps_of_other_lengths_and_events_keep_the_order() -> None:
         errors.append(abs(found - expected))
     assert errors[-1] < 2e-5
     assert errors[-1] < 0.4 * errors[-2]
+
+
+def test_on_se3_joints_to_ground_need_no_projection() -> None:
+    ways = {"integrator.method": "generalized_alpha", "integrator.group": "SE3", "projection.position": "none"}
+    found = lienumba.run(scenario(TOP, 2e-4, 0.1), overrides=ways | {"projection.velocity": "none"})
+    assert float(found.max_position_violation[0]) < 1e-14
+    assert abs(found.position.values[0, -1, 0] - exact_top(0.1).r).max() < 3e-4
+
+
+@pytest.mark.parametrize(("name", "end", "error"), [("falling_rod", 1.0, 5e-5), ("door_closer", 2.0, 5e-5)])
+def test_constraints_that_come_and_go(name: str, end: float, error: float) -> None:
+    """A rod that slips and strikes the floor; a door with friction that runs into its stop."""
+    data = load(SCENARIOS / f"{name}.toml")
+    data["integrator"] = {"method": "dop853", "tolerance": 1e-9, "end_time": end, "coordinates": "joint"}
+    data["output"] = {"every": end}
+    given = {"integrator.tolerance": None, "integrator.step": end / 200}
+    exact, found = lienumba.run(data), lienumba.run(data, overrides=WAY | given)
+    assert int(found.status[0]) == int(exact.status[0])
+    assert abs(found.position - exact.position).max() < error
 
 
 def test_neighbours_change_no_bit() -> None:

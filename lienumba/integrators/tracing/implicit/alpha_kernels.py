@@ -211,9 +211,10 @@ def _step(tracer: Tracer, equations: Equations) -> Kernel:
     if tracer.augmented.work:
         mu: list[Number] = [0.0] * tracer.structure.rows
         for row, m in zip(tracer.used, multipliers, strict=True):
-            mu[row] = step.mask[row] * m
+            mu[row] = m
         posture = tracer.posture(step.model, at, step.augmented, step.end, step.clock(layout.MIDDLE))
-        rates = [*rates, dynamics.power(step.model, posture.now, mu)]
+        every = tracer.reactions(step.model, posture, step.mask, mu)
+        rates = [*rates, dynamics.power(step.model, posture.now, every)]
         reports.power = [step.history[1][-1], step.mixed(step.weights.dv, rates)[-1], rates[-1]]
     reports.history = [h, *rates, *step.mixed(step.weights.a, rates)]
     after = augmented_after(tracer, step.model, step.augmented, now, h, reports)
@@ -226,14 +227,14 @@ def _step(tracer: Tracer, equations: Equations) -> Kernel:
     outputs = [*flat(new), *after, verdict(tracer.strict(rotation), square, 1.0, 1.0)]
     outputs += [margin] if tracer.augmented.masks else []
     rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
-    zero, every = munthe_kaas.origin(tracer.chart), tracer.elements
+    zero = munthe_kaas.origin(tracer.chart)
     F = tracer.field(step.model, step.state, a, laws)  # whose places alone are those of the start
     own = [chart.slope(x, zero, x, f) for x, f in zip(step.state, F, strict=True)]
     places, n = tracer.apart(own)[0], tracer.velocities
     at_start = step.history[1]
     start = tracer.gathered(places, at_start[:n], at_start[n : n + len(laws)])
     for s, kept in enumerate((start, [munthe_kaas.weighted([1.0 / h], [z]) for z in u], slopes)):
-        for i in range(every):
+        for i in range(tracer.elements):
             outputs += kept[i]
             rows += [behind + layout.slope_row(sizes, i, s) + c for c in range(sizes.coordinates)]
         if tracer.augmented.work:
