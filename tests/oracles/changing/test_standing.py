@@ -68,3 +68,31 @@ def test_a_box_lands_flat_on_four_corners_at_once(dataset: Any) -> None:
     assert float(run.energy_lost) == pytest.approx(G * 0.05, abs=1e-11)
     np.testing.assert_allclose(run.position.values[-1], [0, 0, HEIGHT], rtol=0, atol=1e-11)
     np.testing.assert_allclose(run.velocity.values[-1], 0.0, rtol=0, atol=1e-12)
+
+
+def test_modes_at_the_end_are_the_last_that_are_stored(dataset: Any) -> None:
+    last = dataset.last_mode.transpose("run", "switch").values
+    assert last.tolist() == [[1] * 4, [2] * 4, [0, 0, 1, 1], [1] * 4]
+    np.testing.assert_array_equal(dataset["mode"].isel(time=-1).transpose("run", "switch").values, last)
+
+
+def test_friction_at_two_of_four_corners_takes_what_presses_there() -> None:
+    """Down is along x: the upper corners have friction, the lower ones none; moments share the weight."""
+    J, mu = (HALF**2 + HEIGHT**2) / 3, 0.25
+    corner = {"type": "point_plane", "bodies": ["box", "ground"], "rest_speed": 0.01}
+    places = [(x, y) for x in (-HALF, HALF) for y in (-HALF, HALF)]
+    corners = [
+        corner | {"name": f"c{n}", "points": [[x, y, -HEIGHT], [0, 0, 0]]} | ({"friction": mu} if x < 0 else {})
+        for n, (x, y) in enumerate(places)
+    ]
+    body = {"name": "box", "mass": 1, "inertia": [J] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    down = [G * math.sin(SLOPE), 0, -G * math.cos(SLOPE)]
+    model = {"gravity": down, "bodies": [body | scenarios.AT_REST], "contacts": corners}
+    data = {"title": "A box", "model": model, "integrator": scenarios.settings(END), "output": {"times": [0, END]}}
+    run = lienumba.run(data).isel(run=0, body=0)
+    pressed = G * math.cos(SLOPE) / (2 + mu * HEIGHT / HALF)
+    a = G * math.sin(SLOPE) - mu * pressed
+    np.testing.assert_allclose(run.position[-1], [0.5 * a * END**2, 0, HEIGHT], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run.angular_velocity[-1], 0.0, rtol=0, atol=1e-11)
+    assert run.last_mode.values.tolist() == [2] * 4
+    assert float(abs(run.energy_residual).max()) < 1e-11
