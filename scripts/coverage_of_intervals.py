@@ -9,10 +9,14 @@ import numpy as np
 from scipy import special, stats
 
 from document import markdown, renew
+from lienumba.analysis.comparison import proportions as paired
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
-from lienumba.sweep.confidence import half_width, proportion, ranks
+from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
+from lienumba.sweep.sequential import bounds as sequence
+from lienumba.sweep.sequential import evidence
+from lienumba.sweep.verdicts import Wanted, judge
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "statistics.md"
 TRIALS = 1000
@@ -46,6 +50,58 @@ def part(p: float) -> Trial:
     def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
         low, high = proportion(int((rng.uniform(size=runs) < p).sum()), runs, CONFIDENCE)
         return (float(low), float(high)), p
+
+    return trial
+
+
+def verdict(p: float, side: int) -> Trial:
+    """One bound of a requirement that a part p of all runs meets: at least (0), at most (1)."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        bound = float(bounds(int((rng.uniform(size=runs) < p).sum()), runs, CONFIDENCE)[side])
+        return (bound, 1.0) if side == 0 else (0.0, bound), p
+
+    return trial
+
+
+def weighed(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+    """Runs drawn from x^2 instead of x in [0, 1], with the weights that make up for it: what is met below 0.9."""
+    x = rng.uniform(size=runs) ** 0.5
+    found = judge(Wanted("", 0.9, CONFIDENCE), (x < 0.9).astype(float), 0.9 - x, False, 1.0 / x)
+    return (found.at_least, 1.0), 0.9
+
+
+def tolerance(part: float, looked: bool) -> Trial:
+    """The margin that so large a part of all runs keeps, of values without a mean."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        y = rng.standard_cauchy(runs)
+        margin = judge(Wanted("", part, CONFIDENCE), (y > 0.0).astype(float), y, looked).margin
+        return (-np.inf if margin is None else margin, np.inf), stats.cauchy.ppf(1.0 - part)
+
+    return trial
+
+
+def at_any_run(p: float, side: int) -> Trial:
+    """A bound of a confidence sequence at the run where it is worst, of all so far."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        n = np.arange(1, runs + 1)
+        worst = int(np.argmax(evidence(np.cumsum(rng.uniform(size=runs) < p), n, p)[side]))
+        rng = np.random.default_rng(rng.bit_generator.seed_seq)
+        bound = sequence(int((rng.uniform(size=runs) < p)[: worst + 1].sum()), worst + 1, CONFIDENCE)[side]
+        return (bound, 1.0) if side == 0 else (0.0, bound), p
+
+    return trial
+
+
+def pairs(less: float, more: float) -> Trial:
+    """The difference of two designs, of which so large parts of the pairs pass in the first alone, and in the
+    second."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        u = rng.uniform(size=runs)
+        return paired(int((u < less).sum()), int((u > 1.0 - more).sum()), runs), more - less
 
     return trial
 
@@ -130,6 +186,17 @@ CASES: dict[str, Trial] = {
     "95 % quantile, Cauchy": quantile(0.95),
     "proportion 0.5": part(0.5),
     "proportion 0.01": part(0.01),
+    "requirement met by 0.99, at least": verdict(0.99, 0),
+    "requirement met by 0.9, at most": verdict(0.9, 1),
+    "requirement met by 0.9, weights": weighed,
+    "tolerance bound, 0.9": tolerance(0.9, False),
+    "tolerance bound, 0.95": tolerance(0.95, False),
+    "requirement met by 0.99, at any run": at_any_run(0.99, 0),
+    "requirement met by 0.9, at any run": at_any_run(0.9, 0),
+    "requirement not met by 0.9, at any run": at_any_run(0.9, 1),
+    "tolerance bound, 0.9, at any run": tolerance(0.9, True),
+    "two designs, 10 and 5 % of pairs": pairs(0.1, 0.05),
+    "two designs, 2 % of pairs each": pairs(0.02, 0.02),
     "rank correlation, y = x + noise": rank(1.0),
     "rank correlation, no effect": rank(0.0),
     "tornado, y = x": change(0.0),

@@ -126,7 +126,7 @@ def _difference(first: Output, second: Output) -> dict[str, float]:
     d = b - a
     change = float(d.mean())
     if first.name == FAILED or first.name.startswith(f"{MET}."):
-        low, high = _proportions(int((d < 0).sum()), int((d > 0).sum()), n)
+        low, high = proportions(int((d < 0).sum()), int((d > 0).sum()), n)
     else:
         half = float(half_width(d.std(ddof=1), n, CONFIDENCE))
         low, high = change - half, change + half
@@ -138,7 +138,7 @@ def _difference(first: Output, second: Output) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _proportions(less: int, more: int, n: int) -> tuple[float, float]:
+def proportions(less: int, more: int, n: int) -> tuple[float, float]:
     """Bounds for the difference of two proportions from n pairs, of which so many are true in the first alone, and in
     the second alone: each of both is bounded with half of what is left of the confidence (Bonferroni)."""
     confidence = 0.5 + 0.5 * CONFIDENCE

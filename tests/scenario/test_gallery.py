@@ -67,6 +67,7 @@ def test_the_gallery_is_complete() -> None:
         "satellite_monte_carlo",
         "satellite_pointing",
         "satellite_settles",
+        "satellite_verdict",
         "screw_press",
         "separation",
         "slider_crank",

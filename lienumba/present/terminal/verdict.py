@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from lienumba.sweep.verdicts import Verdict
 
-WIDTH = 150  # where there is no terminal
+WIDTH = 170  # where there is no terminal
 MOST_INPUTS = 8  # rows of a table
 
 
