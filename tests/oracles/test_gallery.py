@@ -173,6 +173,16 @@ def test_flyball_governor() -> None:
     assert 0.001 < float(ds.energy[0] - ds.energy[-1]) < 0.01
 
 
+def test_arm_stiff() -> None:
+    """kd q' = kp (target - q): the weight moves it by some 1e-5 rad, inertia by less."""
+    ds = lienumba.run(SCENARIOS / "arm_stiff.toml", runs=[-1]).isel(run=0)
+    for name, target in (("shoulder", -0.8), ("elbow", 1.2)):
+        expected = target * (1 - np.exp(-5 * ds.time.values))
+        np.testing.assert_allclose(ds[f"{name}_angle.angle"], expected, rtol=0, atol=1e-4)
+    assert 0 < float(abs(ds["shoulder_angle.angle"][-1] + 0.8)) < 3e-5
+    assert int(ds.steps) < 300
+
+
 def test_belt_drive() -> None:
     """As one wheel of the inertia that the motor sees, but for what gives way: J w' = torque(t) - 0.2 w."""
     ds = single("belt_drive")

@@ -32,6 +32,7 @@ def test_the_gallery_is_complete() -> None:
     assert {file.stem for file in FILES} == {
         "arm_pd",
         "arm_sampled",
+        "arm_stiff",
         "belt_drive",
         "bennett",
         "bouncing_ball",
