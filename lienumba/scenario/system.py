@@ -259,6 +259,20 @@ class System:
         """
         return self._add("events", {"name": name, "when": when, "action": action, **keys})
 
+    def measure(self, name: str, value: str, units: str | None = None) -> Self:
+        """Ask each run for a number of the whole of it.
+
+        Parameters
+        ----------
+        name : str
+            Of the variable of the dataset: words.
+        value : str
+            A formula with reducers, such as "last_time(pointing.angle > 0.1*deg)".
+        units : str, optional
+            Of the number.
+        """
+        return self._add("measures", {"name": name, "value": value, **({} if units is None else {"units": units})})
+
     def table(self, name: str, **keys: object) -> Self:
         """Name a function that is known at points.
 

@@ -244,7 +244,7 @@ def drive(
         good = busy & (trial == 0.0)
         left = splat(NEVER)
         if pace[STEP] > 0.0:
-            again = shorten(lanes, busy, length, pace[STEP])
+            again = shorten(lanes, busy & (splat(float(kernels[layout.NEWTON])) != 0.0), length, pace[STEP])
             store(lanes, STATUS, choose(busy, choose(again, splat(0.0), trial), load(lanes, STATUS)))
         else:
             good = good & (load(at.control, layout.ERROR) <= 1.0)

@@ -52,7 +52,7 @@ def measure(text: str, parameters: Parameters, names: frozenset[str], events: Ma
         raise explained(text, error) from None
     found = _Parsing(parameters, names, events)
     outer = found.visit(copy.deepcopy(tree))
-    if not found.kept:
+    if not any(isinstance(node, ast.Call) and _reduces(node) for node in ast.walk(tree)):
         rule = "is no number of a whole run"
         raise ExpressionError(rule, f"write one of {listed(f'{name}(...)' for name in REDUCERS)} in it")
     if is_condition(outer):

@@ -1,0 +1,230 @@
+"""Formulas of whole runs against closed forms: a throw, a spring and an armature, and what datasets make of them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import lienumba
+from lienumba import ScenarioError
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*nothing uses it")
+G, UP, END, LEVEL = 9.81, 5.0, 1.5, 0.31
+THROW: dict[str, Any] = {
+    "parameters": {"k": 1.0, "tau": LEVEL},
+    "model": {
+        "gravity": [0, 0, -G],
+        "bodies": [
+            {
+                "name": "ball",
+                "mass": 1.0,
+                "inertia": [1, 1, 1],
+                "position": [0, 0, 0],
+                "rotation": [1, 0, 0, 0],
+                "velocity": [0, 0, UP],
+            }
+        ],
+    },
+    "quantities": [{"name": "p", "type": "point", "body": "ball"}],
+    "events": [{"name": "hit", "when": "p.z < -1"}],
+    "output": {"every": 0.5, "variables": ["p"]},
+}
+STEPS = [
+    {"step": 0.01},
+    {"step": 0.25},
+    {"tolerance": 1e-9},
+    {"tolerance": 1e-9, "method": "taylor"},
+    {"step": 0.1, "method": "radau5"},
+    {"tolerance": 1e-9, "coordinates": "joint"},
+]
+
+
+def z(t: float) -> float:
+    return UP * t - G / 2 * t * t
+
+
+def area(t: float) -> float:
+    return UP / 2 * t * t - G / 6 * t**3
+
+
+def squares(t: float) -> float:
+    return UP**2 * t**3 / 3 - UP * G * t**4 / 4 + G * G * t**5 / 20
+
+
+TOP = UP**2 / 2 / G
+RISES, SINKS = ((UP + s * np.sqrt(UP**2 - 2 * G)) / G for s in (-1, 1))  # through 1 m
+CLOSED = {
+    "max(p.z)": TOP,
+    "time_of_max(p.z)": UP / G,
+    "min(p.z)": z(END),
+    "time_of_min(p.z)": END,
+    "final(p.z)": z(END),
+    "final(t)": END,
+    "mean(p.z)": area(END) / END,
+    "rms(p.z)": np.sqrt(squares(END) / END),
+    "integral(p.z, p.z > 1)": area(SINKS) - area(RISES),
+    "mean(p.z, p.z > 1)": (area(SINKS) - area(RISES)) / (SINKS - RISES),
+    "time_when(p.z > 1)": SINKS - RISES,
+    "time_when(p.z > 3)": 0.0,
+    "first_time(p.z > 1)": RISES,
+    "last_time(p.z > 1)": SINKS,
+    "first_time(p.z <= 0)": 0.0,
+    "first_time(p.z > 3)": np.nan,
+    "count(p.z > 1)": 1.0,
+    "count(p.z > 3)": 0.0,
+    "at(p.z, tau)": z(LEVEL),
+    "at(p.z, hit)": -1.0,
+    "max(p.z, t > 0.9)": z(0.9),
+    "min(p.z, p.z > 1)": 1.0,
+    "max(p.z, t > 0.2 and t < 0.4)": z(0.4),
+    "overshoot(p.z, k)": TOP - 1.0,
+    "overshoot(-p.z, -k)": TOP - 1.0,
+    "overshoot(p.z, 3*k)": 0.0,
+    "max(p.z) - 2*k*min(p.z, t < 0.5)": TOP,
+    "max(k, max(p.z), 0.5)": TOP,
+    "max(max(abs(p.z + 0.5), p.y))": -z(END) - 0.5,
+}
+
+
+def measured(formulas: list[str], scenario: dict[str, Any] = THROW, **keys: Any) -> xr.Dataset:
+    """The dataset of a scenario that asks for these."""
+    asked = [{"name": f"m{n}", "value": text} for n, text in enumerate(formulas)]
+    return lienumba.run(scenario | {"measures": asked} | keys)
+
+
+@pytest.mark.parametrize("steps", STEPS, ids=str)
+def test_a_throw_has_closed_forms(steps: dict[str, Any]) -> None:
+    ds = measured([*CLOSED], integrator={"end_time": END, **steps})
+    found = [float(ds[f"m{n}"][0]) for n in range(len(CLOSED))]
+    np.testing.assert_allclose(found, [*CLOSED.values()], rtol=0, atol=2e-9)
+
+
+SPRING: dict[str, Any] = {
+    "parameters": {"start": 1.0, "w": "2*pi"},
+    "model": {
+        "gravity": [0, 0, 0],
+        "bodies": [
+            {"name": "bob", "mass": 1.0, "inertia": [1, 1, 1], "position": ["start", 0, 0], "rotation": [1, 0, 0, 0]}
+        ],
+        "forces": [
+            {"name": "pull", "type": "force", "body": "bob", "value": ["-w**2*x.x", 0, 0]},
+        ],
+    },
+    "quantities": [{"name": "x", "type": "point", "body": "bob"}],
+    "integrator": {"tolerance": 1e-11, "end_time": 3.0},
+    "output": {"every": 1.0, "mode": "summary"},
+    "sweep": {
+        "runs": 20,
+        "seed": 4,
+        "vary": {"parameters.start": {"distribution": "uniform", "low": 0.5, "high": 1.5}},
+    },
+}
+
+
+def test_each_run_of_a_sweep_has_its_own() -> None:
+    """x = a cos(2 pi t) over three periods: no time is stored at which it says so."""
+    ds = measured(
+        ["max(x.x, t > 1)", "rms(x.x)", "time_when(x.x > 0.6*start)", "count(x.x > 0)", "mean(x.x, x.x > 0)"]
+        + ["time_of_min(x.x)", "min(x.x)/start", "last_time(x.x > 0.4)"],
+        SPRING,
+    )
+    a = ds["parameters.start"].values
+    np.testing.assert_allclose(ds.m0, a, rtol=1e-9)
+    np.testing.assert_allclose(ds.m1, a / np.sqrt(2), rtol=1e-9)
+    np.testing.assert_allclose(ds.m2, 3 * np.arccos(0.6) / np.pi, rtol=1e-8)
+    np.testing.assert_array_equal(ds.m3, 4)  # at the start, and three times again
+    np.testing.assert_allclose(ds.m4, 2 * a / np.pi, rtol=1e-8)
+    np.testing.assert_allclose(ds.m5 % 1.0, 0.5, atol=1e-6)
+    np.testing.assert_allclose(ds.m6, -1.0, rtol=1e-9)
+    np.testing.assert_allclose(ds.m7, 3.0, rtol=1e-12)
+    assert ds.m0.attrs == {"units": "1", "long_name": "m0 of the run", "measure": "max(x.x, t > 1)"}
+    assert "time" not in ds.m0.dims
+    assert "x" not in ds
+
+
+def test_nothing_of_measures_decides_a_run() -> None:
+    asked = ["max(x.x)", "count(x.x > 0.1)", "integral(x.x, x.y < 0.2 and x.x > 0)"]
+    full = SPRING | {"output": {"every": 0.5}}
+    for integrator in ({"step": 0.01, "end_time": 1.0}, SPRING["integrator"]):
+        without, with_them = (
+            lienumba.run(full | {"integrator": integrator}),
+            measured(asked, full, integrator=integrator),
+        )
+        assert without.attrs["scenario_sha256"] == with_them.attrs["scenario_sha256"]
+        for name in without.data_vars:
+            np.testing.assert_array_equal(without[name].values, with_them[name].values)
+
+
+def test_runs_that_end_early() -> None:
+    """At an event what is asked for is known there; a run that failed has no measure."""
+    stops = THROW | {"events": [{"name": "hit", "when": "p.z < -1", "action": "stop"}]}
+    hit = (UP + np.sqrt(UP**2 + 2 * G)) / G
+    ends = ["final(t)", "final(p.z)", "mean(p.z)", "min(p.z)", "count(p.z < -1)"]
+    ds = measured(ends, stops, integrator={"end_time": 9.0, "tolerance": 1e-9})
+    np.testing.assert_allclose([float(ds[f"m{n}"][0]) for n in range(5)], [hit, -1, area(hit) / hit, -1, 1], atol=1e-9)
+    blows = SPRING | {"sweep": {"runs": 1}, "integrator": {"step": 1.0, "end_time": 900.0}}
+    blows["parameters"] = {"start": 1.0, "w": 30.0}
+    ds = measured(["max(x.x)", "time_when(x.x > 0)"], blows)
+    assert ds.status.values[0] > 0
+    assert np.isnan([ds.m0.values[0], ds.m1.values[0]]).all()
+
+
+def test_names_of_measures_are_numbers_of_runs(tmp_path: Path) -> None:
+    """In requirements, in the rule by which a sweep ends, in files that are resumed, and in replays."""
+    sweep = SPRING["sweep"] | {"stop": {"variable": "farthest out", "width": 0.5, "every": 10}}
+    asked = {
+        "measures": [{"name": "farthest out", "value": "max(x.x)", "units": "m"}],
+        "requirements": [{"name": "near", "value": "farthest out", "below": 1.0, "probability": 0.1}],
+    }
+    ds = lienumba.run(SPRING | asked | {"sweep": sweep})
+    assert ds.sizes["run"] == 10
+    np.testing.assert_allclose(ds.requirement_margin[:, 0], 1.0 - ds["farthest out"], atol=1e-12)
+    assert ds.requirement_units.values.tolist() == ["m"]
+    path = tmp_path / "s.nc"
+    lienumba.run(SPRING | asked, output=path)
+    with xr.open_dataset(path) as stored:
+        np.testing.assert_array_equal(stored["farthest out"][:10], ds["farthest out"])
+        again = lienumba.replay(stored, 7)
+        assert again["farthest out"].values[0] == stored["farthest out"].values[7]
+
+
+WRONG = {
+    "p.z": "reads p.z outside of a reducer, but that is another number at every time; write final(p.z), max(p.z) or "
+    "another number of its course",
+    "3*k": "is no number of a whole run; write one of max(...), min(...)",
+    "max(mean(p.z))": "has mean(p.z) inside of max, but that is one number for the whole run; compute with it outside "
+    "of max",
+    "at(p.z, hitt)": 'has "hitt", which is no event and no number; the nearest known name is "hit"',
+    "max(p.zz)": 'has the unknown name "p.zz"; did you mean "p.z"?',
+    "count(p.z)": 'gives count the number "p.z", it takes a condition; compare it, such as in pointing.angle > 0.1',
+    "max(p.z > 1)": 'gives max the condition "p.z > 1" where it takes a number; write max(pointing.angle, t > 5); how '
+    "long one holds is time_when(condition)",
+    "first_time(p.z > 0, t > 1)": "gives first_time 2 arguments, it takes a condition; write first_time(pointing.angle "
+    "> 0.1)",
+    "t + max(p.z)": "has t outside of a reducer; write final(t), when the run ends, or first_time(...)",
+    "large(p.z)": 'calls the unknown function "large"',
+    "max(p.z) > 1": "is a condition, not a number; write where(condition, 1, 0)",
+    "max(p)": 'uses "p", which has several numbers; write p.x or p.y or p.z',
+    "max(p.z": 'has 1 "(" and 0 ")"; give each its other half',
+}
+
+
+@pytest.mark.parametrize(("text", "sentence"), WRONG.items())
+def test_what_is_wrong_with_a_formula_is_said(text: str, sentence: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        measured([text], integrator={"step": 0.1, "end_time": 1.0})
+    assert str(caught.value).startswith(f'measures.m0.value = "{text}": {sentence}')
+
+
+def test_names_that_are_taken_are_refused() -> None:
+    for name, sentence in (
+        ("status", "measures: gives status, but the dataset has a variable of this name already"),
+        ("p", "measures: gives p, but the dataset has a variable of this name already"),
+        ("a/b", 'measures.a/b.name = "a/b": is no valid name; give words without'),
+    ):
+        with pytest.raises(ScenarioError) as caught:
+            asked = [{"name": name, "value": "max(p.z)"}]
+            lienumba.run(THROW | {"measures": asked, "integrator": {"step": 0.1, "end_time": 1.0}})
+        assert sentence in str(caught.value)
