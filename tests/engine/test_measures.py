@@ -224,7 +224,7 @@ def test_names_that_are_taken_are_refused() -> None:
         ("p", "measures: gives p, but the dataset has a variable of this name already"),
         ("a/b", 'measures.a/b.name = "a/b": is no valid name; give words without'),
     ):
+        asked = [{"name": name, "value": "max(p.z)"}]
         with pytest.raises(ScenarioError) as caught:
-            asked = [{"name": name, "value": "max(p.z)"}]
             lienumba.run(THROW | {"measures": asked, "integrator": {"step": 0.1, "end_time": 1.0}})
         assert sentence in str(caught.value)
