@@ -169,7 +169,7 @@ LIMITS = "give below, above or between"
         ({"value": None}, ".soon.value is missing; give a number that the dataset has for each run"),
         ({"below": "2*depth"}, '.soon.below = "2*depth": depends on parameters.depth, which the sweep varies'),
         ({"failed": "drop"}, '.soon.failed = "drop": must be "count" or "ignore"'),
-        ({"name": "a.b"}, '.a.b.name = "a.b": is no valid name; give words without ".", "[", "]" and quotes'),
+        ({"name": "a.b"}, '.a.b.name = "a.b": is no valid name; give words without ".", "[", "]", "/" and quotes'),
         ({"value": "event_time.impct"}, '.soon.value = "event_time.impct": is not a number that the dataset has for'),
     ],
 )
