@@ -10,8 +10,8 @@ STEPS = '"integrator.step" = [1e-3, 5e-4]'
 SETTINGS = 'reference = { method = "dop853", step = 1e-3 }'
 FITS = "the nearest step that fits is 0.0025, the nearest end_time 0.009"
 KEYS = (
-    'known here are "method", "order", "step", "tolerance", "first_step", "max_step", "min_step", "dexpinv", '
-    '"group", "coordinates", "file", "position", "rotation", "velocity", "angular_velocity"'
+    'known here are "method", "order", "rho_infinity", "step", "tolerance", "first_step", "max_step", "min_step", '
+    '"dexpinv", "group", "coordinates", "file", "position", "rotation", "velocity", "angular_velocity"'
 )
 SWEEP = '[sweep]\nruns = 2\n[sweep.vary]\n"bodies.arm.mass" = { distribution = "normal", std = 0.1 }\n'
 
