@@ -127,7 +127,7 @@ class ScenarioError(Exception):
         return cls(Problem(place, rule, remedy, value))
 
     def __str__(self) -> str:
-        return "\n".join(_read(self.problems))
+        return readable("\n".join(_read(self.problems)))
 
     def inside(self, place: str) -> Self:
         """The same, where all of which it tells is a part of something else.

@@ -98,3 +98,8 @@ def test_no_sentence_is_mended(room):
             if getattr(text, "id", "") in TEXTS:
                 found.append(f"{path.relative_to(PACKAGE)}:{node.lineno} {ast.unparse(node)}")
     assert found == []
+
+
+def test_no_terminal_obeys_what_a_message_quotes():
+    told = str(ScenarioError("a\u202eb\x1b[31m is bad", Problem("c\x07", "is bad")))
+    assert told == "a\\u202eb\\x1b[31m is bad\nc\\x07: is bad"

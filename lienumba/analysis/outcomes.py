@@ -111,8 +111,9 @@ def outcomes(ds: xr.Dataset, which: np.ndarray | None = None) -> tuple[Outcome, 
 
 
 def _undefined(ds: xr.Dataset, run: int) -> str:
-    """Which quantity of a run is not finite first, and when; or which summary of it."""
-    own = [x.isel(run=run) for name, x in ds.data_vars.items() if name not in VARIABLES and x.dims[:1] == RUN]
+    """What of a run is not finite first, and when: a course, or a summary of a quantity."""
+    every = [(name, x) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and x.dtype.kind == "f"]
+    own = [x.isel(run=run) for name, x in every if name not in VARIABLES or "time" in x.dims]
     first: dict[str, float] = {}
     for x in (x for x in own if "event" not in x.dims):
         timed = "time" in x.dims

@@ -89,7 +89,8 @@ STATUSES = (
     Status(
         UNDEFINED,
         "undefined_quantity",
-        "the motion is there, but a quantity that is stored or summed up became infinite or undefined, as the root of "
-        "a negative number is; write its formula so that it has a value everywhere",
+        "the motion is there, but a quantity or reaction that is stored or summed up became infinite or undefined, as "
+        "the root of a negative number is; write its formula so that it has a value everywhere, or see whether numbers "
+        "of the model are too large or too small",
     ),
 )

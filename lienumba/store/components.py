@@ -50,7 +50,8 @@ def matching(asked: str, by_variable: Mapping[str, Sequence[str]], what: str) ->
         name for each in by_variable.values() for name in each if f"{name}.".startswith(f"{asked}.")
     ]
     if not found:
-        own = [x for name, x in by_variable.items() if asked.startswith(f"{name}.") and len(x) > 1]
-        told = suggestion(asked, own[0]) if own else remedy(asked, by_variable)
+        whole = f"{asked.partition('.')[0]}."
+        own = [name for each in by_variable.values() for name in each if "." in asked and name.startswith(whole)]
+        told = suggestion(asked, own) if own else remedy(asked, by_variable)
         raise ScenarioError(f"the dataset has no {what} {show(asked)}; {told}")
     return found

@@ -46,6 +46,16 @@ def test_what_nobody_keeps_fails_no_run() -> None:
     assert (lienumba.run({**FALL, "output": kept})["status"] == SUCCESS).all()
 
 
+def test_reactions_beyond_all_numbers_are_no_success() -> None:
+    far = {"bodies.ram.position[1]": 1e99, "joints.thread.axis[2]": 1e14}
+    short = {"integrator": {"method": "rk4", "step": 1e-3, "end_time": 4e-3}, "output": {}}
+    found = lienumba.run("scenarios/screw_press.toml", overrides={**far, **short})
+    assert not np.isfinite(found["joint_torque"]).all()
+    assert (found["status"] == UNDEFINED).all()
+    assert np.isfinite(found["position"]).all()
+    assert "(joint_" in str(summarise(found))
+
+
 def test_what_is_summed_up_counts_too() -> None:
     summed = {"mode": "summary", "every": 0.1, "summary": {"root": ["final"]}}
     found = lienumba.run({**FALL, "output": summed, "sweep": {**FALL["sweep"], "runs": 8}})

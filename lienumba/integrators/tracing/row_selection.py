@@ -38,7 +38,8 @@ def initial_selection(model: Model, exchangeable: tuple[int, ...], now: Instant)
     triangle, scales = kkt.schur_complement(structure, dynamics.shapes(model), C)
     S = np.zeros((len(scales), len(scales)))
     S[np.tril_indices(len(scales))] = triangle
-    S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))
+    with np.errstate(over="ignore"):  # rows whose scales no number holds are as good as none
+        S = (S + np.tril(S, -1).T) / np.sqrt(np.outer(scales, scales))
     masks = np.zeros(len(scales))
     strongest(S, np.ones(len(scales)), masks)
     mask = [1.0] * structure.rows

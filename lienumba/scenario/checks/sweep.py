@@ -3,7 +3,7 @@
 import re
 from functools import cache
 from sys import float_info
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
@@ -12,6 +12,7 @@ from lienumba.keys.facts import is_choice
 from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 EVERY = "every"  # the key of the interval of a sampled law
 ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs", "run a scenario for each interval"
+CHOICES = {"quantities": "derivative", "noise": "order"}  # keys with a whole number that no run may have of its own
 # What varies as a whole: its name, the last keys of its paths, and its type.
 WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
     ROTATION: ("a rotation", ("rotation",), Rotation),
@@ -152,6 +154,8 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
         raise paths.PathError("leads to a key that is omitted", "give its nominal value first") from None
     if shape != NUMBER:
         return _whole(value, tokens, shape)
+    if tokens and CHOICES.get(str(tokens[0])) == tokens[-1] and not isinstance(value, str):
+        raise paths.PathError("chooses what is computed, which is the same in all runs", "vary a number of the model")
     if isinstance(value, str) and not {*paths.TEXT_KEYS, "shapes"}.intersection(tokens[2:]):
         if tokens[0] not in paths.WITH_FORMULAS:
             return None
@@ -184,10 +188,11 @@ def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
         raise paths.PathError(f"does not lead to {what}", "give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)
-        return nominal_numbers(adapter.validate_python(value), shape)
-    except ValidationError:
+        found = nominal_numbers(adapter.validate_python(value), shape)
+        return None if shape == ROTATION and not any(cast(Vector, found)) else found
+    except (ValidationError, ArithmeticError):  # the latter: an axis without length, a matrix of zeros
         if keys:
-            return None  # the schema says so
+            return None  # the schema says so, or the check of bodies
     raise paths.PathError(f"is not {what} but {show(value)}", "give the path of one")
 
 

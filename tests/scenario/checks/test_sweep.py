@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from lienumba import ScenarioError
+from lienumba.scenario.resolve import resolve
 from tests.scenario.checks.refusal import refused
 from tests.scenario.checks.test_scenario import BASE
 
@@ -31,6 +33,13 @@ CASES = {
     "unknown distribution": (
         sweep('"bodies.top.mass" = { distribution = "lognorml", sigma = 0.1 }'),
         'sweep.vary."bodies.top.mass".distribution = "lognorml": is not known; the nearest known name is "lognormal"',
+    ),
+    "derivative of a quantity": (
+        sweep('"quantities.tip.derivative" = { distribution = "constant", value = 1, relative = true }').replace(
+            "[sweep]", '[[quantities]]\nname = "tip"\ntype = "point"\nbody = "top"\nderivative = 1\n\n[sweep]', 1
+        ),
+        'sweep.vary."quantities.tip.derivative": the path quantities.tip.derivative chooses what is computed, which is '
+        "the same in all runs; vary a number of the model",
     ),
     "unknown key": (
         sweep('"bodies.top.mass" = { distribution = "lognormal", sgima = 0.1, sigma = 0.1 }'),
@@ -353,3 +362,14 @@ def test_validate_and_sample_say_the_same(tmp_path: Path, name: str) -> None:
     text, message = CASES[name]
     assert refused(tmp_path, text, command="validate") == [message]
     assert refused(tmp_path, text, command="sample", output="out.csv") == [message]
+
+
+@pytest.mark.parametrize(
+    "rotation", [{"axis": [0, 0, 0], "angle": 1}, {"axis": [1e300, 0, 0], "angle": 1}, [0, 0, 0, 0], [[0.0] * 3] * 3]
+)
+def test_a_nominal_rotation_that_is_none(rotation: object) -> None:
+    top = {"name": "top", "mass": 1, "inertia": [1, 1, 1], "rotation": rotation}
+    vary = {"bodies.top.rotation": {"distribution": "rotation_normal", "std": 0.1}}
+    given = {"model": {"bodies": [top]}, "integrator": {"step": 0.1, "end_time": 1}, "sweep": {"runs": 2, "vary": vary}}
+    with pytest.raises(ScenarioError, match=r"model\.bodies\.top\.rotation"):
+        resolve(given)
