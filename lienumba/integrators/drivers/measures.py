@@ -129,6 +129,19 @@ def _value(sizes: Sizes, at: Workspace, signal: int, k: int) -> Lanes:
     return load(_signals(sizes, at, 0, k), signal)
 
 
+@inlined
+def _may_turn(sizes: Sizes, at: Workspace, condition: int) -> Mask:
+    """Where the interpolant of a condition may be on both sides of 0."""
+    least, most = _value(sizes, at, condition, 0), _value(sizes, at, condition, 0)
+    for k in range(1, POINTS):
+        least, most = (
+            minimum(least, _value(sizes, at, condition, k)),
+            maximum(most, _value(sizes, at, condition, k)),
+        )
+    beyond = BEYOND * (most - least)
+    return (least - beyond <= 0.0) & (most + beyond > 0.0)
+
+
 @apart
 def _turn(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
     """Where, between two points of the step in which a condition is the same, its interpolant is the farthest on the
@@ -221,6 +234,10 @@ def _extreme(
         store(kept, KEPT_TIME, choose(better, moment, load(kept, KEPT_TIME)))
     most, least = maximum(maximum(maximum(a, b), maximum(c, d)), e), minimum(minimum(minimum(a, b), minimum(c, d)), e)
     may = lanes & (most + BEYOND * (most - least) > sign * load(kept, KEPT_VALUE))
+    falls, rises = splat(0.0), splat(0.0)  # where the ends are the extremes
+    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (_slope(a, b, c, d, e) <= 0.0), 1.0, falls)
+    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (_slope(e, d, c, b, a) <= 0.0), 1.0, rises)
+    may = may & (falls + rises == 0.0)
     if any_lane(may):
         _peak(kernels, sizes, at, t, length, low, high, value, sign, kept, may, a, b, c, d, e)
 
@@ -325,8 +342,9 @@ def measure(
         held, turns = splat(0.0), splat(-1.0)
         for k in range(POINTS):
             held = held + _true(sizes, at, condition, k)
-        for k in range(POINTS - 1):
-            turns = maximum(turns, _turn(sizes, at, condition, k))
+        if any_lane(good & _may_turn(sizes, at, condition)):
+            for k in range(POINTS - 1):
+                turns = maximum(turns, _turn(sizes, at, condition, k))
         if plan.kept[n, KEPT_KIND] == COUNTS:
             news = good & (_true(sizes, at, condition, 0) > load(kept, KEPT_TRUE))
             store(kept, KEPT_VALUE, choose(news, load(kept, KEPT_VALUE) + 1.0, load(kept, KEPT_VALUE)))
