@@ -43,7 +43,7 @@ class Problem:
         values = dict.fromkeys(show(x) for x in (self.formula, self.value) if x is not NOTHING)
         key = " ".join(x for x in (" = ".join([self.place, *values]), self.verb) if x)
         text = ": ".join(x for x in (*self.within, key, self.rule) if x)
-        return readable(f"{text}; {self.remedy}" if self.remedy else text)
+        return f"{text}; {self.remedy}" if self.remedy else text
 
     def below(self, place: str) -> "Problem":
         """The same, where its own place is a key of the table at another."""

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 EVERY = "every"  # the key of the interval of a sampled law
 ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs", "run a scenario for each interval"
-CHOICES = {"quantities": "derivative", "noise": "order"}  # keys with a whole number that no run may have of its own
 # What varies as a whole: its name, the last keys of its paths, and its type.
 WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
     ROTATION: ("a rotation", ("rotation",), Rotation),
@@ -154,8 +153,6 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
         raise paths.PathError("leads to a key that is omitted", "give its nominal value first") from None
     if shape != NUMBER:
         return _whole(value, tokens, shape)
-    if tokens and CHOICES.get(str(tokens[0])) == tokens[-1] and not isinstance(value, str):
-        raise paths.PathError("chooses what is computed, which is the same in all runs", "vary a number of the model")
     if isinstance(value, str) and not {*paths.TEXT_KEYS, "shapes"}.intersection(tokens[2:]):
         if tokens[0] not in paths.WITH_FORMULAS:
             return None
@@ -244,7 +241,7 @@ def _refuse_choices(tokens: list[paths.Token], model: Keys) -> None:
     _, section = _element(tokens, model)
     known = section is not None and len(tokens) == 3 and tokens[2] in section.model_fields
     if section is not None and known and is_choice(section, str(tokens[2])):
-        raise paths.PathError("is a choice, which is the same in all runs", "run a scenario for each of them")
+        raise paths.PathError("chooses what is computed, which is the same in all runs", "vary a number of the model")
 
 
 def _refuse_parts_of_matrices(tokens: list[paths.Token]) -> None:

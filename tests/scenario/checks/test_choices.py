@@ -15,7 +15,7 @@ SHAPED = {"name": "n", "type": "band", "std": 1.0, "every": 0.1, "order": 2}
 @pytest.mark.parametrize("path", ["quantities.p.derivative", "noise.n.order"])
 def test_a_choice_is_not_varied(path: str) -> None:
     system = at_hinge("0*n").quantity(**POINT).noise(**SHAPED).vary(path, "uniform", low=0.0, high=1.0)
-    with pytest.raises(ScenarioError, match="is a choice, which is the same in all runs; run a scenario for each"):
+    with pytest.raises(ScenarioError, match="chooses what is computed, which is the same in all runs; vary a number"):
         lienumba.run(system, overrides={"sweep.runs": 4})
 
 
