@@ -63,7 +63,7 @@ ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always); and the
 # rows of each: the value, its time (s), and whether the condition held where the last step ended. Signals are known in
-# POINTS of a step, of a part of it, and in one place besides.
+# POINTS of a step, of a part of it, and in one place besides; behind that, by how much each changed in the last step.
 KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_NUMBERS = range(4)
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_ROWS = range(4)
@@ -336,7 +336,7 @@ def signal_row(sizes: Sizes, point: int) -> int:
 @kernel
 def measure_rows(sizes: Sizes) -> int:
     """Of all this; none where nothing is kept."""
-    return signal_row(sizes, 2 * POINTS + 1)
+    return signal_row(sizes, 2 * POINTS + 2)
 
 
 @kernel

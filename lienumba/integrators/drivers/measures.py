@@ -7,7 +7,7 @@ An extreme is sought between the points wherever their interpolant may go beyond
 
 import numpy as np
 
-from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
@@ -45,6 +45,7 @@ GAP = 8  # likewise between two points
 SLOPE_B, SLOPE_C, SLOPE_D = 6.756502488724238, -8.0 / 3.0, 1.410164177942427
 GRID = 32  # places in which an interpolant is looked at
 UNSURE = 0.02  # of what they differ by, an interpolant may be wrong
+FARTHEST = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
 TRIES = 8  # at parabolas
 FLAT = 1e-9  # of a step: a place of an extreme that is known so well has its value to the last bits
 
@@ -82,13 +83,18 @@ def _look(
 ) -> None:
     """All signals at a fraction of the open step."""
     rows, edge = layout.state_rows(sizes), choose(fraction == 0.0, -1.0, choose(fraction == 1.0, splat(1.0), 0.0))
-    if any_lane(edge == 0.0):
+    state = at.now
+    if all_lanes(edge == -1.0):
+        state = at.state
+    elif all_lanes(edge == 1.0):
+        state = at.new
+    else:
         store(at.clock, layout.TIME, t)
         between(kernels, at, fraction)
-    stages.commit(edge == -1.0, at.now, at.state, rows)
-    stages.commit(edge == 1.0, at.now, at.new, rows)
+        stages.commit(edge == -1.0, at.now, at.state, rows)
+        stages.commit(edge == 1.0, at.now, at.new, rows)
     store(at.clock, layout.TIME, _time(at, t, length, fraction))
-    call(kernels[layout.MEASURE], at.now, at.parameters, at.clock, 0, to, at.work)
+    call(kernels[layout.MEASURE], state, at.parameters, at.clock, 0, to, at.work)
 
 
 @inlined
@@ -324,6 +330,61 @@ def _keep_parts(
             _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, low, high, before, after, lanes)
 
 
+@inlined
+def _reach(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
+    """By how much a signal may leave what it is at the ends of a step, judging by how it changes in it and did in the
+    one before."""
+    change = absolute(_value(sizes, at, signal, POINTS - 1) - _value(sizes, at, signal, 0))
+    return FARTHEST * (change + load(_signals(sizes, at, 2, 1), signal))
+
+
+@apart
+def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
+    """1 where what is between the ends of the open step may change what is kept, else 0."""
+    kept, kind, value = at.measures + ROW * layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND], plan.kept[n, KEPT_SIGNAL]
+    condition, open_, never = plan.kept[n, KEPT_CONDITION], splat(0.0), splat(0.0)
+    if condition >= 0:
+        a, b = _value(sizes, at, condition, 0), _value(sizes, at, condition, POINTS - 1)
+        reach = _reach(sizes, at, condition)
+        never = choose((a <= -reach) & (b <= -reach) & (a < 0.0), splat(1.0), splat(0.0))
+        open_ = choose(((a > reach) & (b > reach)) | (never == 1.0), splat(0.0), splat(1.0))
+    if kind == INTEGRATES:
+        open_ = splat(1.0)
+    elif kind == KEEPS_FIRST:
+        known = load(kept, KEPT_TIME)
+        open_ = choose(known == known, splat(0.0), splat(1.0))
+    elif kind == COUNTS:
+        open_ = maximum(open_, 1.0 - load(kept, KEPT_TRUE))
+    elif kind != KEEPS_LAST:
+        sign = -1.0 if kind == SMALLEST else 1.0
+        far = sign * load(kept, KEPT_VALUE) - _reach(sizes, at, value)
+        a, b = sign * _value(sizes, at, value, 0), sign * _value(sizes, at, value, POINTS - 1)
+        open_ = choose((a <= far) & (b <= far), open_, 1.0)
+    return choose(never == 1.0, splat(0.0), open_)
+
+
+@apart
+def _keep_end(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, good: Mask
+) -> None:
+    """What the end of a step alone changes."""
+    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
+    holds = splat(1.0)
+    if condition >= 0:
+        holds = _true(sizes, at, condition, POINTS - 1)
+        store(kept, KEPT_TRUE, choose(good, holds, load(kept, KEPT_TRUE)))
+    if plan.kept[n, KEPT_KIND] == KEEPS_LAST:
+        _over(kernels, sizes, at, plan, n, t, length, splat(0.0), splat(1.0), 0, good & (holds == 1.0))
+
+
+@inlined
+def _note_changes(sizes: Sizes, at: Workspace, good: Mask) -> None:
+    """How much signals change in this step, for the next one."""
+    for signal in range(sizes.signals):
+        change = absolute(_value(sizes, at, signal, POINTS - 1) - _value(sizes, at, signal, 0))
+        store(_signals(sizes, at, 2, 1), signal, choose(good, change, load(_signals(sizes, at, 2, 1), signal)))
+
+
 @apart
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
@@ -331,8 +392,19 @@ def measure(
 ) -> None:  # fmt: skip
     """Keep what has to be of the open step in the lanes `good`, which are left at `until`. The clock stays as it is."""
     now = load(at.clock, layout.TIME)
-    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
     whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
+    matters = choose(whole < 1.0, splat(1.0), splat(0.0))
+    _look(kernels, sizes, at, t, length, splat(0.0), _signals(sizes, at, 0, 0))
+    _look(kernels, sizes, at, t, length, splat(1.0), _signals(sizes, at, 0, POINTS - 1))
+    for n in range(sizes.kept):
+        matters = maximum(matters, _matters(sizes, at, plan, n))
+    if not any_lane(good & (matters == 1.0)):
+        for n in range(sizes.kept):
+            _keep_end(kernels, sizes, at, plan, n, t, length, good)
+        _note_changes(sizes, at, good)
+        store(at.clock, layout.TIME, now)
+        return
+    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
     _look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
     for n in range(sizes.kept):
         condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
@@ -356,6 +428,7 @@ def measure(
             _over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, always)
         if any_lane(partly):
             _keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, whole, partly)
+    _note_changes(sizes, at, good)
     store(at.clock, layout.TIME, now)
 
 
@@ -365,6 +438,11 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.MEASURE], at.state, at.parameters, at.clock, 0, _signals(sizes, at, 0, 0), at.work)
     seen = first.measures + layout.signal_row(sizes, 0)
+    changes = first.measures + layout.signal_row(sizes, 2 * POINTS + 1)
+    for lane in range(W):
+        for signal in range(sizes.signals):
+            if rows[first.lanes + FRESH, lane] != 0.0:
+                rows[changes + signal, lane] = np.inf
     for n in range(sizes.kept):
         kept, kind = first.measures + layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND]
         value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]
