@@ -23,6 +23,7 @@ FACTS = {
     "limits": ("joint", "coordinate", "low", "high"),
     "contacts": ("type", "bodies", "friction", "stiffness"),
     "events": ("when", "action", "joint", "parameters"),
+    "requirements": ("value", "below", "above", "between", "probability"),
 }
 PLAIN = ("type", "bodies", "joints")  # keys whose values say what they are
 VARIED = ("distribution", "scipy", "expression", "column")

@@ -273,6 +273,22 @@ class System:
         """
         return self._add("measures", {"name": name, "value": value, **({} if units is None else {"units": units})})
 
+    def requirement(self, name: str, value: str, probability: float, **keys: object) -> Self:
+        """Say what a run shall do, and in which part of all runs.
+
+        Parameters
+        ----------
+        name : str
+            Words, such as "pointing stays fine".
+        value : str
+            A number that the dataset has for each run, such as "pointing.angle_max".
+        probability : float
+            The part of all runs that shall meet it, between 0 and 1.
+        **keys
+            below, above (in the unit of the value) or between=[low, high]; confidence, failed.
+        """
+        return self._add("requirements", {"name": name, "value": value, "probability": probability, **keys})
+
     def table(self, name: str, **keys: object) -> Self:
         """Name a function that is known at points.
 

@@ -35,6 +35,11 @@ LITERATURE = (
         "Computer Methods in Applied Mechanics and Engineering", "1(1):1--16", "10.1016/0045-7825(72)90018-7",
     ),
     Reference(
+        "robbins1970", "article", "Robbins, Herbert", 1970,
+        "Statistical methods related to the law of the iterated logarithm",
+        "The Annals of Mathematical Statistics", "41(5):1397--1409", "10.1214/aoms/1177696786",
+    ),
+    Reference(
         "hunt1975", "article", "Hunt, K. H. and Crossley, F. R. E.", 1975,
         "Coefficient of restitution interpreted as damping in vibroimpact",
         "Journal of Applied Mechanics", "42(2):440--445", "10.1115/1.3423596",

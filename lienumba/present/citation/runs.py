@@ -1,9 +1,14 @@
 """Which runs there were, in what they differed, and how they ended."""
 
+from typing import TYPE_CHECKING
+
 from lienumba.present.citation import sampling
 from lienumba.present.citation.source import CitedScenario
 from lienumba.scenario.base.toml import Tables
 from lienumba.words import number, plural
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def sweep(source: CitedScenario) -> str:
@@ -48,17 +53,27 @@ def _stopped(source: CitedScenario) -> str:
 
 def _stop(source: CitedScenario, rule: Tables) -> str:
     """When a sweep was to end, and whether it did."""
-    name, dataset = rule["variable"], source.dataset
-    what = "mean" if rule["statistic"] == "mean" else f"{100 * rule['probability']:g} % quantile"
-    unit = "" if dataset is None or name not in dataset else sampling.unit(str(dataset[name].attrs.get("units", "1")))
-    text = (
-        f"The sweep was to end once the {100 * rule['confidence']:g} % confidence interval of the {what} of {name}, "
-        f"computed after every {plural(rule['every'], 'run', 'runs')}, was no wider than {number(rule['width'])}{unit}."
-    )
+    dataset, stopped = source.dataset, _stopped(source)
+    after = f"after every {plural(rule['every'], 'run', 'runs')}"
+    if "requirement" in rule:
+        text = f'The sweep was to end once its runs, looked at {after}, showed whether "{rule["requirement"]}" is met'
+        text += ", by a mixture martingale [@robbins1970]."
+    else:
+        text = _interval(dataset, rule, after)
     if dataset is None:
         return text
-    stopped = _stopped(source)
     return f"{text} It had {stopped}." if stopped else f"{text} These runs were not enough for that."
+
+
+def _interval(dataset: "xr.Dataset | None", rule: Tables, after: str) -> str:
+    """How narrow an interval was to become."""
+    name = rule["variable"]
+    what = "mean" if rule["statistic"] == "mean" else f"{100 * rule['probability']:g} % quantile"
+    unit = "" if dataset is None or name not in dataset else sampling.unit(str(dataset[name].attrs.get("units", "1")))
+    return (
+        f"The sweep was to end once the {100 * rule['confidence']:g} % confidence interval of the {what} of {name}, "
+        f"computed {after}, was no wider than {number(rule['width'])}{unit}."
+    )
 
 
 def ends(source: CitedScenario) -> str:

@@ -261,6 +261,19 @@ def test_a_sweep_that_stops() -> None:
         assert f"{end} mean of max_position_violation, computed after every 1,024 runs, was no wider than{said}" in text
 
 
+def test_a_sweep_that_stops_by_a_requirement() -> None:
+    text = paragraph(
+        cite_scenario(
+            resolve(
+                SCENARIOS / "satellite_verdict.toml",
+                overrides={"sweep.stop": {"requirement": "points finely", "every": 50}},
+            )
+        )
+    )
+    end = 'once its runs, looked at after every 50 runs, showed whether "points finely" is met, by a mixture martingale'
+    assert end in text
+
+
 @pytest.fixture(scope="module")
 def four() -> Any:
     return lienumba.run(MONTE_CARLO, overrides={"integrator.end_time": 0.02, "sweep.runs": 4})
