@@ -64,7 +64,8 @@ INSIDE = {  # the floors of rooms, lowest first
     "cli": [{"options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
-        {"sensitivities", "statistics", "studies"}, {"requirements"}, {"by_run", "comparison", "index", "panels"},
+        {"sensitivities", "statistics", "studies"}, {"requirements"},
+        {"by_run", "comparison", "folder_index", "panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway

@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from lienumba.analysis.by_run import run_table as run_table
     from lienumba.analysis.changed import changes as changes
     from lienumba.analysis.comparison import compare as compare
-    from lienumba.analysis.index import index as index
+    from lienumba.analysis.folder_index import index as index
     from lienumba.analysis.requirements.separation import separation as separation
     from lienumba.analysis.requirements.verdict import verdicts as verdicts
     from lienumba.analysis.sensitivities.sensitivity import sensitivity as sensitivity
@@ -28,7 +28,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "compare": "lienumba.analysis.comparison",
     "covariance": "lienumba.analysis.statistics.covariance",
     "ellipsoid": "lienumba.analysis.statistics.covariance",
-    "index": "lienumba.analysis.index",
+    "index": "lienumba.analysis.folder_index",
     "mean_interval": "lienumba.analysis.statistics.intervals",
     "mean_rotation": "lienumba.analysis.statistics.rotations",
     "orders": "lienumba.analysis.studies.orders",

@@ -253,7 +253,7 @@ def list_(
 ) -> None:
     """Say which datasets there are: what they are of, how their runs ended, what they show of requirements."""
     with console.exit_codes():
-        from lienumba.analysis.index import index, remarks, save, table
+        from lienumba.analysis.folder_index import index, remarks, save, table
         from lienumba.store.targets import claimed
 
         found = index(folder, recursive=recursive)
