@@ -143,6 +143,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "quantities",
         "noise",
         "events",
+        "measures",
         "requirements",
         "inputs",
         "start",
