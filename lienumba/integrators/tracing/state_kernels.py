@@ -57,8 +57,11 @@ def events(tracer: Tracer) -> Kernel:
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
     outputs = quantities.conditions(model, posture.now, observed)
     if any(switch.what not in (JOINT, LOCK) for switch in tracer.augmented.switches):
-        multipliers = tracer.moving(model, posture, mask, _expected(tracer, graph))[1].multipliers
-        outputs += turning.conditions(model, posture.now, multipliers)
+        expected = _expected(tracer, graph)
+        multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
+        turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
+        accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))

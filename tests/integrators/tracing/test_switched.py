@@ -222,6 +222,6 @@ def test_what_the_kernels_say_lies_where_drivers_look(traced: Any) -> None:
 def test_conditions_of_what_is_on(traced: Any) -> None:
     case, tracer, arrays = traced
     events = outputs(state_kernels.events(tracer), arrays)
-    mu = switching.exact(case)[1]
+    a, mu = switching.exact(case)
     assert len(events) == layout.event_rows(tracer.sizes)
-    close(events, turning.conditions(case.model, case.now, mu.tolist()), 1e-8)
+    close(events, turning.conditions(case.model, case.now, mu.tolist(), a.tolist()), 1e-8)

@@ -8,21 +8,23 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
-from lienumba.mechanics.system import constraints
+from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.system.switched import laws, scales
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import sqrt, where
+from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
+ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
+BRAKED = 0.01  # of gravity: what is braked by more ends by itself
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
-def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
+def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
-    second: what sticks is pushed by more than it holds, what slides slides back, what is open opens further (m/s); of
-    what leans nothing. Gaps are relative to their lengths."""
+    second: what sticks is pushed by more than it holds, what slides slides back or creeps, what is open opens further
+    (m/s); of what leans nothing. Gaps are relative to their lengths. accelerations: of all bodies (6 k)."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
@@ -35,6 +37,10 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number]) -> lis
         reactions = [-mu for mu in multipliers[first:][own]]
         tangents = slice(switch.rows - switch.tangents, switch.rows)
         back = _turned(rates[own][tangents], laws.heading(model, switch, everything, mode.memory))
+        if switch.tangents > 1:
+            rows = range(first + own.start, first + own.stop)[tangents]
+            creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
+            back = maximum(back, creeps)
         pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
         turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
@@ -56,6 +62,28 @@ def _turned(sliding: Sequence[Number], kept: Sequence[Number]) -> Any:
     (x, y), (along, across) = sliding, kept
     # before a right angle: there friction changes its sign, and may turn the sliding back, so that no step ends behind
     return back + TURNED * _length([x * across - y * along])
+
+
+def _creeps(
+    model: Model, now: Instant, length: Number, sliding: Sequence[Number], rows: Sequence[int], a: Sequence[Number]
+) -> Any:
+    """Above 0 (m/s) where sliding is slower than `ENDS` times the speed that gravity gives within the length, and does
+    not end by itself: it has missed 0 by rounding, and turns as fast as steps are short. Less than what the driver
+    takes for rest."""
+    pressing: Any = 0.0
+    for g in dynamics.gravity(model, now.t):
+        pressing = maximum(pressing, absolute(g))
+    least, speed = ENDS * sqrt(pressing * length), _length(sliding)
+    C, (_, biases) = constraints.jacobian(model, now), constraints.rate_and_bias(model, now)
+    growing: Any = 0.0
+    for row, w in zip(rows, sliding, strict=True):
+        rate = biases[row]
+        for (r, column), x in C.items():
+            rate = rate + x * a[column] if r == row else rate
+        growing = growing + w * rate
+    growing = growing / where(speed > 0.0, speed, 1.0)
+    braked = where(pressing > 0.0, growing / where(pressing > 0.0, BRAKED * pressing, 1.0), 0.0)
+    return least * (1.0 + minimum(braked, 0.0)) - speed
 
 
 def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:
