@@ -10,6 +10,7 @@ import numpy as np
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base.paths import REQUIREMENTS
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.store.layout import MARGIN, MET, VERDICT, VERDICTS
@@ -76,7 +77,8 @@ def judges_of(resolved: Scenario, numbers: Mapping[str, Place], unit: Callable[[
     """Those of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
     found, problems = [], []
     for requirement in resolved.data.model.requirements:
-        at = numbers.get(requirement.value)
+        measured = requirement.name in resolved.parameters.measures and is_formula(requirement.value)
+        at = numbers.get(requirement.name if measured else requirement.value)
         if at is None:
             place, known = f"{REQUIREMENTS}.{requirement.name}.value", suggestion(requirement.value, numbers)
             rule = f"is not a number that the dataset has for each run; {known}"

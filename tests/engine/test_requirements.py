@@ -166,7 +166,7 @@ LIMITS = "give below, above or between"
             ".soon.probability = 1.0: must be below 1; give the part of all runs that shall meet it",
         ),
         ({"probability": None}, ".soon.probability is missing; give the part of all runs that shall meet it"),
-        ({"value": None}, ".soon.value is missing; give a number that the dataset has for each run"),
+        ({"value": None}, ".soon.value is missing; give a formula of the whole run"),
         ({"below": "2*depth"}, '.soon.below = "2*depth": depends on parameters.depth, which the sweep varies'),
         ({"failed": "drop"}, '.soon.failed = "drop": must be "count" or "ignore"'),
         ({"name": "a.b"}, '.a.b.name = "a.b": is no valid name; give words without ".", "[", "]", "/" and quotes'),

@@ -61,6 +61,11 @@ def measure(text: str, parameters: Parameters, names: frozenset[str], events: Ma
     return MeasureFormula(text, tuple(found.signals), tuple(found.kept), Formula(ast.unparse(outer), known))
 
 
+def is_formula(text: str) -> bool:
+    """Whether a text is meant as a formula of a whole run, and not as the name of a number that each run has."""
+    return "(" in text
+
+
 @dataclass
 class _Parsing(ast.NodeTransformer):
     """Puts names of what is kept in the place of reducers."""

@@ -16,13 +16,13 @@ from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.model import HELD
 from lienumba.numerics.expressions import FUNCTIONS, ExpressionError, Formula
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import INPUTS, MEASURES, Tokens
+from lienumba.scenario.base.paths import INPUTS, JUDGING, REQUIREMENTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.formulas.formula_names import Known, known_of
 from lienumba.scenario.formulas.measure_formula import MeasureFormula
-from lienumba.scenario.formulas.measures import measure
+from lienumba.scenario.formulas.measures import is_formula, measure
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
     SMOOTH,
@@ -36,7 +36,7 @@ from lienumba.scenario.formulas.parameters import (
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.shapes import SHAPES, Shape
 from lienumba.scenario.schema.tables import tables_of
-from lienumba.words import is_number
+from lienumba.words import is_number, show
 
 SINGULAR = {"tables": "a table", "quantities": "a quantity", "noise": "a noise"}
 NEVER = "t < 0"  # what stands for a condition of tables or quantities
@@ -70,19 +70,25 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
 def _measures(
     parameters: Parameters, names: frozenset[str], model: object, problems: list[Problem]
 ) -> dict[str, MeasureFormula]:
-    """What runs are asked for as a whole, by name."""
-    found, events = {}, {}
+    """What runs are asked for as a whole, by name; also by requirements, whose values may be such formulas."""
+    found: dict[str, MeasureFormula] = {}
+    events = {}
     for event in _rows(model, "events"):
         written = parameters.places.get(("events", str(event.get("name")), "when"))
         events[str(event.get("name"))] = str(event.get("when", NEVER)) if written is None else written.text
-    for n, table in enumerate(_rows(model, MEASURES)):
+    for kind, n, table in ((section, n, x) for section in JUDGING for n, x in enumerate(_rows(model, section))):
         name, text = table.get("name"), table.get("value")
-        if isinstance(name, str) and isinstance(text, str):
-            try:
-                found[name] = measure(text, parameters, names, events)
-            except ExpressionError as error:
-                place = paths.written((MEASURES, unique_name(_rows(model, MEASURES), n) or n, "value"))
-                problems.append(error.at(place, text))
+        if not isinstance(name, str) or not isinstance(text, str) or (kind == REQUIREMENTS and not is_formula(text)):
+            continue
+        place = (kind, unique_name(_rows(model, kind), n) or n)
+        if kind == REQUIREMENTS and name in found:
+            rule, remedy = "is also the name of a measure", f"give another name, or value = {show(name)}"
+            problems.append(Problem(paths.written((*place, "name")), rule, remedy, name))
+            continue
+        try:
+            found[name] = measure(text, parameters, names, events)
+        except ExpressionError as error:
+            problems.append(error.at(paths.written((*place, "value")), text))
     return found
 
 

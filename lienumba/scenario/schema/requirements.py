@@ -18,8 +18,8 @@ class Requirement(Section):
 
     name: Words = Field(description='the name: words such as "pointing stays fine"')
     value: str = Field(
-        description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
-        "for, event_time.impact, energy_lost, or max_energy_drift"
+        description="a formula of the whole run, such as max(pointing.angle, t > 5), or a number that the dataset has "
+        "for each run: a measure, event_time.impact, energy_lost, or pointing.angle_max, which output.summary asks for"
     )
     below: Number | None = Field(default=None, description="what the value must be below, in its unit")
     above: Number | None = Field(default=None, description="what the value must be above, in its unit")

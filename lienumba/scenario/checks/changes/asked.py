@@ -2,14 +2,15 @@
 
 from lienumba.scenario.checks.changes.events import OPPOSITE
 from lienumba.scenario.checks.quantities import Lists
+from lienumba.scenario.formulas.measures import is_formula
 
 
 def changing(lists: Lists) -> str:
     """What of a scenario asks for places between the ends of steps, as it is written; "" if nothing does."""
     if lists["events"]:
         return "[[events]]"
-    if lists["measures"]:
-        return "[[measures]]"
+    if lists["measures"] or any(is_formula(str(x.get("value"))) for x in lists["requirements"]):
+        return "[[measures]]" if lists["measures"] else "[[requirements]]"
     if lists["limits"]:
         return "[[model.limits]]"
     if any("stiffness" not in contact for contact in lists["contacts"]):
@@ -23,4 +24,4 @@ def switching(lists: Lists) -> str:
         return "[[events]]"
     if any(joint.get("locked") is True for joint in lists["joints"]):
         return "locked = true"
-    return changing({**lists, "events": [], "measures": []})
+    return changing({**lists, "events": [], "measures": [], "requirements": []})
