@@ -64,12 +64,12 @@ def test_failures_are_an_output_whose_interval_is_never_nothing():
 
 @pytest.mark.parametrize(("less", "more"), [(0.02, 0.05), (0.3, 0.1), (0.0, 0.01)])
 def test_the_interval_of_failures_holds_what_it_says(less, more):
-    from lienumba.analysis.comparison import _proportions
+    from lienumba.analysis.comparison import proportions
 
     rng, held = np.random.default_rng(1), 0
     for _ in range(2000):
         counts = rng.multinomial(150, [less, more, 1 - less - more])
-        low, high = _proportions(int(counts[0]), int(counts[1]), 150)
+        low, high = proportions(int(counts[0]), int(counts[1]), 150)
         held += low <= more - less <= high
     assert held / 2000 > 0.95
 

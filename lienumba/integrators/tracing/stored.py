@@ -27,7 +27,7 @@ from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.mechanics.elements.events import ACTIONS
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.elements.quantities import QUANTITIES
+from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.mechanics.system.projection import WEIGHTS
 
@@ -35,7 +35,7 @@ TRACING = (  # all that takes part; a test compares
     "errors.py", "words.py", "laws.py", "numerics", "groups", "keys", "compiler", "mechanics", "integrators",
 )  # fmt: skip
 REGISTRIES: tuple[Registry[Any], ...] = (
-    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, CONTACTS, FORCES, JOINTS, QUANTITIES, OUTPUT_VARIABLES, WEIGHTS,
+    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, CONTACTS, FORCES, JOINTS, QUANTITIES, NOISES, OUTPUT_VARIABLES, WEIGHTS,
 )  # fmt: skip
 
 

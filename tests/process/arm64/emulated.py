@@ -26,6 +26,7 @@ from lienumba.compiler import cache, flat, native
 from lienumba.compiler.memo import Memo
 from lienumba.integrators.tracing import machine
 from lienumba.mechanics.mechanism.tables import Numbers
+from lienumba.sweep.noise import Courses
 
 TRIPLE = "aarch64-unknown-linux-gnu"
 SYSROOT = Path("/usr/aarch64-linux-gnu")
@@ -157,6 +158,7 @@ class Guest:
         """Meanwhile, whatever is compiled is compiled for this CPU, at this level of code generation, and whatever is
         called is called there. Nothing of it is kept on disk."""
         address_of = Numbers.address.fget
+        rows_of = Courses.rows
         calls = SimpleNamespace(CFUNCTYPE=self.function, c_int64=ctypes.c_int64)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(cache, "remember", lambda key, make: make())
@@ -172,6 +174,7 @@ class Guest:
             patch.setattr(machine, "aligned", self.aligned)
             patch.setattr(integrate, "aligned", self.aligned)
             patch.setattr(Numbers, "address", property(lambda numbers: address_of(Numbers(self.array(numbers.array)))))
+            patch.setattr(Courses, "rows", lambda courses: self.array(rows_of(courses)))
             yield
         self.used = 0
 
