@@ -35,7 +35,8 @@ TRACING = (  # all that takes part; a test compares
     "errors.py", "words.py", "laws.py", "numerics", "groups", "keys", "compiler", "mechanics", "integrators",
 )  # fmt: skip
 REGISTRIES: tuple[Registry[Any], ...] = (
-    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, CONTACTS, FORCES, JOINTS, QUANTITIES, NOISES, OUTPUT_VARIABLES, WEIGHTS,
+    METHODS, GROUPS, COORDINATES, DRIVERS, ACTIONS, CONTACTS, FORCES, JOINTS, QUANTITIES, NOISES, OUTPUT_VARIABLES,
+    WEIGHTS,
 )  # fmt: skip
 
 
