@@ -15,6 +15,7 @@ NEEDED = "LIENUMBA_NEEDS_BROWSER"  # set where a browser must be there
 # What Chromium says whatever plotly.js draws: how fast WebGL is in software, and how its labels are rendered.
 DRIVER = ("GL Driver Message", "willReadFrequently")
 WIDTHS = {1280: 800, 390: 844}  # and their heights
+PATIENCE = 180_000  # ms: what is drawn in software waits for its turn on a busy machine
 DRAWN = """(run) => {
   const stage = document.getElementById("stage"), { traces, dataScale } = stage._fullLayout.scene._scene;
   const parts = stage._fullData.filter((x, n) => stage.data[n].meta.run === run && stage.data[n].meta.part);
@@ -46,6 +47,7 @@ class Seen:
         size = {"width": width, "height": WIDTHS[width]}
         self.context = browser.new_context(viewport=size, color_scheme=theme, has_touch=narrow, is_mobile=narrow)
         self.page, self.width = self.context.new_page(), width
+        self.page.set_default_timeout(PATIENCE)
         self.complaints: list[str] = []
         self.page.on("console", self._listen)
         self.page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
