@@ -1,11 +1,13 @@
 """What many tests share."""
 
+import functools
 import gc
 import os
 import sys
 from collections.abc import Iterator
 
 import pytest
+from typer import testing
 
 pytest_plugins = ["tests.quick"]
 
@@ -13,11 +15,9 @@ pytest_plugins = ["tests.quick"]
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-# Rooms whose tests are about what is computed, whatever the machine code looks like: it is made in half the time.
-EQUATIONS = (
-    *("tests/integrators/", "tests/laws/", "tests/mechanics/", "tests/scenario/"),
-    *(f"tests/oracles/{room}/" for room in ("changing", "mechanisms", "minimal", "trees")),
-)
+# Tests of machine code, or of many steps. All others are about what is computed, whatever the code looks like: theirs
+# is made in half the time.
+CODE = ("tests/compiler/", "tests/process/", "tests/documents/test_accuracy.py", "tests/oracles/paper/")
 
 
 def pytest_collection_finish() -> None:
@@ -49,12 +49,20 @@ def traced() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def commands() -> Iterator[None]:
+    """Typer makes all commands anew of their signatures for each call, which takes longer than most of the calls."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(testing, "_get_command", functools.cache(testing._get_command))
+        yield
+
+
 @pytest.fixture(autouse=True, scope="module")
 def level(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Equations are compiled without optimisation, which changes no bit (tests/compiler/test_native.py)."""
+    """Most is compiled without optimisation, which changes no bit (tests/compiler/test_native.py)."""
     from lienumba.compiler import native
 
     with pytest.MonkeyPatch.context() as patch:
-        if request.node.nodeid.startswith(EQUATIONS):
+        if not request.node.nodeid.startswith(CODE):
             patch.setattr(native, "LEVEL", 0)
         yield

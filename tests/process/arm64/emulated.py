@@ -30,7 +30,7 @@ from lienumba.sweep.noise import Courses
 
 TRIPLE = "aarch64-unknown-linux-gnu"
 SYSROOT = Path("/usr/aarch64-linux-gnu")
-COMPILER = "aarch64-linux-gnu-gcc"
+COMPILER, LINKER = "aarch64-linux-gnu-gcc", "aarch64-linux-gnu-ld"
 PACKAGES = "qemu-user-static gcc-aarch64-linux-gnu libc6-dev-arm64-cross"
 ADDRESS, SIZE = 1 << 44, 1 << 28  # of the memory that both see
 FIXED = 0x100000  # MAP_FIXED_NOREPLACE of Linux
@@ -41,7 +41,7 @@ def missing() -> str:
     """Why nothing can be emulated here, or nothing."""
     if platform.system() != "Linux" or platform.machine() != "x86_64":
         return f"AArch64 is emulated on Linux on x86-64 alone, and this is {platform.system()} on {platform.machine()}"
-    lacking = [name for name in (COMPILER, "qemu-aarch64") if not _found(name)]
+    lacking = [name for name in (COMPILER, LINKER, "qemu-aarch64") if not _found(name)]
     if not (SYSROOT / "include" / "stdio.h").exists():
         lacking.append(f"{SYSROOT}/include")
     if lacking:
@@ -100,7 +100,7 @@ class Guest:
         self.count += 1
         source, library = self.folder / f"{self.count}.o", self.folder / f"{self.count}.so"
         source.write_bytes(objects)
-        subprocess.run([COMPILER, "-shared", "-nostdlib", source, "-o", library], check=True)
+        subprocess.run([LINKER, "-shared", source, "-o", library], check=True)
         assert (answer := self.ask(f"l {library}")) == "loaded", answer
         found = {name: int(self.ask(f"a {name}")) for name in names}
         assert all(found.values()), found
