@@ -5,11 +5,11 @@ dearer by their rotations relative to it. Which is more depends on where points 
 first body by body on what a body and its neighbours give, and then on the whole.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from lienumba.compiler.symbols import Graph, live, operation_counts
+from lienumba.compiler.symbols import Graph, operation_counts, reached
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.massless import massless
@@ -53,6 +53,9 @@ class _Counted:
     turnable: set[int] = field(init=False)
     at: dict[int, list[int]] = field(init=False)
     slides: set[int] = field(init=False)
+    mass: kkt.Entries = field(init=False)
+    blocks: dict[tuple[int, int, int | None, int | None], list[list[Any]]] = field(init=False, default_factory=dict)
+    biases: dict[tuple[int, int | None], list[Any]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.every = constraints.constraints_of(self.model)
@@ -68,6 +71,7 @@ class _Counted:
             if self.model.forces
             else dynamics.loads(self.model, self.now)
         )
+        self.mass = dynamics.mass_matrix(self.model, self.now)
         self.slides = {i for rotor in rotors_of(self.model) if not rotor.constant for i in rotor.bodies}
         self.at = {i: [n for n in sorted(self.turnable) if i in self.every[n].bodies] for i in bodies}
 
@@ -119,28 +123,20 @@ class _Counted:
     def whole(self, axes: Axes) -> int:
         """The cost of all accelerations, without what no axes change: forces and prescribed motions are taken as
         known."""
-        C = constraints.jacobian(self.model, self.now, axes)
-        M = dynamics.mass_matrix(self.model, self.now)
-        Q = self._forces(axes, range(len(self.model.bodies)))
-        biases = [self._bias(n, axes) for n in range(len(self.every))]
+        bodies = range(len(self.model.bodies))
+        C, xi = self._constrained(range(len(self.every)), {i: 6 * i for i in bodies}, axes)
         mask = [0.0 if row in self.dropped else 1.0 for row in range(self.structure.rows)]
-        solution = kkt.solve(self.structure, M, C, Q, [x for rows in biases for x in rows], mask)
+        solution = kkt.solve(self.structure, self.mass, C, self._forces(axes, bodies), xi, mask)
         return _operations(axes.out_of(self.now, solution.x))
 
     def _around(self, i: int, bodies: Sequence[int], axes: Axes) -> int:
         """The cost of the accelerations of these bodies, if the joints of body i were all."""
         place = {body: 6 * n for n, body in enumerate(bodies)}
         M: kkt.Entries = {}
-        C: kkt.Entries = {}
-        xi: list[Any] = []
-        for (a, b), x in dynamics.mass_matrix(self.model, self.now).items():
+        for (a, b), x in self.mass.items():
             if a // 6 == b // 6 and a // 6 in place:
                 M[place[a // 6] + a % 6, place[b // 6] + b % 6] = x
-        for n in self.at[i]:
-            for body, block in constraints.blocks(self.every[n], n, self.now, axes):
-                for row, values in enumerate(block, len(xi)):
-                    C |= {(row, place[body] + m): x for m, x in enumerate(values) if not is_zero(x)}
-            xi += self._bias(n, axes)
+        C, xi = self._constrained(self.at[i], place, axes)
         structure = kkt.Structure(len(bodies), len(xi), tuple(range(6 * len(bodies) + len(xi))))
         x = kkt.solve(structure, M, C, self._forces(axes, bodies), xi).x
         back = [0.0] * (6 * len(self.model.bodies))
@@ -152,7 +148,34 @@ class _Counted:
         Q = axes.into(self.now, self.loads)
         return [x for i in bodies for x in Q[6 * i : 6 * i + 6]]
 
+    def _constrained(
+        self, numbers: Iterable[int], place: Mapping[int, int], axes: Axes
+    ) -> tuple[kkt.Entries, list[Any]]:
+        """C and the right-hand side of these constraints; place: of a body, its first column."""
+        C: kkt.Entries = {}
+        xi: list[Any] = []
+        for n in numbers:
+            for body in self.every[n].bodies:
+                if body != GROUND:
+                    for row, values in enumerate(self._block(n, body, axes), len(xi)):
+                        C |= {(row, place[body] + m): x for m, x in enumerate(values) if not is_zero(x)}
+            xi += self._bias(n, axes)
+        return C, xi
+
+    def _block(self, n: int, body: int, axes: Axes) -> list[list[Any]]:
+        """Of a constraint and a body in C; most are asked for again and again."""
+        key = n, body, axes.rows.get(n), axes.moves.get(body)
+        if key not in self.blocks:
+            self.blocks[key] = constraints.block(self.every[n], n, self.now, body, axes)
+        return self.blocks[key]
+
     def _bias(self, n: int, axes: Axes) -> list[Any]:
+        key = n, axes.rows.get(n)
+        if key not in self.biases:
+            self.biases[key] = self._given(n, axes)
+        return self.biases[key]
+
+    def _given(self, n: int, axes: Axes) -> list[Any]:
         c = self.every[n]
         if not c.indifferent:
             return [self.graph.input("extra", 6 * len(self.model.bodies) + n)] * c.rows
@@ -161,5 +184,5 @@ class _Counted:
 
 
 def _operations(outputs: Sequence[object]) -> int:
-    counts = operation_counts([node for node in live(outputs) if not node.invariant])
+    counts = operation_counts([node for node in reached(outputs) if not node.invariant])
     return counts["operations"] + (DIVISION - 1) * counts["divide"]

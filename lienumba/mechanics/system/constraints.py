@@ -6,7 +6,7 @@ Rows come joint by joint, then driver by driver, and behind these permanent ones
 C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import Any
@@ -184,20 +184,17 @@ def jacobian(model: Model, now: Instant, axes: Axes = GLOBAL) -> dict[tuple[int,
     entries: dict[tuple[int, int], Any] = {}
     first = 0
     for n, c in enumerate(constraints_of(model)):
-        for i, block in blocks(c, n, now, axes):
-            for row, values in enumerate(block):
+        for i in c.bodies:
+            for row, values in enumerate([] if i == GROUND else block(c, n, now, i, axes)):
                 entries |= {(first + row, 6 * i + m): x for m, x in enumerate(values) if not is_zero(x)}
         first += c.rows
     return entries
 
 
-def blocks(c: Constraint, number: int, now: Instant, axes: Axes = GLOBAL) -> Iterator[tuple[int, list[list[Any]]]]:
-    """The blocks of one constraint in C: of each of its bodies, rows x 6."""
-    view = axes.view(number, now, c.bodies)
-    for i in c.bodies:
-        if i != GROUND:
-            along = axes.directions(number, now, i)
-            yield i, kinematics.columns(c.law, view, i, c.level == "velocity", along)
+def block(c: Constraint, number: int, now: Instant, body: int, axes: Axes = GLOBAL) -> list[list[Any]]:
+    """Of one constraint and one of its bodies in C: rows x 6."""
+    view, along = axes.view(number, now, c.bodies), axes.directions(number, now, body)
+    return kinematics.columns(c.law, view, body, c.level == "velocity", along)
 
 
 def in_use(model: Model, now: Instant) -> list[Any]:

@@ -5,6 +5,7 @@ import pytest
 
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.system import constraints
 from tests.rigs.random_mechanisms import TOPOLOGIES, mechanism
 
@@ -12,7 +13,7 @@ from tests.rigs.random_mechanisms import TOPOLOGIES, mechanism
 def blocks(model, now):
     """Of every constraint and body."""
     every = enumerate(constraints.constraints_of(model))
-    return [block for n, c in every for _, block in constraints.blocks(c, n, now)]
+    return [constraints.block(c, n, now, i) for n, c in every for i in c.bodies if i != GROUND]
 
 
 def spread(now, runs):
