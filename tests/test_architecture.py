@@ -40,8 +40,8 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"confidence", "normal", "sequential"}, {"copula", "verdicts"}, {"distributions"}, {"samplers", "table"},
-        {"design"}, {"noise"},
+        {"confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
+        {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
         {"deflate", "layout", "provenance"}, {"components", "study_layout", "windows"}, {"form"}, {"files"},
@@ -63,9 +63,9 @@ INSIDE = {  # the floors of rooms, lowest first
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
     "cli": [{"options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
-        {"changed", "text_table"}, {"labels", "outcomes"}, {"mode_rows", "summary", "summary_rows", "summary_text"},
-        {"sensitivities", "statistics", "studies"}, {"requirements"},
-        {"by_run", "comparison", "folder_index", "panels"},
+        {"changed", "text_table", "weights"}, {"labels", "outcomes"},
+        {"mode_rows", "summary", "summary_rows", "summary_text"}, {"sensitivities", "statistics", "studies"},
+        {"requirements"}, {"by_run", "comparison", "folder_index", "panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from lienumba.analysis.studies.orders import orders as orders
     from lienumba.analysis.studies.study import work_precision as work_precision
     from lienumba.analysis.summary import summarise as summarise
+    from lienumba.analysis.weights import as_drawn as as_drawn
 
 _MODULES = {  # of what needs xarray, which is imported when it is first asked for
+    "as_drawn": "lienumba.analysis.weights",
     "changes": "lienumba.analysis.changed",
     "compare": "lienumba.analysis.comparison",
     "covariance": "lienumba.analysis.statistics.covariance",
@@ -44,6 +46,7 @@ _MODULES = {  # of what needs xarray, which is imported when it is first asked f
     "work_precision": "lienumba.analysis.studies.study",
 }
 __all__ = [
+    "as_drawn",
     "changes",
     "compare",
     "covariance",

@@ -15,10 +15,12 @@ import xarray as xr
 from lienumba.analysis.requirements.verdict import verdicts_of
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import FAILED, Output
+from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
 from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MET
 from lienumba.store.study_layout import is_study
+from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, proportion
 from lienumba.words import listed, plural, show
 
@@ -79,7 +81,8 @@ def compare(
     found = [list(_read(ds, which, chosen, time, sampled)) for ds, which in ((one, "first"), (other, "second"))]
     in_both = {x.name for x in found[1]}
     pairs = [(a, next(b for b in found[1] if b.name == a.name)) for a in found[0] if a.name in in_both]
-    rows = [_difference(a, b) for a, b in pairs]
+    weights = _weights(one, other)
+    rows = [_difference(a, b, weights) for a, b in pairs]
     data = {
         name: ("output", np.array([row[name] for row in rows]), {"units": unit or "of the output", "long_name": text})
         for name, (unit, text) in NAMED.items()
@@ -116,16 +119,31 @@ def _paired(first: xr.Dataset, second: xr.Dataset) -> tuple[xr.Dataset, xr.Datas
     return one, other
 
 
-def _difference(first: Output, second: Output) -> dict[str, float]:
-    """One row of what is found."""
+def _weights(one: xr.Dataset, other: xr.Dataset) -> np.ndarray | None:
+    """Those of the pairs (runs,), None if they have none."""
+    of = [weights_of(ds) for ds in (one, other)]
+    if of[0] is None and of[1] is None:
+        return None
+    if of[0] is None or of[1] is None or not np.array_equal(of[0], of[1]):
+        raise ScenarioError(
+            "the runs have other weights in both datasets, so that no pair has one; give both the same seed, sampler "
+            "and [sweep.proposal]"
+        )
+    return of[0]
+
+
+def _difference(first: Output, second: Output, weights: np.ndarray | None) -> dict[str, float]:
+    """One row of what is found; weights (runs,): of the pairs."""
     both = np.isfinite(first.values) & np.isfinite(second.values)
     a, b = first.values[both], second.values[both]
     n = len(a)
     if n < FEWEST:
         return dict.fromkeys(NAMED, np.nan) | {"pairs": n}
     d = b - a
+    if weights is not None and weights[both].any():
+        return _weighted(first, a, b, weights[both])
     change = float(d.mean())
-    if first.name == FAILED or first.name.startswith(f"{MET}."):
+    if _is_proportion(first):
         low, high = proportions(int((d < 0).sum()), int((d > 0).sum()), n)
     else:
         half = float(half_width(d.std(ddof=1), n, CONFIDENCE))
@@ -135,6 +153,30 @@ def _difference(first: Output, second: Output) -> dict[str, float]:
     return {
         "mean_a": float(a.mean()), "mean_b": float(b.mean()), "difference": change, "difference_low": low,
         "difference_high": high, "larger": float((d > 0).mean()), "correlation": correlation, "pairs": n,
+    }  # fmt: skip
+
+
+def _is_proportion(output: Output) -> bool:
+    return output.name == FAILED or output.name.startswith(f"{MET}.")
+
+
+def _weighted(output: Output, a: np.ndarray, b: np.ndarray, w: np.ndarray) -> dict[str, float]:
+    """The same of pairs (n,) with weights."""
+    d = b - a
+    found = weighted.mean(d, w, CONFIDENCE)
+    low, high = found.low, found.high
+    if _is_proportion(output):
+        less, more = (weighted.proportion(x.astype(float), w, 0.5 + 0.5 * CONFIDENCE) for x in (d < 0, d > 0))
+        low, high = more.low - less.high, more.high - less.low
+    means = [float(np.average(x, weights=w)) for x in (a, b)]
+    rest = [x - middle for x, middle in zip((a, b), means, strict=True)]
+    spread = [float(np.average(x * x, weights=w)) ** 0.5 for x in rest]
+    both = float(np.average(rest[0] * rest[1], weights=w))
+    correlation = both / (spread[0] * spread[1]) if all(spread) else np.nan
+    return {
+        "mean_a": means[0], "mean_b": means[1], "difference": found.value, "difference_low": low,
+        "difference_high": high, "larger": float(np.average(d > 0, weights=w)), "correlation": correlation,
+        "pairs": len(d),
     }  # fmt: skip
 
 
@@ -162,7 +204,9 @@ def _verdicts(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
 
 
 def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:
-    runs = one.sizes["run"]
+    runs, weights = one.sizes["run"], weights_of(one)
+    if weights is not None:
+        yield weights_told(weights[one["run"].values >= 0])
     for ds, which in ((first, "first"), (second, "second")):
         if ds.sizes["run"] > runs:
             yield f"{ds.sizes['run'] - runs:,} runs of the {which} have no partner, and do not count"

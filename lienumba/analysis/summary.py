@@ -11,11 +11,13 @@ import xarray as xr
 
 from lienumba.analysis.changed import Changed, changed, told
 from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
+from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
+from lienumba.sweep.weighted import quantiles
 
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
@@ -58,9 +60,9 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; not_unique:
-    the joints and drivers whose reactions are not. The relative energy drift of a run is its largest energy residual
-    over its largest kinetic energy.
+    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; weights:
+    what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
+    of a run is its largest energy residual over its largest kinetic energy.
     """
 
     title: str
@@ -79,6 +81,7 @@ class Summary:
     not_unique: str = ""
     stopped: str = ""
     stiff: str = ""
+    weights: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
     changes: tuple[Changed, ...] = ()
@@ -113,11 +116,13 @@ def summarise(ds: xr.Dataset) -> Summary:
 
     status = ds["status"].values
     good, finished = np.isin(status, GOOD), status == SUCCESS
-    sampled = of_sweep(ds)
+    sampled, weights, kept_runs = of_sweep(ds), weights_of(ds), kept_of(ds)
+    as_varied = sampled if kept_runs is None else sampled & kept_runs
     final, time = _final_variables(ds, finished)
     kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
     return Summary(
         title=str(ds.attrs.get("title", "")),
+        weights="" if weights is None else weights_told(weights[sampled]),
         stopped=str(ds.attrs.get("stopped", "")),
         stiff=str(ds.attrs.get("stiff", "")),
         runs=len(status),
@@ -126,12 +131,14 @@ def summarise(ds: xr.Dataset) -> Summary:
         finished=int((finished & sampled).sum()),
         final_time=time,
         outcomes=outcomes(ds),
-        final=tuple(row for name, x in final for row in _quantiles(name, x, finished & sampled, _at_start(ds, name))),
-        kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled)),
+        final=tuple(
+            row for name, x in final for row in _quantiles(name, x, finished & sampled, weights, _at_start(ds, name))
+        ),
+        kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled, weights)),
         ended=tuple(_ended(ds, good & ~finished & sampled)),
         events=tuple(_happened(ds, good & sampled)),
-        changes=tuple(changed(ds, good & sampled)) if "change_time" in ds else (),
-        changes_told=told(ds, good & sampled) if "change_time" in ds else "",
+        changes=tuple(changed(ds, good & as_varied)) if "change_time" in ds else (),
+        changes_told=told(ds, good & as_varied) if "change_time" in ds else "",
         max_position_violation=_maximum(ds, "max_position_violation", good),
         max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
         max_energy_drift=_maximum(ds, "max_energy_drift", good),
@@ -156,17 +163,19 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
 def _ended(ds: xr.Dataset, which: np.ndarray) -> Iterator[Quantiles]:
     """Of the last states of these runs, and of when they ended."""
     if which.any():
-        yield from _quantiles("end_time", ds["end_time"], which)
+        weights = weights_of(ds)
+        yield from _quantiles("end_time", ds["end_time"], which, weights)
         for name in (name for name in FINAL if f"last_{name}" in ds):
-            yield from _quantiles(name, ds[f"last_{name}"], which)
+            yield from _quantiles(name, ds[f"last_{name}"], which, weights)
 
 
 def _happened(ds: xr.Dataset, which: np.ndarray) -> Iterator[Happened]:
     """When each event first happened in these runs, if it did in any."""
+    weights = weights_of(ds)
     for name, times in zip(ds["event"].values, ds["event_time"].values.T, strict=True) if "event_time" in ds else ():
-        found = times[which & ~np.isnan(times)]
-        if len(found):
-            yield Happened(str(name), len(found), *np.quantile(found, QUANTILES).tolist())
+        did = which & ~np.isnan(times)
+        if did.any():
+            yield Happened(str(name), int(did.sum()), *_of(times[did], None if weights is None else weights[did]))
 
 
 def _at_start(ds: xr.Dataset, name: str) -> float:
@@ -181,7 +190,16 @@ def _size(values: np.ndarray) -> float:
     return float(np.fmax.reduce(abs(values).ravel(), initial=0.0))
 
 
-def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray, least: float = 0.0) -> Iterator[Quantiles]:
+def _of(values: np.ndarray, weights: np.ndarray | None) -> list[float]:
+    """The quantiles of values (n,)."""
+    if weights is None or not weights.any():
+        return list(map(float, np.quantile(values, QUANTILES)))
+    return list(map(float, quantiles(values, weights, QUANTILES)))
+
+
+def _quantiles(
+    name: str, variable: xr.DataArray, which: np.ndarray, weights: np.ndarray | None, least: float = 0.0
+) -> Iterator[Quantiles]:
     """Of each number that every run has of a variable (runs, ...), over these runs; NaN is left out. least: what the
     scale of the variable is at least."""
     if not which.any():
@@ -189,12 +207,13 @@ def _quantiles(name: str, variable: xr.DataArray, which: np.ndarray, least: floa
     scale = max(_size(variable.values[which]), least)
     columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
     places = product(*(map(str, variable[dim].values) for dim in dims))
+    own = None if weights is None else weights[which]
     for column, place in zip(columns, places, strict=True):
-        finite = column[~np.isnan(column)]
-        if len(finite):
+        known = ~np.isnan(column)
+        if known.any():
             body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
             axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
-            low, median, high = np.quantile(finite, QUANTILES).tolist()
+            low, median, high = _of(column[known], None if own is None else own[known])
             yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high, scale)
 
 

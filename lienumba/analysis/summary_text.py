@@ -67,7 +67,8 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
     yield from filter(
-        None, [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped, summary.stiff]
+        None,
+        [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped, summary.stiff, summary.weights],
     )
 
 

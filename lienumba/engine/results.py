@@ -26,10 +26,12 @@ from lienumba.mechanics.system.output_variables import MODE, kept_at_end, kept_l
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
+from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
-from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, Variable
+from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable
 from lienumba.store.shards import LABEL
+from lienumba.sweep.samplers import SAMPLERS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,6 +85,9 @@ class Results:
         wanted = (len(self.judges.judged),)
         follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
+        self.weighted = SAMPLERS[data.sweep.sampler].weighted
+        if self.weighted:
+            self.tables["run"].append(Field(WEIGHT, VARIABLES[WEIGHT], (), None))
 
     def with_numbers(self, resolved: Scenario, nominal: Nominal) -> "Results":
         """The same of a scenario that differs from this one in numbers of the model alone."""
@@ -287,6 +292,8 @@ class Results:
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         self.judges.judge(found["run"])
+        if self.weighted:
+            found["run"][WEIGHT] = weights(self.resolved, labels)
         return Piece(found, chunk.seconds)
 
     def _judged(self, chunk: Chunk, program: Outline) -> Chunk:

@@ -21,6 +21,7 @@ from lienumba.analysis.panels.select_panels import (
     good_runs,
     named_panels,
 )
+from lienumba.analysis.weights import as_drawn
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
@@ -95,11 +96,19 @@ def _chosen(
         from lienumba.figures.requirements import requirement_figure
 
         return requirement_figure(ds, requirement)
+    ds = _as_varied(ds)
     if asked:
         from lienumba.figures import outputs
 
         return outputs.scatter(ds, names, against) if against else outputs.convergence(ds, names)
     return _figure(ds, names)
+
+
+def _as_varied(ds: xr.Dataset) -> xr.Dataset:
+    """Runs that show how the inputs vary; a title that says so where others have been left out."""
+    kept = as_drawn(ds)
+    titles = [str(ds.attrs.get("title", "")), str(kept.attrs.get("weights", ""))]
+    return kept.assign_attrs(title=": ".join(filter(None, titles)))
 
 
 def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:

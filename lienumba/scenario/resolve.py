@@ -164,6 +164,8 @@ class Scenario:
             sweep["order"] = list(sweep["vary"])
         if not sweep["correlate"]:
             del sweep["correlate"]
+        if not sweep["proposal"]:
+            del sweep["proposal"]
         if "study" in content:
             study = {key: x for key, x in content["study"].items() if key != "repeats"}
             reference = study["reference"].items()
@@ -293,7 +295,8 @@ def _filled(data: ScenarioData) -> ScenarioData:
         group.model_copy(update={"paths": [paths.canonical(path, model) for path in group.paths]})
         for group in sweep.correlate
     ]
-    sweep = sweep.model_copy(update={"vary": vary, "correlate": correlate})
+    proposal = {paths.canonical(path, model): given for path, given in sweep.proposal.items()}
+    sweep = sweep.model_copy(update={"vary": vary, "correlate": correlate, "proposal": proposal})
     return data.model_copy(update={"integrator": integrator, "output": output, "sweep": sweep})
 
 

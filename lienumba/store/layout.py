@@ -50,6 +50,7 @@ class Variable:
 
 
 MARGIN, MET = "requirement_margin", "requirement_met"
+WEIGHT = "weight"
 VERDICT, VERDICTS = "verdict", "verdicts"  # attributes: sentences, and the same as JSON
 FEW = 64  # runs, up to which what datasets have in common is kept
 FRAMES: Memo[xr.Dataset] = Memo(16)
@@ -79,6 +80,7 @@ OF_RUNS: dict[str, Variable] = {
     MET: Variable(
         (*RUN, "requirement"), "1", "whether the run meets it (1 or 0), if it counts", dtype="int32", count=True
     ),
+    WEIGHT: Variable(RUN, "1", "density of the inputs over that by which the run was drawn"),
 }
 VARIABLES: dict[str, Variable] = {}
 

@@ -12,6 +12,7 @@ from lienumba.sweep.copula import Rows, correlated
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
+from lienumba.sweep.samplers.importance import IMPORTANCE, Proposal, proposed
 from lienumba.sweep.samplers.streams import BLOCK
 
 if TYPE_CHECKING:
@@ -31,13 +32,14 @@ def design_table(
     count: int = 0,
     correlate: Sequence[tuple[Sequence[str], Rows]] = (),
     table: SampleTable | None = None,
+    proposals: Mapping[str, Proposal] | None = None,
     uniforms: Mapping[str, np.ndarray] | None = None,
 ) -> dict[str, np.ndarray]:
     """Samples (runs,) of each number that varies, by its path; the run labelled -1 has the nominal values.
 
     nominal: of each varied path a number, or as many as it has columns; count: the runs of the whole sweep; correlate:
-    names of streams with the correlations of their normal scores; uniforms: by the names of all streams, instead of
-    what the sampler would draw.
+    names of streams with the correlations of their normal scores; proposals: by names of streams, of a sampler with
+    weights; uniforms: by the names of all streams, instead of what the sampler would draw.
     """
     labels = np.asarray(runs, dtype=np.int64)
     sampled = labels != NOMINAL_RUN
@@ -47,6 +49,8 @@ def design_table(
     for name, x in u.items():
         if x.shape != drawn.shape or not np.all((x > 0.0) & (x < 1.0)):
             raise TypeError(f'the sampler "{sampler}" must draw {len(drawn)} numbers between 0 and 1 for {name}')
+    if uniforms is None and SAMPLERS[sampler].weighted:
+        u |= proposed(u, proposals or {}, drawn, seed)[0]
     for names, matrix in correlate:
         u |= correlated(u, names, matrix)
     rows = None if table is None else table.indices(drawn)
@@ -68,6 +72,18 @@ def design_table(
             found[name][sampled] = values
     if problems:
         raise ScenarioError(*problems)
+    return found
+
+
+def weights(
+    vary: Mapping[str, Distribution], proposals: Mapping[str, Proposal], labels: np.ndarray, seed: int
+) -> np.ndarray:
+    """Of runs that a sampler with weights draws (runs,); 1 of the nominal run."""
+    drawn = labels[labels != NOMINAL_RUN]
+    streams = {path: [name for name in kind.streams(path) if name in proposals] for path, kind in vary.items()}
+    u = IMPORTANCE.draw(streams, drawn, seed, 0)
+    found = np.ones(labels.shape)
+    found[labels != NOMINAL_RUN] = proposed(u, proposals, drawn, seed)[1]
     return found
 
 

@@ -2,8 +2,8 @@
 
 A verdict asks one bound at a time: the part that meets it is at least so large (met), or at most (not met), each with
 the confidence. Where runs were asked on the way whether they are enough, bounds are those of `sequential`, else those
-of Clopper and Pearson. With weights of runs (n,) they are those of as many runs as tell as much, (sum w)^2 / sum w^2
-(E. L. Korn, B. I. Graubard, Survey Methodology 24 (1998) 193).
+of Clopper and Pearson. With weights of runs (n,) they are those of as many runs as tell as much
+(`weighted.runs_that_tell`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.sweep import confidence, sequential
+from lienumba.sweep import confidence, sequential, weighted
 from lienumba.words import plural
 
 MET, NOT_MET, OPEN = "met", "not met", "not enough runs"
@@ -38,7 +38,7 @@ class Verdict:
     sequential: whether they hold at whatever run one looks; more_runs: about how many more would decide it if the part
     stays as it is, 0 if it is decided, None if none would; fewest_more: how many more there must be at least before it
     can be met; margin: the tolerance bound, which so large a part of all runs as is wanted keeps with the confidence,
-    None of too few runs."""
+    None of too few runs; effective: runs without weights that tell as much of a mean, None if they have none."""
 
     requirement: str
     verdict: str
@@ -53,6 +53,7 @@ class Verdict:
     more_runs: int | None
     fewest_more: int | None
     margin: float | None
+    effective: float | None = None
 
     @property
     def met(self) -> bool:
@@ -102,15 +103,18 @@ def judge(
     own = None if weights is None else weights[counts]
     n, k = len(met), int(np.count_nonzero(met))
     part = float(np.average(met, weights=own)) if n and (own is None or own.any()) else float("nan")
-    tells = float(n) if own is None or not own.any() else float(own.sum() ** 2 / (own @ own))
+    tells = float(n) if own is None or not own.any() else weighted.runs_that_tell(met, own)
     rule = _Rule(wanted, looked)
     passed = k if own is None else part * tells if n else 0.0
     low, high = rule.bounds(passed, tells)
     verdict = rule.shown(passed, tells) or OPEN
+    each = n / tells if tells else 1.0  # runs for one that tells as much without weights
     more, fewest = (0, 0) if verdict != OPEN else (rule.more(passed, tells), rule.fewest(passed, tells))
+    more, fewest = (x if x is None or own is None else int(np.ceil(x * each)) for x in (more, fewest))
     return Verdict(
         wanted.name, verdict, n, k, wanted.probability, wanted.confidence, part, low, high, looked, more, fewest,
-        _tolerance(margin, rule) if own is None else None,
+        _tolerance(margin, rule) if own is None else _weighted_tolerance(margin, own, wanted),
+        None if own is None or not own.any() else weighted.effective(own),
     )  # fmt: skip
 
 
@@ -190,6 +194,14 @@ def _tolerance(margin: np.ndarray, rule: _Rule) -> float | None:
     if place is None:
         return None
     found = float(-np.partition(-margin, place)[place])
+    return found if np.isfinite(found) else None
+
+
+def _weighted_tolerance(margin: np.ndarray, weights: np.ndarray, wanted: Wanted) -> float | None:
+    """The same of runs with weights."""
+    if not len(margin) or not weights.any():
+        return None
+    found = weighted.quantile(margin, weights, 1.0 - wanted.probability, 2.0 * wanted.confidence - 1.0).low
     return found if np.isfinite(found) else None
 
 

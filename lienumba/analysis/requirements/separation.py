@@ -18,8 +18,9 @@ import xarray as xr
 
 from lienumba.analysis.labels import named
 from lienumba.analysis.requirements.verdict import counted, requirement_in
-from lienumba.analysis.sensitivities.explained import explained
+from lienumba.analysis.sensitivities.explained import Explained, explained
 from lienumba.analysis.text_table import NONE, TextTable, number_text
+from lienumba.analysis.weights import kept_of, weights_of
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import MET, RUN
 from lienumba.words import show
@@ -73,7 +74,7 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
             {
                 "distance": float(found.statistic), "p_value": float(found.pvalue), "larger": area,
                 "median_met": float(np.median(good)), "median_not_met": float(np.median(bad)),
-                **asdict(explained(x, met.astype(float))),
+                **asdict(Explained() if weights_of(ds) is not None else explained(x, met.astype(float))),
             }
         )  # fmt: skip
     for row, p in zip(rows, holm([row["p_value"] for row in rows]), strict=True):
@@ -95,6 +96,8 @@ def _groups(ds: xr.Dataset, requirement: str) -> tuple[np.ndarray, np.ndarray, l
     """Which runs count (runs,), which of these meet the requirement, and the inputs that vary among them."""
     met = ds[MET].isel(requirement=requirement_in(ds, requirement)).values.astype(float)
     which = counted(ds) & np.isfinite(met)
+    kept = kept_of(ds, which & (met == 1.0), which & (met == 0.0))  # so that both are samples of their own inputs
+    which = which if kept is None else which & kept
     good = met[which] == 1.0
     if good.all() or not good.any():
         how = "meet it" if len(good) and good.all() else "fail it"

@@ -11,17 +11,17 @@ import xarray as xr
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.sensitivities.sobol import sampled_inputs
 from lienumba.analysis.text_table import NONE, NUMBER, WORD, TextTable, number_text
+from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.form import damaged, scenario_tables
-from lienumba.store.layout import MARGIN, MET, RUN
+from lienumba.store.layout import MARGIN, MET
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, counting, judge, percent
 from lienumba.words import listed, plural, show, suggestion
 
-WEIGHT = "weight"  # a variable of the user's own
 LIMITS = ("below", "above", "between")
-BY_CHANCE = ("random", "table", "saltelli")  # samplers whose runs, or some of them, are independent
+BY_CHANCE = ("random", "table", "saltelli", "importance")  # samplers whose runs, or some of them, are independent
 NAMED = {
     "probability": ("1", "part of all runs that shall meet the requirement"),
     "confidence": ("1", "confidence with which this is to be shown, and of each bound"),
@@ -32,6 +32,7 @@ NAMED = {
     "at_most": ("1", "upper bound of the probability that a run meets it"),
     "more_runs": ("1", "about how many more runs decide it if the part stays; 0: decided, NaN: none"),
     "fewest_more": ("1", "how many more runs there must be before it can be met; 0: decided"),
+    "effective": ("1", "runs without weights that tell as much of a mean; NaN: they have none"),
     "margin": ("of the requirement", "tolerance bound: what so large a part as is wanted keeps; NaN: too few runs"),
 }
 
@@ -83,12 +84,13 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
         return []
     sweep, which = sweep_of(ds), counted(ds)
     looked, own = "stop" in sweep, rules(ds)
-    weights = ds[WEIGHT].values[which].astype(float) if WEIGHT in ds and ds[WEIGHT].dims == RUN else None
+    weights = weights_of(ds)
+    own_weights = None if weights is None else weights[which]
     found = []
     for n, name in enumerate(map(str, ds["requirement"].values)):
         wanted = Wanted(name, float(own[name]["probability"]), float(own[name]["confidence"]))
         met, margin = (ds[x].isel(requirement=n).values[which].astype(float) for x in (MET, MARGIN))
-        found.append(judge(wanted, met, margin, looked, weights))
+        found.append(judge(wanted, met, margin, looked, own_weights))
     return found
 
 
@@ -197,6 +199,9 @@ def notes(ds: xr.Dataset) -> list[str]:
     if sampler == "saltelli":
         count = plural(int(which.sum()), "run counts", "runs count")
         found.append(f"of the saltelli sweep {count}, the independent ones")
+    weights = weights_of(ds)
+    if weights is not None and which.any():
+        found.append(weights_told(weights[which]))
     for n, name in enumerate(ds["requirement"].values):
         met, margin = (ds[x].isel(requirement=n).values[which] for x in (MET, MARGIN))
         none = int((np.isnan(margin) & np.isfinite(met)).sum())

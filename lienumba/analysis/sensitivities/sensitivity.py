@@ -13,6 +13,7 @@ from lienumba.analysis.sensitivities import outputs, sobol
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
+from lienumba.analysis.weights import kept_of, note_of
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
@@ -94,6 +95,9 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     sampled = ds["run"].values >= 0
     inputs, notes = _varying(samples, sampled)
     runs, rows, of_plan = _plan(ds["run"].values, sweep, samples)
+    kept = kept_of(ds)
+    if kept is not None:
+        runs, of_plan = runs[kept[runs]], [*of_plan, note_of(ds, kept)]
     independent = not _in_rows(sweep)
     found, left_out = [], []
     for one in outputs.read(ds, [output] if isinstance(output, str) else output, time, sampled):

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, RunStatistics, check_probability
+from lienumba.analysis.statistics.blockwise import COUNT, Block, Found, RunStatistics, check_numbers, check_probability
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN, texts
+from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, proportion, ranks
 
 CONFIDENCE = 0.95
 KEPT = ("units", "frame")  # attributes of the variable that its statistics have, too
 
 
-def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
+def mean_interval(
+    x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE, weights: xr.DataArray | None = None
+) -> xr.Dataset:
     """The mean of a variable over `dim` with its confidence interval, at each other label.
 
     The interval is Student's: exact where values are normal, nearly so where many are not. Of fewer than two runs it is
@@ -31,6 +35,8 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
         The dimension of the runs. The nominal run is left out if there are others.
     confidence : float
         Between 0 and 1.
+    weights : xarray.DataArray, optional
+        Those of the runs, `ds.weight` of a sweep with `sampler = "importance"`.
 
     Returns
     -------
@@ -43,7 +49,11 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
     if x.dtype.kind == "b":
         raise ScenarioError(f"{_what(x)} is true and false: ask for lienumba.analysis.proportion_interval")
 
+    own = _weights(runs, weights)
+
     def work(block: Block) -> Found:
+        if own is not None:
+            return _each(block, own, np.isfinite, lambda y, w: _mean(y, w, confidence))
         finite = np.isfinite(block.values)
         count = finite.sum(axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -63,7 +73,9 @@ def mean_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFID
     return runs.labelled(runs.gather(work), _described(x, described, ()))
 
 
-def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE) -> xr.Dataset:
+def proportion_interval(
+    x: xr.DataArray, dim: str = RUN[0], confidence: float = CONFIDENCE, weights: xr.DataArray | None = None
+) -> xr.Dataset:
     """In what part of the runs something is true, with its confidence interval, at each other label.
 
     The interval is that of Clopper and Pearson, which holds at least what it says: none of 2,000 runs is from 0 to
@@ -77,6 +89,8 @@ def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = 
         The dimension of the runs. The nominal run is left out if there are others.
     confidence : float
         Between 0 and 1.
+    weights : xarray.DataArray, optional
+        Those of the runs, `ds.weight` of a sweep with `sampler = "importance"`.
 
     Returns
     -------
@@ -85,6 +99,8 @@ def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = 
     """
     check_probability("confidence", confidence)
     runs = RunStatistics(x, dim)
+
+    own = _weights(runs, weights)
 
     def work(block: Block) -> Found:
         known = ~np.isnan(block.values)
@@ -95,6 +111,8 @@ def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = 
                 "compare it with a limit, such as x > 0.2"
             )
         count, successes = known.sum(axis=1), (block.values == 1.0).sum(axis=1)
+        if own is not None:
+            return _each(block, own, lambda y: ~np.isnan(y), lambda y, w: _proportion(y, w, confidence))
         low, high = proportion(successes, count, confidence)
         with np.errstate(invalid="ignore"):
             return {"proportion": successes / count, "low": low, "high": high, "count": count}
@@ -109,7 +127,11 @@ def proportion_interval(x: xr.DataArray, dim: str = RUN[0], confidence: float = 
 
 
 def quantile_interval(
-    x: xr.DataArray, q: float | Sequence[float], dim: str = RUN[0], confidence: float = CONFIDENCE
+    x: xr.DataArray,
+    q: float | Sequence[float],
+    dim: str = RUN[0],
+    confidence: float = CONFIDENCE,
+    weights: xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Quantiles of a variable over `dim` with their confidence intervals, at each other label.
 
@@ -127,6 +149,8 @@ def quantile_interval(
         The dimension of the runs. The nominal run is left out if there are others.
     confidence : float
         Between 0 and 1.
+    weights : xarray.DataArray, optional
+        Those of the runs, `ds.weight` of a sweep with `sampler = "importance"`.
 
     Returns
     -------
@@ -143,7 +167,11 @@ def quantile_interval(
         raise ScenarioError("q = []: asks for no quantile; give numbers between 0 and 1, such as [0.05, 0.5, 0.95]")
     runs = RunStatistics(x, dim, new=("quantile",))
 
+    own = _weights(runs, weights)
+
     def work(block: Block) -> Found:
+        if own is not None:
+            return _each(block, own, lambda y: ~np.isnan(y), lambda y, w: _quantiles(y, w, wanted, confidence))
         ordered = np.sort(block.values, axis=1)
         count = (~np.isnan(ordered)).sum(axis=1)
         each = [_quantile(ordered, count, float(one), confidence) for one in wanted]
@@ -176,6 +204,49 @@ def _quantile(ordered: np.ndarray, count: np.ndarray, q: float, confidence: floa
     first, last = (places[where] for places in ranks(different, q, confidence))
     low = np.where(first >= 0, at(first), -np.inf)
     return {"value": value, "low": low, "high": np.where(last < count, at(last), np.inf)}
+
+
+def _weights(runs: RunStatistics, weights: xr.DataArray | None) -> np.ndarray | None:
+    """Of the runs that count (runs,)."""
+    if weights is None:
+        return None
+    check_numbers(weights, runs.dim)
+    if weights.dims != (runs.dim,) or not np.array_equal(weights[runs.dim].values, runs.x[runs.dim].values):
+        raise ScenarioError(
+            f"weights: have not the same runs as the variable, along {runs.dim}; give those of the same dataset, such "
+            "as ds.weight"
+        )
+    found = weights.values[runs.counted].astype(float)
+    if not (np.isfinite(found) & (found >= 0.0)).all():
+        raise ScenarioError("weights: some are no numbers, or below 0; give those of the dataset, such as ds.weight")
+    return found
+
+
+def _each(
+    block: Block,
+    weights: np.ndarray,
+    known: Callable[[np.ndarray], np.ndarray],
+    work: Callable[[np.ndarray, np.ndarray], Mapping[str, Any]],
+) -> Found:
+    """What is found at each label of the block, from the values that are known there with their weights."""
+    found = [(here := known(row), work(row[here], weights[here])) for row in block.values]
+    stacked = {name: np.array([each[name] for _, each in found]) for name in found[0][1]}
+    return stacked | {"count": np.array([int(here.sum()) for here, _ in found])}
+
+
+def _mean(y: np.ndarray, w: np.ndarray, confidence: float) -> dict[str, float]:
+    found = weighted.mean(y, w, confidence)
+    return {"mean": found.value, "low": found.low, "high": found.high, "deviation": weighted.deviation(y, w)}
+
+
+def _proportion(y: np.ndarray, w: np.ndarray, confidence: float) -> dict[str, float]:
+    found = weighted.proportion(y, w, confidence)
+    return {"proportion": found.value, "low": found.low, "high": found.high}
+
+
+def _quantiles(y: np.ndarray, w: np.ndarray, wanted: Sequence[float], confidence: float) -> dict[str, list[float]]:
+    found = [asdict(weighted.quantile(y, w, float(q), confidence)) for q in wanted]
+    return {name: [one[name] for one in found] for name in found[0]}
 
 
 def _what(x: xr.DataArray) -> str:

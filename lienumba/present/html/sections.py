@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from lienumba.present.html import changes, histograms, motion, sensitivity, study, summary, time_series, verdict
+from lienumba.analysis.weights import as_drawn
+from lienumba.present.html import changes, chart, histograms, motion, sensitivity, study, summary, time_series, verdict
 from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
-from lienumba.present.html.markup import Markup
+from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.provenance import provenance
 from lienumba.store.study_layout import is_study
 
@@ -36,6 +37,9 @@ def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Itera
     yield motion.section_of(seen)
     yield summary.summary(ds, name)
     yield from changes.sections(ds, list(summary.changes(ds)))
+    ds = as_drawn(ds)
+    if "weights" in ds.attrs:
+        yield chart.section("weights", "Weights", element("p", sentence(f"below, {ds.attrs['weights']}")))
     yield from time_series.sections(ds, motion.marked(seen))
     columns = sensitivity.columns(ds)
     section, numbers = sensitivity.sensitivity(ds, columns)

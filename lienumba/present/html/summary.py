@@ -43,7 +43,9 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     rows = quantile_rows(found.ended, found.spread - found.finished)
     parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
-    parts += (element("p", sentence(text)) for text in (not_unique(found), found.stopped, found.stiff) if text)
+    parts += (
+        element("p", sentence(text)) for text in (not_unique(found), found.stopped, found.stiff, found.weights) if text
+    )
     return section("summary", "Summary", *parts)
 
 

@@ -7,12 +7,13 @@ from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema.scenario import Correlation
+from lienumba.scenario.schema.sweep import Correlation
 from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.inertia import Inertia
 from lienumba.sweep.distributions.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.samplers import DEFAULT, GROWING, SAMPLERS, Sampler
+from lienumba.sweep.samplers.importance import IMPORTANCE
 from lienumba.words import listed, plural, show, suggestion
 
 if TYPE_CHECKING:
@@ -36,6 +37,47 @@ def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, re
                 sampler.name,
             )
     _check_correlations(sweep, sampler, vary, model, report)
+    _check_proposals(sweep, sampler, vary, model, report)
+
+
+def _check_proposals(
+    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: "Report"
+) -> None:
+    """Proposals are of streams that are drawn, with a sampler that weighs."""
+    given = sweep.get("proposal", {})
+    if sampler is None or not isinstance(given, dict):
+        return
+    if sampler.weighted and not given:
+        remedy = 'give { "path" = { shift = 2.0 } } for one input at least'
+        report.miss("sweep.proposal", remedy)
+    if given and not sampler.weighted:
+        report.add(
+            "sweep.sampler", "takes no proposals", f'give sampler = "{IMPORTANCE.name}", or take sweep.proposal out',
+            sampler.name,
+        )  # fmt: skip
+    if sampler.weighted and sweep.get("stop"):
+        report.add(
+            "sweep.stop",
+            "counts all runs alike, and those of importance sampling have weights",
+            "take it out, and give as many runs as there shall be",
+        )
+    streams = {name: kind for path, kind in vary.items() for name in kind.streams(path)}
+    seen: dict[str, str] = {}
+    for path in given:
+        at = f'sweep.proposal."{path}"'
+        try:
+            name = paths.canonical(path, model)
+        except paths.PathError as error:
+            report.problems.append(error.of(path).inside(at))
+            continue
+        if name not in streams:
+            whole = vary.get(name)
+            own = whole.streams(name) if whole is not None else []
+            remedy = f"give one of its parts, {listed(map(show, own), 'or')}" if own else suggestion(name, streams)
+            report.add(at, "is drawn as a whole of several" if own else "is not drawn from a distribution", remedy)
+        elif name in seen:
+            report.add(at, f"is the same as {show(seen[name])}", "give it once")
+        seen.setdefault(name, path)
 
 
 def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: "Report") -> None:

@@ -22,7 +22,8 @@ from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
-from lienumba.scenario.schema.scenario import MOST_RUNS, SECTIONS, section_of
+from lienumba.scenario.schema.scenario import SECTIONS, section_of
+from lienumba.scenario.schema.sweep import MOST_RUNS
 from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of
 from lienumba.words import printable, show, suggestion

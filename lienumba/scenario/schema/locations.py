@@ -72,7 +72,7 @@ def _has_forms(loc: Loc) -> bool:
 def section_key(loc: Loc) -> tuple[str, ...]:
     """The place of a table among `schema.SECTIONS`."""
     names = [part for part in loc if isinstance(part, str)]
-    if names[:2] == ["sweep", "vary"] and len(names) > 2:
+    if names[:1] == ["sweep"] and names[1:2] in (["vary"], ["proposal"]) and len(names) > 2:
         names[2] = "*"
     if names[:2] == ["model", INPUTS] and len(names) > 3:
         del names[2]

@@ -52,15 +52,13 @@ from lienumba.scenario.schema.output import Output, outputs_described
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.scenario.schema.shapes import SHAPES, AnyShapes
 from lienumba.scenario.schema.stop import Stop
+from lienumba.scenario.schema.sweep import Correlation, SampleFile, Sweep, samplers_described
 from lienumba.scenario.schema.tables import InputFile, Recording, TableFile, TableSection
-from lienumba.sweep import samplers
-from lienumba.sweep.distributions.base import Finite
-from lienumba.sweep.distributions.registry import DISTRIBUTIONS, AnyDistribution
+from lienumba.sweep.distributions.registry import DISTRIBUTIONS
 from lienumba.sweep.samplers import SAMPLERS
+from lienumba.sweep.samplers.importance import Proposal
 from lienumba.sweep.table import SampleTable
 from lienumba.words import listed
-
-MOST_RUNS = 2**31  # labels are int32 in files
 
 
 def _not_negative(mass: float) -> float:
@@ -309,48 +307,6 @@ class Projection(Section):
     )
 
 
-class Correlation(Section):
-    paths: Annotated[list[str], Field(min_length=2)] = Field(
-        description="at least two varied paths, or components of a rotation vector"
-    )
-    matrix: list[list[Finite]] = Field(
-        description="the correlations of the normal numbers behind them: symmetric, with ones on the diagonal"
-    )
-
-
-class SampleFile(Section):
-    """As people write a table of samples."""
-
-    file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
-
-
-def _samplers() -> str:
-    return "how samples are drawn: " + ", ".join(f'"{name}"' for name in SAMPLERS)
-
-
-class Sweep(Section):
-    runs: Annotated[int, Field(strict=True, ge=1, le=MOST_RUNS)] = Field(
-        default=1, description="a whole number of runs, at least 1"
-    )
-    seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = Field(
-        default=0, description="a whole number from 0 to 2^63 - 1"
-    )
-    stop: Stop | None = Field(default=None, description="the section [sweep.stop]")
-    sampler: Annotated[str, NameOf(SAMPLERS)] = Field(default=samplers.DEFAULT, description=_samplers())
-    nominal: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="whether the nominal run, -1, is simulated, too: true or false"
-    )
-    vary: dict[str, AnyDistribution] = Field(
-        default={},
-        description='what varies: "path" = { distribution = "normal", std = ... } '
-        'or { distribution = "uniform", low = ..., high = ... }',
-    )
-    correlate: list[Correlation] = Field(default=[], description="correlations, each as [[sweep.correlate]]")
-    table: SampleTable | None = Field(
-        default=None, description='the samples of the sampler "table": { file = "design.csv" }'
-    )
-
-
 class Study(Section):
     """A grid instead of samples: every point is the scenario with other settings, compared with a reference."""
 
@@ -426,6 +382,7 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         ("sweep",): Sweep,
         ("sweep", "stop"): Stop,
         ("sweep", "correlate"): Correlation,
+        ("sweep", "proposal", "*"): Proposal,
         ("sweep", "table"): SampleTable,
         **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
         ("study",): Study,
@@ -436,7 +393,7 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
 def _derive() -> None:
     """What follows from the registries."""
     Integrator.model_fields["method"].description = _methods()
-    Sweep.model_fields["sampler"].description = _samplers()
+    Sweep.model_fields["sampler"].description = samplers_described()
     Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
     variables.default, variables.description = usual(), outputs_described()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.scenario.formulas import dependent_inputs
+from lienumba.sweep import design
 from lienumba.sweep.design import NOMINAL_RUN, design_table
 from lienumba.sweep.distributions.external import Expression
 
@@ -31,10 +32,17 @@ def draw(
         count=sweep.runs,
         correlate=[(group.paths, group.matrix) for group in sweep.correlate],
         table=sweep.table,
+        proposals=sweep.proposal,
         uniforms=uniforms,
     )
     _derive(scenario, labels, nominal, samples)
     return {name: samples[name] for path, kind in sweep.vary.items() for name in kind.columns(path)}
+
+
+def weights(scenario: "Scenario", labels: np.ndarray) -> np.ndarray:
+    """Of runs of a sweep whose sampler gives them weights (runs,)."""
+    sweep = scenario.data.sweep
+    return design.weights(sweep.vary, sweep.proposal, np.asarray(labels, np.int64), sweep.seed)
 
 
 def _derive(

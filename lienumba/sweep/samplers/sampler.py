@@ -23,7 +23,8 @@ class Sampler:
     samples which path comes first; whole: what makes them depend on the number of runs, which then cannot grow;
     most_dimensions: of uniform numbers for each run, of which it takes `dimensions` where inputs have n; row: of how
     many runs a row consists where f inputs vary, all rows being whole; independent: whether inputs may have no
-    correlations; sobol_indices: whether its runs are laid out for them; from_table: whether samples are given.
+    correlations; sobol_indices: whether its runs are laid out for them; from_table: whether samples are given;
+    weighted: whether runs have weights.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Sampler:
     independent: bool = False
     sobol_indices: bool = False
     from_table: bool = False
+    weighted: bool = False
 
 
 SAMPLERS: Registry[Sampler] = Registry("sampler", lambda sampler: sampler.name)
