@@ -3,11 +3,16 @@
 import re
 import shlex
 import shutil
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
 
+from lienumba.figures import playing
+from lienumba.figures.playing import Film
 from tests.documents import player
 from tests.documents.pages import ROOT, Block, blocks, pages, prose
 from tests.rigs.places import SCENARIOS
@@ -15,11 +20,18 @@ from tests.rigs.places import SCENARIOS
 PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
 
 
+def shortest(*asked: Any) -> Film:
+    """The first two frames of a film: what is in them is tested elsewhere."""
+    film = playing.film(*asked)
+    return replace(film, times=film.times[:2])
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(SCENARIOS, tmp_path / "scenarios")
     for name, value in player.ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
+    monkeypatch.setattr(import_module("lienumba.figures.animate"), "film", shortest)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
