@@ -1,0 +1,34 @@
+"""A few of the bodies that scripts/fuzz_drops throws."""
+
+import numpy as np
+import pytest
+
+from tests.oracles.dropping.drawing import SHAPES, drop
+from tests.oracles.dropping.judging import HONEST, Verdict, judge
+
+
+@pytest.mark.parametrize("seed", [4, 14])
+def test_what_is_thrown_sinks_nowhere_and_gains_no_energy(seed: int) -> None:
+    verdict = judge(drop(seed))
+    assert verdict.problems() == []
+    assert verdict.status in ("success", *HONEST)
+    assert verdict.changes > 0
+
+
+def test_all_shapes_are_drawn_and_begin_above_their_planes() -> None:
+    titles = set()
+    for seed in range(200):
+        thrown = drop(seed)
+        bodies = thrown.scenario["model"]["bodies"]
+        poses = (np.array([body[name] for body in bodies]) for name in ("position", "rotation"))
+        assert 0.005 <= thrown.gap(*poses) <= 0.5 + 1e-12
+        titles.add(thrown.title)
+    assert {title.split()[0].strip(",") for title in titles} == set(SHAPES)
+    assert any("2 planes" in title for title in titles)
+    assert any("and" in title for title in titles)
+
+
+def test_a_verdict_tells_what_should_not_be() -> None:
+    assert Verdict("success", 9, 1, 0.1, 0.0, 0.0, 1.0).problems() == []
+    bad = Verdict("non_finite", 9, 1, 1e3, 200.0, 1e-6, 1.0).problems()
+    assert bad == ["non_finite", "residual 1.0e+03", "energy rises by 2.0e+02", "sinks by 1.0e-06 m"]
