@@ -11,9 +11,14 @@ from scipy import special, stats
 from document import markdown, renew
 from lienumba.analysis.comparison import proportions as paired
 from lienumba.analysis.sensitivities.explained import explained
+from lienumba.analysis.sensitivities.morris import design_of, effects
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
+from lienumba.engine.rare.methods import METHODS
+from lienumba.sweep import weighted
 from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
+from lienumba.sweep.samplers.importance import Proposal, proposed
+from lienumba.sweep.samplers.morris import MORRIS
 from lienumba.sweep.sequential import bounds as sequence
 from lienumba.sweep.sequential import evidence
 from lienumba.sweep.verdicts import Wanted, judge
@@ -179,6 +184,64 @@ def of_rows(which: int, total: bool) -> Trial:
     return trial
 
 
+def of_pair(first: int, second: int) -> Trial:
+    """Of a saltelli_second sweep with so many rows."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        a, b = rng.uniform(-np.pi, np.pi, (2, runs, 3))
+        mixed = [np.where(np.arange(3) == k, *each) for each in ((b, a), (a, b)) for k in range(3)]
+        values = ishigami(np.stack([a, b, *mixed], axis=1)).ravel()
+        found = indices(values, Rows(["a", "b", "c"], np.arange(8 * runs).reshape(runs, 8))).second
+        truth = TOTAL[0] - FIRST[0] if (first, second) == (0, 2) else 0.0
+        return (found[1, first, second], found[2, first, second]), truth
+
+    return trial
+
+
+def elementary(name: str, which: str, truth: float) -> Trial:
+    """Of a morris sweep with so many rows, of a b + a and of c alone, inputs uniform in 0 to 1."""
+    streams = {x: [x] for x in "abc"}
+    sweep = {"vary": {x: {"distribution": "uniform", "low": 0, "high": 1} for x in streams}}
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        seed, labels = int(rng.integers(2**31)), np.arange(4 * runs)
+        x = MORRIS.draw(streams, labels, seed, 0)
+        design = design_of(labels, sweep | {"seed": seed}, x)
+        found = effects(x["a"] * x["b"] + x["a"] + x["c"] ** 2, design)[name]
+        return (getattr(found, f"{which}_low"), getattr(found, f"{which}_high")), truth
+
+    return trial
+
+
+def shifted(what: str) -> Trial:
+    """Runs with a standard normal input that is drawn about 2, a tenth of them about 0."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        u = rng.uniform(size=runs)
+        found, w = proposed({"x": u}, {"x": Proposal(shift=2.0)}, np.arange(runs), int(rng.integers(2**31)))
+        x = stats.norm.ppf(found["x"])
+        if what == "mean":
+            one, truth = weighted.mean(x, w, CONFIDENCE), 0.0
+        elif what == "quantile":
+            one, truth = weighted.quantile(x, w, 0.99, CONFIDENCE), stats.norm.ppf(0.99)
+        else:
+            one, truth = weighted.proportion((x > 3.0).astype(float), w, CONFIDENCE), stats.norm.sf(3.0)
+        return (one.low, one.high), truth
+
+    return trial
+
+
+def rare(method: str) -> Trial:
+    """A plane at 1e-4 of three standard normal numbers; runs: of each level, or about the design points."""
+
+    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        beta = stats.norm.isf(1e-4)
+        found = METHODS[method](lambda z: beta - z.sum(axis=1) / 3**0.5, 3, runs, int(rng.integers(2**31)), CONFIDENCE)
+        return (found.low, found.high), 1e-4
+
+    return trial
+
+
 CASES: dict[str, Trial] = {
     "mean, normal": mean(lambda rng, n: rng.standard_normal(n), 0.0),
     "mean, exponential": mean(lambda rng, n: rng.exponential(size=n), 1.0),
@@ -210,6 +273,16 @@ CASES: dict[str, Trial] = {
     "first index of rows, Ishigami a": of_rows(0, False),
     "total index of rows, Ishigami a": of_rows(0, True),
     "total index of rows, Ishigami c": of_rows(2, True),
+    "second index of rows, Ishigami a and c": of_pair(0, 2),
+    "second index of rows, Ishigami a and b (0)": of_pair(0, 1),
+    "elementary effects of rows, mu, a b + a": elementary("a", "mu", 1.5),
+    "elementary effects of rows, mu*, a b + a": elementary("a", "mu_star", 1.5),
+    "elementary effects of rows, sigma, a b + a": elementary("a", "sigma", (1 / 12) ** 0.5),
+    "weighted mean, shift 2": shifted("mean"),
+    "weighted 99 % quantile, shift 2": shifted("quantile"),
+    "weighted proportion 0.00135, shift 2": shifted("proportion"),
+    "rare, importance, 1e-4": rare("importance"),
+    "rare, subset, 1e-4": rare("subset"),
 }
 
 

@@ -99,7 +99,7 @@ def verdicts(
     sampler, looked = SAMPLERS[sweep.sampler], sweep.stop is not None
     weights = column(WEIGHT, ()) if sampler.weighted else None
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
-    drawn = counting(labels, sampler.row(inputs) if sampler.sobol_indices and sampler.row else None)
+    drawn = counting(labels, sampler.row(inputs) if sampler.row else None, sampler.independent_of_row)
     own = None if weights is None else weights[drawn]
     for n, requirement in enumerate(resolved.data.model.requirements):
         met = column(MET, (n,))[drawn].astype(float)

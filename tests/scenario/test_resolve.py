@@ -35,7 +35,7 @@ def test_defaults_are_written_out_and_read_back() -> None:
         "at_events": [], "max_changes": 16,
     }  # fmt: skip
     assert written["sweep"] == {
-        "runs": 1, "seed": 0, "sampler": "random", "nominal": False, "vary": {}, "correlate": [],
+        "runs": 1, "seed": 0, "sampler": "random", "nominal": False, "vary": {}, "correlate": [], "proposal": {},
     }  # fmt: skip
     again = resolve(written)
     assert again.to_toml() == scenario.to_toml()

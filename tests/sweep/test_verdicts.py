@@ -93,7 +93,7 @@ def test_weights_of_one_are_none() -> None:
 
 
 def test_of_a_saltelli_sweep_the_first_two_of_a_row_count() -> None:
-    assert counting(np.arange(-1, 10), 5).nonzero()[0].tolist() == [1, 2, 6, 7]
+    assert counting(np.arange(-1, 10), 5, 2).nonzero()[0].tolist() == [1, 2, 6, 7]
     assert counting(np.arange(-1, 3), None).tolist() == [False, True, True, True]
     assert counting(np.array([-1]), None).tolist() == [True]
 

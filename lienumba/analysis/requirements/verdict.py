@@ -21,7 +21,7 @@ from lienumba.sweep.verdicts import Verdict, Wanted, counting, judge, percent
 from lienumba.words import listed, plural, show, suggestion
 
 LIMITS = ("below", "above", "between")
-BY_CHANCE = ("random", "table", "saltelli", "importance")  # samplers whose runs, or some of them, are independent
+EVEN = ("sobol", "halton", "latin_hypercube")  # samplers whose runs are spread more evenly than by chance
 NAMED = {
     "probability": ("1", "part of all runs that shall meet the requirement"),
     "confidence": ("1", "confidence with which this is to be shown, and of each bound"),
@@ -98,8 +98,8 @@ def counted(ds: xr.Dataset) -> np.ndarray:
     """Which runs count for verdicts (runs,)."""
     sweep = sweep_of(ds)
     sampler = SAMPLERS[str(sweep.get("sampler", DEFAULT))]
-    row = sampler.row(len(sampled_inputs(sweep))) if sampler.sobol_indices and sampler.row else None
-    return counting(ds["run"].values, row)
+    row = sampler.row(len(sampled_inputs(sweep))) if sampler.row else None
+    return counting(ds["run"].values, row, sampler.independent_of_row)
 
 
 def sweep_of(ds: xr.Dataset) -> Tables:
@@ -191,14 +191,14 @@ def worst(ds: xr.Dataset, found: Sequence[Verdict]) -> list[str]:
 def notes(ds: xr.Dataset) -> list[str]:
     """What to beware of."""
     sampler, found = str(sweep_of(ds).get("sampler", DEFAULT)), []
-    if sampler not in BY_CHANCE:
+    if sampler in EVEN:
         found.append(
             f"the sampler {sampler} spreads runs more evenly than by chance: bounds are those of independent runs"
         )
     which = counted(ds)
-    if sampler == "saltelli":
+    if SAMPLERS[sampler].row:
         count = plural(int(which.sum()), "run counts", "runs count")
-        found.append(f"of the saltelli sweep {count}, the independent ones")
+        found.append(f"of the {sampler} sweep {count}, the independent ones")
     weights = weights_of(ds)
     if weights is not None and which.any():
         found.append(weights_told(weights[which]))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.sensitivities import outputs, sobol
+from lienumba.analysis.sensitivities import morris, outputs, sobol
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
@@ -21,7 +21,8 @@ from lienumba.store.form import scenario_tables
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
-from lienumba.sweep.samplers import INDICES, SAMPLERS
+from lienumba.sweep.samplers import DEFAULT, INDICES, SAMPLERS, Sampler
+from lienumba.sweep.samplers.morris import runs_of_row
 from lienumba.words import plural
 
 FEWEST = 4  # runs, which give the first interval of a rank correlation
@@ -47,6 +48,9 @@ INTERVALS = {
     "change": (OUTPUT, "mean output at the highest tenth of the input minus that at the lowest", "confidence"),
     "first_order": ("1", "first Sobol' index: the part of the variance that the input explains alone", "confidence"),
     "total_order": ("1", "total Sobol' index: the part of the variance that takes the input", "bootstrap"),
+    "mu": (OUTPUT, "mean elementary effect of the input", "confidence"),
+    "mu_star": (OUTPUT, "mean size of the elementary effects of the input", "confidence"),
+    "sigma": (OUTPUT, "standard deviation of the elementary effects of the input", "confidence"),
 }
 OF_BOTH = {
     "input_low": (INPUT, "10 % quantile of the input"),
@@ -68,6 +72,14 @@ OF_OUTPUT = {
 }
 
 COUNTS = ("runs", "rows")
+SECOND = {
+    "second_order": "second Sobol' index: the part of the variance that both inputs explain beyond each alone",
+    "second_order_low": "lower end of the 95 % bootstrap interval of second_order",
+    "second_order_high": "upper end of the 95 % bootstrap interval of second_order",
+}
+FIRST_OF_ROWS = (
+    "rank correlations, changes and first indices are of the first run of each row, since the others repeat its numbers"
+)
 
 
 def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | None = None) -> xr.Dataset:
@@ -95,10 +107,11 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     sampled = ds["run"].values >= 0
     inputs, notes = _varying(samples, sampled)
     runs, rows, of_plan = _plan(ds["run"].values, sweep, samples)
+    steps = morris.design_of(ds["run"].values, sweep, samples) if _sampler(sweep).screening else None
     kept = kept_of(ds)
     if kept is not None:
         runs, of_plan = runs[kept[runs]], [*of_plan, note_of(ds, kept)]
-    independent = not _in_rows(sweep)
+    independent = not _in_rows(sweep) or steps is not None
     found, left_out = [], []
     for one in outputs.read(ds, [output] if isinstance(output, str) else output, time, sampled):
         reason = _unusable(one, runs)
@@ -108,12 +121,12 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
             found.append(one)
     if not found:
         raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
-    return _dataset(ds, found, inputs, runs, rows, independent).assign_attrs(
+    return _dataset(ds, found, inputs, runs, rows, steps, independent).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
         failed=int((~ds["status"].isin(GOOD).values & sampled).sum()),
-        rows=0 if rows is None else len(rows.table),
+        rows=steps.rows if steps is not None else 0 if rows is None else len(rows.table),
         notes="\n".join([*notes, *of_plan, *left_out, *([] if output else [CHOSEN])]),
     )
 
@@ -148,6 +161,9 @@ def _plan(
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]
+    if _sampler(sweep).screening:
+        first = every[labels[every] % runs_of_row(len(sobol.sampled_inputs(sweep))) == 0]
+        return first, None, [*notes, FIRST_OF_ROWS]
     if in_rows:
         return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
     d = len(sobol.sampled_inputs(sweep)) or len(samples)
@@ -155,10 +171,13 @@ def _plan(
     return runs, None, [*notes, f'total Sobol\' indices need sweep.sampler = "{INDICES}" and {proposal}']
 
 
+def _sampler(sweep: Tables) -> Sampler:
+    return SAMPLERS[str(sweep.get("sampler", DEFAULT))]
+
+
 def _in_rows(sweep: Tables) -> bool:
-    """Whether runs were drawn in rows that share numbers."""
-    sampler = SAMPLERS.get(sweep.get("sampler", ""))
-    return sampler is not None and sampler.sobol_indices
+    """Whether runs were drawn in rows for Sobol' indices, which share numbers."""
+    return _sampler(sweep).sobol_indices
 
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
@@ -184,10 +203,12 @@ def _dataset(
     inputs: dict[str, np.ndarray],
     runs: np.ndarray,
     rows: sobol.Rows | None,
+    steps: morris.Design | None,
     independent: bool,
 ) -> xr.Dataset:
     """What was found of every output and input, labelled; independent: whether no run shares numbers with others."""
-    names = list(dict.fromkeys([*inputs, *(rows.inputs if rows is not None else ())]))
+    drawn = rows.inputs if rows is not None else list(steps.steps) if steps is not None else []
+    names, pairs = list(dict.fromkeys([*inputs, *drawn])), dict[str, np.ndarray]()
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
     of_output = {name: np.zeros(len(found), int if name in COUNTS else float) for name in OF_OUTPUT}
     ranks: dict[bytes, list[np.ndarray]] = {}  # of the inputs, by the runs that count
@@ -204,13 +225,21 @@ def _dataset(
         indices = None if rows is None else sobol.indices(output.values, rows)
         for name, numbers in ({} if indices is None else indices.by_input()).items():
             _put(table, names.index(name), numbers)
+        for name, effects in ({} if steps is None else morris.effects(output.values, steps)).items():
+            _put(table, names.index(name), asdict(effects))
+        if indices is not None and indices.second is not None:
+            at = np.ix_([names.index(name) for name in indices.inputs], [names.index(name) for name in indices.inputs])
+            for name, values in zip(SECOND, indices.second, strict=True):
+                pairs.setdefault(name, np.full((len(found), len(names), len(names)), np.nan))[n][at] = values
         own = {"mean": y.mean(), "deviation": y.std(ddof=1), "runs": len(y), "rows": indices.rows if indices else 0}
         _put(of_output, n, own)
     data = {
         **{name: (("output", "input"), x, _texts(*OF_BOTH[name])) for name, x in of_both.items()},
         **{name: ("output", x, _texts(*OF_OUTPUT[name])) for name, x in of_output.items()},
+        **{name: (("output", "input", "with_input"), x, _texts("1", SECOND[name])) for name, x in pairs.items()},
     }
-    return xr.Dataset(data, _coordinates(ds, found, names))
+    of_pairs = {"with_input": ("with_input", names, _texts("1", "path of the other input"))} if pairs else {}
+    return xr.Dataset(data, _coordinates(ds, found, names) | of_pairs)
 
 
 def _put(table: dict[str, np.ndarray], index: int, numbers: dict[str, float]) -> None:

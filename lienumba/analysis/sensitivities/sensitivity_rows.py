@@ -3,10 +3,11 @@ and a page draw."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 
+import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import named, time_label
@@ -57,11 +58,23 @@ class InputRow:
         names = ("first_order", "total_order")
         return [f"{self.numbers[x]:.3f} ± {self.numbers[f'{x}_high'] - self.numbers[x]:.2g}" for x in names]
 
+    @property
+    def effects(self) -> list[str]:
+        """Mean size, mean and deviation of elementary effects."""
+        return [self._with_half(name) for name in ("mu_star", "mu", "sigma")]
+
+    def _with_half(self, name: str) -> str:
+        low, x, high = (self.numbers[key] for key in (f"{name}_low", name, f"{name}_high"))
+        if x != x:
+            return NONE
+        return f"{number_text(x, '.4g')}{f' ± {0.5 * (high - low):.2g}' if high == high else ''}"
+
 
 @dataclass(frozen=True)
 class OutputRows:
     """An output, with its unit, at a time (s; NaN: each run has it once): mean and deviation over the runs that count,
-    how many complete rows there are of how many for Sobol' indices, and its inputs in the order of the sweep."""
+    how many complete rows there are of how many for Sobol' indices, and its inputs in the order of the sweep;
+    pairs: of inputs, with their second index and half its interval."""
 
     name: str
     units: str
@@ -72,6 +85,7 @@ class OutputRows:
     rows: int
     every_row: int
     inputs: Sequence[InputRow]
+    pairs: Sequence[tuple[str, str, float, float]] = ()
 
     @property
     def headline(self) -> str:
@@ -102,6 +116,18 @@ class OutputRows:
         """The inputs with the largest total indices, and a remark if there are more."""
         first, more = self._first([(row.numbers["total_order"], row) for row in self.inputs], most)
         return TextTable.of(["input"], ["first", "total"], [[x.name, *x.indices] for x in first]), more
+
+    def others(self, most: int) -> Iterator[tuple[str, TextTable]]:
+        """Second indices and elementary effects, with their headlines, if there are any."""
+        if self.pairs:
+            pairs = sorted(self.pairs, key=lambda pair: -pair[2])
+            rows = [[one, other, f"{index:.3f} ± {half:.2g}"] for one, other, index, half in pairs[:most]]
+            more = f" (the first {most} of {len(pairs)} pairs)" if len(pairs) > most else ""
+            yield f"second Sobol' indices of {self.name}{more}", TextTable.of(["input", "input"], ["second"], rows)
+        first, more = self._first([(row.numbers["mu_star"], row) for row in self.inputs], most)
+        if first:
+            of = f"elementary effects on {self.name}, {self.every_row:,} rows{more}"
+            yield of, TextTable.of(["input"], ["mu*", "mu", "sigma"], [[x.name, *x.effects] for x in first])
 
     @staticmethod
     def _first(sized: Sequence[tuple[float, InputRow]], most: int) -> tuple[list[InputRow], str]:
@@ -151,4 +177,15 @@ def _output(one: xr.Dataset) -> OutputRows:
     name, units = str(one["output"].item()), str(one["output_units"].item())
     mean, deviation, time = (float(one[key]) for key in ("mean", "deviation", "output_time"))
     runs, rows = int(one["runs"]), int(one["rows"])
-    return OutputRows(name, units, time, runs, mean, deviation, rows, int(one.attrs["rows"]), inputs)
+    every = int(one.attrs["rows"])
+    return OutputRows(name, units, time, runs, mean, deviation, rows, every, inputs, list(_pairs(one)))
+
+
+def _pairs(one: xr.Dataset) -> Iterator[tuple[str, str, float, float]]:
+    """Of an output, if it has any."""
+    if "second_order" not in one:
+        return
+    names = list(map(str, one["input"].values))
+    index, high = (one[name].values for name in ("second_order", "second_order_high"))
+    for k, m in zip(*np.nonzero(index == index), strict=True):
+        yield names[k], names[m], float(index[k, m]), float(high[k, m] - index[k, m])

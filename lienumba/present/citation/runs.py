@@ -26,6 +26,8 @@ def sweep(source: CitedScenario) -> str:
         said.append(sampling.correlations(rules["correlate"]))
     if rules["nominal"] if labels is None else labels != own:
         said.append("One run more had the nominal values.")
+    if rules.get("proposal"):
+        said.append(sampling.proposals(rules["proposal"]))
     if rules.get("stop"):
         said.append(_stop(source, rules["stop"]))
     return " ".join(said)

@@ -67,3 +67,15 @@ def unit(units: str) -> str:
 
 def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+def proposals(given: Tables) -> str:
+    """Where inputs were drawn instead."""
+    each = [
+        f"{path} (shift {number(x.get('shift', 0.0))}, scale {number(x.get('scale', 1.0))})"
+        for path, x in given.items()
+    ]
+    return (
+        f"The normal numbers behind {listed(each)} were drawn about the shift with the scale for standard deviation, "
+        "in a tenth of the runs as they are; statistics are weighted by the ratio of the densities."
+    )

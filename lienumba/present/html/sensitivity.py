@@ -15,7 +15,7 @@ from lienumba.analysis.sensitivities.sensitivity_rows import OutputRows, sensiti
 from lienumba.analysis.text_table import NONE
 from lienumba.errors import ScenarioError
 from lienumba.present.html.chart import Json, Section, packed, section
-from lienumba.present.html.markup import Markup, element, sentence
+from lienumba.present.html.markup import Markup, element, sentence, text_table
 
 MOST_POINTS = 1500  # of the scatter
 MOST_NUMBERS = 40_000  # of all columns together
@@ -80,6 +80,9 @@ def sensitivity(ds: xr.Dataset, read: Columns) -> tuple[Section | None, Json]:
         notes.append(f"shown are the {len(first)} inputs of {inputs} with the largest rank correlations")
     indices = any(row.explained != NONE for x in found.outputs for row in x.inputs)
     body = _body(indices, [*notes, points.pop("note")])
+    for output in found.outputs:
+        for headline, rows in output.others(MOST_INPUTS):
+            body += [element("h3", headline), text_table(rows)]
     return section("sensitivity", TITLE, *body), {**_numbers(outputs), **points}
 
 

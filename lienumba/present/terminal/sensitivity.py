@@ -26,5 +26,7 @@ def print_sensitivity(found: "xr.Dataset") -> None:
         if one.sobol_headline:
             table, more = one.sobol(MOST_INPUTS)
             output.print(table.on_terminal(one.sobol_headline + more))
+        for headline, table in one.others(MOST_INPUTS):
+            output.print(table.on_terminal(headline))
     for line in filter(None, [LEGEND, *rows.notes, rows.chosen]):
         output.print(line, markup=False)

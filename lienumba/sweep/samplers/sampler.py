@@ -23,7 +23,8 @@ class Sampler:
     samples which path comes first; whole: what makes them depend on the number of runs, which then cannot grow;
     most_dimensions: of uniform numbers for each run, of which it takes `dimensions` where inputs have n; row: of how
     many runs a row consists where f inputs vary, all rows being whole; independent: whether inputs may have no
-    correlations; sobol_indices: whether its runs are laid out for them; from_table: whether samples are given;
+    correlations; independent_of_row: how many runs at the beginning of a row share no number; sobol_indices, screening:
+    whether its runs are laid out for them, or for elementary effects; from_table: whether samples are given;
     weighted: whether runs have weights.
     """
 
@@ -37,7 +38,9 @@ class Sampler:
     dimensions: Callable[[int], int] = lambda n: n
     row: Callable[[int], int] | None = None
     independent: bool = False
+    independent_of_row: int = 0
     sobol_indices: bool = False
+    screening: bool = False
     from_table: bool = False
     weighted: bool = False
 

@@ -185,7 +185,9 @@ def test_samplers(sampler: str) -> None:
     text = told(sweep={
         "runs": 8, "seed": 3, "sampler": sampler, "nominal": True,
         "vary": {"bodies.top.mass": {"distribution": "uniform", "low": 14, "high": 16}},
+        "proposal": {"bodies.top.mass": {"shift": 1.5}} if SAMPLERS[sampler].weighted else {},
     })  # fmt: skip
+    assert ("bodies.top.mass (shift 1.5, scale 1)" in text) == SAMPLERS[sampler].weighted
     assert (
         f"Their values were drawn from {SAMPLERS[sampler].words} with the seed 3. One run more had the nominal" in text
     )

@@ -31,7 +31,7 @@ def check_requirements(requirements: list[Keys], sweep: Keys, parameters: Parame
 def check_stop(stop: Stop, sweep: Keys, runs: int, requirements: list[Keys], report: Report) -> None:
     """Check when a sweep of so many runs ends."""
     sampler = SAMPLERS.get(str(sweep.get("sampler")))
-    if stop.requirement is not None and sampler is not None and sampler.sobol_indices:
+    if stop.requirement is not None and sampler is not None and sampler.row:
         rule = f'decides by independent runs, but those of the sampler "{sampler.name}" share their samples'
         report.add("sweep.stop.requirement", rule, 'use the sampler "random"', stop.requirement)
     if stop.variable is None and stop.requirement is None:
