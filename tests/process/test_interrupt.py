@@ -17,8 +17,9 @@ HOURS = ("--set", "sweep.runs=5000", "--set", "integrator.end_time=20000", "--se
 ONE_OUTPUT = (*HOURS[:-1], "output.every=20000")
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("options", [HOURS, ONE_OUTPUT], ids=["outputs", "one output at the end"])
+@pytest.mark.parametrize(
+    ("options", "workers"), [(HOURS, 1), (ONE_OUTPUT, 2)], ids=["outputs", "one output at the end"]
+)
 def test_an_interrupted_run_ends_with_130_and_leaves_no_file(
     options: tuple[str, ...], workers: int, tmp_path: Path
 ) -> None:

@@ -14,12 +14,12 @@ with scripts_on_path():
     from fuzzing.drawing import Drawing, nested
     from fuzzing.mutations import copied, mutated
 
-SEED, CASES = 2026, 240
+SEED, CASES, PARTS = 2026, 120, 5
 
 
-@pytest.mark.parametrize("tenth", range(10))
-def test_nothing_but_success_or_a_sentence(tenth: int) -> None:
-    outcomes = [trial.tried(replace(case(SEED, n), run=False)) for n in range(tenth, CASES, 10)]
+@pytest.mark.parametrize("part", range(PARTS))
+def test_nothing_but_success_or_a_sentence(part: int) -> None:
+    outcomes = [trial.tried(replace(case(SEED, n), run=False)) for n in range(part, CASES, PARTS)]
     assert not [outcome.failure for outcome in outcomes if outcome.failure]
     assert {trial.VALIDATED, trial.REFUSED} == {outcome.what for outcome in outcomes}
 

@@ -10,7 +10,7 @@ from lienumba.groups import so3, state
 from tests.rigs import plain
 from tests.rigs.scenarios import LOOP, PENDULUM, TOP, scenario, simulate, start_of, state_at
 
-STEP, STEPS = 1e-3, 300
+STEP, STEPS = 1e-3, 100
 MASS, INERTIA, POINT = 15.0, (0.234375, 0.46875, 0.234375), (0.0, -1.0, 0.0)
 WEIGHT = (0.0, 0.0, -9.81)
 

@@ -104,7 +104,7 @@ def test_junk_in_a_law(kind: str, index: int) -> None:
     listed = [law, *(law + inside for inside in places(item)), *(law + (key,) for key in NEW_KEYS if key not in item)]
     for number, place in enumerate(listed, LAWS.index((kind, index))):
         known = place[-1] not in NEW_KEYS or place[-1] in item
-        for junk in junk_for(number, FORMULAS, 7):
+        for junk in junk_for(number, FORMULAS, 13):
             if junk is KeyError and not known:
                 continue
             try:
