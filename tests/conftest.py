@@ -17,7 +17,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # Tests of machine code, or of many steps. All others are about what is computed, whatever the code looks like: theirs
 # is made in half the time.
-CODE = ("tests/compiler/", "tests/process/", "tests/documents/test_accuracy.py", "tests/oracles/paper/")
+CODE = ("tests/compiler/", "tests/process/test_", "tests/documents/test_accuracy.py", "tests/oracles/paper/")
 
 
 def pytest_collection_finish() -> None:
