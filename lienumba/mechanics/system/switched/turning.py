@@ -17,7 +17,8 @@ from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
-BRAKED = 0.01  # of gravity: what is braked by more ends by itself
+BRAKED = 0.01  # of gravity: what is braked by more ends by itself, if it goes
+STRAIGHT = 10.0  # times as much along as across
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
@@ -68,21 +69,24 @@ def _creeps(
     model: Model, now: Instant, length: Number, sliding: Sequence[Number], rows: Sequence[int], a: Sequence[Number]
 ) -> Any:
     """Above 0 (m/s) where sliding is slower than `ENDS` times the speed that gravity gives within the length, and does
-    not end by itself: it has missed 0 by rounding, and turns as fast as steps are short. Less than what the driver
-    takes for rest."""
+    not end by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps are short, also
+    where friction brakes it from every side. Less than what the driver takes for rest."""
     pressing: Any = 0.0
     for g in dynamics.gravity(model, now.t):
         pressing = maximum(pressing, absolute(g))
     least, speed = ENDS * sqrt(pressing * length), _length(sliding)
     C, (_, biases) = constraints.jacobian(model, now), constraints.rate_and_bias(model, now)
-    growing: Any = 0.0
-    for row, w in zip(rows, sliding, strict=True):
-        rate = biases[row]
-        for (r, column), x in C.items():
-            rate = rate + x * a[column] if r == row else rate
-        growing = growing + w * rate
-    growing = growing / where(speed > 0.0, speed, 1.0)
-    braked = where(pressing > 0.0, growing / where(pressing > 0.0, BRAKED * pressing, 1.0), 0.0)
+    grows: list[Any] = []
+    for row in rows:
+        rate: Any = biases[row]
+        for (r, column), c in C.items():
+            rate = rate + c * a[column] if r == row else rate
+        grows.append(rate)
+    (x, y), (along, across) = sliding, grows
+    unit = where(speed > 0.0, speed, 1.0)
+    growing, turning = (x * along + y * across) / unit, (x * across - y * along) / unit
+    fast = growing + STRAIGHT * absolute(turning)  # above 0 where it turns
+    braked = where(pressing > 0.0, fast / where(pressing > 0.0, BRAKED * pressing, 1.0), 0.0)
     return least * (1.0 + minimum(braked, 0.0)) - speed
 
 
