@@ -121,7 +121,8 @@ def _allowed(
         states = States(np.asarray(prepared.labels), np.ones(runs, bool), t, rows, numbers)
         allowed, rates = np.full(runs, np.inf), np.zeros(runs)
         for system in recorded.systems(states):
-            for run, values in zip(system.runs, np.linalg.eigvals(system.A), strict=True):
+            smooth = np.isfinite(system.A).all(axis=(1, 2))  # a disc that lies flat has no derivative
+            for run, values in zip(system.runs[smooth], np.linalg.eigvals(system.A[smooth]), strict=True):
                 allowed[run], rates[run] = _longest(values, R, end)
         yield allowed, rates
 

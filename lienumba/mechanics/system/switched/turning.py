@@ -69,8 +69,8 @@ def _creeps(
     model: Model, now: Instant, length: Number, sliding: Sequence[Number], rows: Sequence[int], a: Sequence[Number]
 ) -> Any:
     """Above 0 (m/s) where sliding is slower than `ENDS` times the speed that gravity gives within the length, and does
-    not end by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps are short, also
-    where friction brakes it from every side. Less than what the driver takes for rest."""
+    not end by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps are short,
+    even where friction brakes it from every side. Less than what the driver takes for rest."""
     pressing: Any = 0.0
     for g in dynamics.gravity(model, now.t):
         pressing = maximum(pressing, absolute(g))
