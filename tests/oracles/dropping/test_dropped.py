@@ -7,14 +7,15 @@ from tests.oracles.dropping.drawing import SHAPES, drop
 from tests.oracles.dropping.judging import HONEST, Verdict, judge
 
 
-@pytest.mark.parametrize("seed", [4, 18])
+@pytest.mark.parametrize("seed", [4, 18, 197])
 def test_what_is_thrown_sinks_nowhere_and_gains_no_energy(seed: int) -> None:
-    """The last: sliding that ends, with friction turning about it, took 73,000 steps."""
+    """18: sliding that ends, with friction turning about it, took 73,000 steps. 197: a disc that begins flat, where its
+    edge has no finite acceleration, was never hit."""
     verdict = judge(drop(seed))
     assert verdict.problems() == []
     assert verdict.status in ("success", *HONEST)
-    assert verdict.changes > 0
-    assert verdict.steps < 1000
+    assert verdict.changes > 5
+    assert verdict.steps < 10_000
 
 
 def test_all_shapes_are_drawn_and_begin_above_their_planes() -> None:

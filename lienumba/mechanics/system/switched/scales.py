@@ -14,7 +14,7 @@ from lienumba.mechanics.mechanism.model import GROUND, Model
 from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.system.switches import Switch, switches_of
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import absolute, maximum, minimum, sqrt
+from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 
 FAR = 4e-6  # of a position in lengths: a billionth of that is its rounding
 FAST = 2e-4  # of the speeds of bodies, likewise with what is left by projections
@@ -34,6 +34,19 @@ def lengths(model: Model, now: Instant) -> list[Any]:
         1.0 if size is None else size + FAR * (a + b)
         for size, a, b in zip(found, reach[first:], far[first:], strict=True)
     ]
+
+
+def lasting(model: Model, now: Instant, accelerations: Sequence[Number]) -> list[Any]:
+    """Accelerations of all switched rows (m/s^2 or rad/s^2), those that come from motion, such as that of the edge of a
+    disc that is flat, no larger than what changes a rate by the speed of the bodies within the length."""
+    first, size = constraints.permanent_rows(model), lengths(model, now)
+    speed, biases = constraints.sizes(model, now)[2][first:], constraints.rate_and_bias(model, now)[1][first:]
+    found: list[Any] = []
+    for a, bias, length, v in zip(accelerations, biases, size, speed, strict=True):
+        most = v * v / length
+        bounded = maximum(minimum(a, most), -most)
+        found.append(where(2.0 * absolute(bias) > absolute(a), bounded, a))
+    return found
 
 
 def speeds(model: Model, now: Instant, rates: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:

@@ -117,6 +117,7 @@ def numbers(model: Model, now: Instant, rates: Sequence[Number], accelerations: 
     back, static and kinetic effort (N or N m), and its length and speed (see `scales`). rates, accelerations: of all
     rows that are switched."""
     found: list[Any] = []
+    accelerations = scales.lasting(model, now, accelerations)
     lengths, speeds = scales.lengths(model, now), scales.speeds(model, now, rates, accelerations)
     for switch, speed in zip(switches_of(model), speeds, strict=True):
         own: tuple[Any, ...] = (0.0,) * 6
