@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.mechanics.elements.noise import Recursion
+from lienumba.mechanics.elements.noise import Recorded, Recursion
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.normal import inverse
 from lienumba.sweep.samplers.streams import SMALLEST
@@ -62,6 +62,41 @@ class Courses:
             row[:] = np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)).random_raw(len(row))
         uniform = np.maximum((raw >> np.uint64(11)) * 2.0**-53, SMALLEST)
         return inverse(uniform).reshape(len(raw), self.count, states).T
+
+
+@dataclass(frozen=True)
+class RecordedCourses:
+    """Courses that stand in a file, of which those of some runs are read when they are needed; labels (runs,): rows of
+    the file, of the nominal run all samples are 0; count: of samples of each, behind its end the last one."""
+
+    source: Recorded
+    labels: np.ndarray
+    count: int
+
+    def part(self, runs: Any) -> "RecordedCourses":
+        return replace(self, labels=self.labels[runs])
+
+    def rows(self) -> np.ndarray:
+        import h5py
+
+        drawn = np.flatnonzero(self.labels != NOMINAL_RUN)
+        found = np.zeros((len(self.labels), self.count))
+        known = min(self.count, self.source.samples)
+        own, places = np.unique(self.labels[drawn], return_inverse=True)
+        if len(own):
+            with h5py.File(self.source.file, "r") as file:
+                found[drawn, :known] = file[self.source.variable][own, :known][places]
+            found[drawn, known:] = found[drawn, known - 1 : known]
+        return found
+
+    def gather(self, index: Any) -> Any:
+        index = np.broadcast_to(np.asarray(index), self.labels.shape).astype(np.int64)
+        found = np.zeros(len(self.labels))
+        for first in range(0, len(self.labels), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            part = replace(self.part(some), count=int(index[some].max()) + 1)
+            found[some] = part.rows()[np.arange(len(part.labels)), index[some]]
+        return found
 
 
 def _times(matrix: Any, x: Any) -> list[Any]:

@@ -8,7 +8,7 @@ from lienumba.mechanics.mechanism.model import Code, Coordinate
 from lienumba.mechanics.mechanism.tables import Samples
 
 if TYPE_CHECKING:
-    from lienumba.mechanics.elements.noise import Recursion
+    from lienumba.mechanics.elements.noise import Recorded, Recursion
 
 
 class Names(Protocol):
@@ -56,5 +56,5 @@ class Names(Protocol):
         """The code of a law of the user's own; place: of the law in the scenario; reference: "arm.py:pd"; seen: what it
         gets, bodies before joints; parameters: their names."""
 
-    def samples(self, name: str, recursion: "Recursion", every: float | None, held: bool) -> Samples:
+    def samples(self, name: str, source: "Recursion | Recorded", every: float | None, held: bool) -> Samples:
         """The courses of a noise with these samples, every so many seconds; None: a single one."""

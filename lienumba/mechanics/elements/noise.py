@@ -42,6 +42,15 @@ class Recursion:
     out: tuple[Any, ...]
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """Samples of each run that stand in a file: a variable (run, time) of so many samples."""
+
+    file: str
+    variable: str
+    samples: int
+
+
 class NoiseType(QuantityType):
     """A noise, as a scenario describes it.
 
@@ -51,14 +60,9 @@ class NoiseType(QuantityType):
     held: ClassVar[bool] = False
     fixed: ClassVar[tuple[str, ...]] = ("every",)
 
-    std: NotNegative = Field(description="the standard deviation, at least 0")
     units: str | None = Field(default=None, description='the units as a text, such as "N"')
 
     # ---------------------------------------------------------------- mathematics
-    def recursion(self) -> Recursion:
-        """How one sample follows from those before."""
-        raise NotImplementedError
-
     @property
     def interval(self) -> float | None:
         """Between two samples in s; None for a single one."""
@@ -85,6 +89,16 @@ class NoiseType(QuantityType):
     def sketch(cls, table: Mapping[str, Any], joints: Sequence[str], drivers: Sequence[str]) -> Quantity | None:
         return Quantity(str(table.get("name")), str(table["type"]))
 
+
+class RandomNoise(NoiseType):
+    """One that is drawn."""
+
+    std: NotNegative = Field(description="the standard deviation, at least 0")
+
+    def recursion(self) -> Recursion:
+        """How one sample follows from those before."""
+        raise NotImplementedError
+
     def to_model(self, names: Names) -> Quantity:
         samples = names.samples(self.name, self.recursion(), self.interval, self.held)
         formula = Formula(f"std*{COURSE}(t)", frozenset({"t", "std"}), frozenset({COURSE}))
@@ -93,7 +107,7 @@ class NoiseType(QuantityType):
 
 
 @NOISES.add
-class White(NoiseType):
+class White(RandomNoise):
     """Independent normal numbers, each held until the next: a power spectral density of std^2 every, on both sides,
     at low frequencies."""
 
@@ -108,7 +122,7 @@ class White(NoiseType):
 
 
 @NOISES.add
-class Band(NoiseType):
+class Band(RandomNoise):
     """White noise behind a low pass of the first order, or of the second: an oscillator."""
 
     example: ClassVar[Keys] = {"std": 0.3, "every": 0.1, "order": 2}
@@ -140,7 +154,7 @@ class Band(NoiseType):
 
 
 @NOISES.add
-class Dryden(NoiseType):
+class Dryden(RandomNoise):
     """Gusts of Dryden's spectrum (MIL-F-8785C), along the flight or across it, with this turbulence length and
     airspeed."""
 
@@ -163,7 +177,7 @@ class Dryden(NoiseType):
 
 
 @NOISES.add
-class Walk(NoiseType):
+class Walk(RandomNoise):
     """The sum of white noise, which begins at 0: after t seconds its standard deviation is std sqrt(t)."""
 
     example: ClassVar[Keys] = {"std": 0.3, "every": 0.1}
@@ -177,7 +191,7 @@ class Walk(NoiseType):
 
 
 @NOISES.add
-class Bias(NoiseType):
+class Bias(RandomNoise):
     """One normal number for the whole run."""
 
     held: ClassVar[bool] = True
@@ -187,6 +201,30 @@ class Bias(NoiseType):
 
     def recursion(self) -> Recursion:
         return Recursion(((1.0,),), ((0.0,),), ((1.0,),), (1.0,))
+
+
+@NOISES.add
+class Tabulated(NoiseType):
+    """Courses that each run has in a file, at equal intervals from 0 on, linear between them."""
+
+    fixed: ClassVar[tuple[str, ...]] = ("every", "runs", "samples")
+    example: ClassVar[Keys] = {
+        "table": "gusts.nc", "value": "gust", "every": 0.1, "runs": 10, "samples": 100, "checksum": ""
+    }  # fmt: skip
+
+    type: Literal["table"]
+    table: str = Field(description="the path of a netCDF-4 file, relative to the scenario")
+    value: str = Field(description="its variable with the dimensions run and time")
+    every: Positive | None = Field(default=None, description="the interval between two samples in s (read)")
+    runs: int | None = Field(default=None, description="how many runs the file has (read)")
+    samples: int | None = Field(default=None, description="how many samples each has (read)")
+    checksum: str | None = Field(default=None, description="the SHA-256 of the file (read)")
+
+    def to_model(self, names: Names) -> Quantity:
+        source = Recorded(self.table, self.value, self.samples or 0)
+        course = names.samples(self.name, source, self.interval, self.held)
+        value = Law(Formula(f"{COURSE}(t)", frozenset({"t"}), frozenset({COURSE})), {COURSE: course})
+        return Quantity(self.name, self.type, value=value, units=self.units or "1")
 
 
 def _first_order(angle: Any) -> Recursion:

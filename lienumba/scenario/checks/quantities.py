@@ -6,6 +6,7 @@ from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.events import LOCK
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.noise import Tabulated
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
@@ -59,6 +60,11 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
     checked = read(NOISES.get(str(noise.get("type"))), noise)
     for fault in () if checked is None else checked.faults():
         report.problems.append(fault.below(place))
+    if isinstance(checked, Tabulated) and checked.every is not None and checked.samples and report.times is not None:
+        last, end = checked.every * (checked.samples - 1), float(report.times[-1])
+        if end > last * (1.0 + SAME):
+            rule = f"ends at {last:g} s, and the run at {end:g} s"
+            report.add(f"{place}.table", rule, "give longer courses, or end the run earlier")
 
 
 def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:

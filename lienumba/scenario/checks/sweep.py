@@ -16,7 +16,7 @@ from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
-from lienumba.scenario.base.problems import read
+from lienumba.scenario.base.problems import read, tables
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
@@ -53,6 +53,11 @@ def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Rep
         report.miss("sweep.runs", "give a whole number of runs, at least 1")
     if runs > 1 and not vary and not model.get("noise"):
         report.warn("sweep.runs", "sweep.vary is empty, so all runs are the same", value=runs)
+    for noise in tables(model.get("noise", [])):
+        rows = noise.get("runs")
+        if isinstance(rows, int) and runs > rows:
+            at = f"noise.{noise.get('name')}.table"
+            report.add(at, f"has courses of {rows} runs, and sweep.runs is {runs}", "give more courses, or fewer runs")
     _check_intervals(vary, parameters, report)
     seen: dict[str, str] = {}
     parts: dict[str, str] = {}

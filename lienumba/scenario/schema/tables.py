@@ -177,9 +177,9 @@ def check_file(at: str, path: Path, value: object) -> None:
 
 
 @contextmanager
-def reading(at: str, file: object, path: Path) -> Iterator[None]:
+def reading(at: str, file: object, path: Path, key: str = "file") -> Iterator[None]:
     """Say of a file that the scenario names at a place what is wrong with it."""
-    at_file, value = f"{at}.file", file
+    at_file, value = f"{at}.{key}", file
     if not isinstance(file, str):
         raise ScenarioError.at(at_file, "must be a text in quotes", "give the path of a file", value)
     check_file(at_file, path, value)

@@ -20,7 +20,7 @@ from lienumba.mechanics.elements.forces.compliant import forces_of
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
 from lienumba.mechanics.elements.locks import lockable, locks_of
-from lienumba.mechanics.elements.noise import Recursion
+from lienumba.mechanics.elements.noise import Recorded, Recursion
 from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
 from lienumba.mechanics.mechanism.massless import is_massless
@@ -34,7 +34,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
 from lienumba.scenario.start.code import code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
-from lienumba.sweep.noise import Courses
+from lienumba.sweep.noise import Courses, RecordedCourses
 
 SWITCHES = (RELEASE.name, ENGAGE.name)
 Sampled = Mapping[str, np.ndarray] | Mapping[str, float]
@@ -85,13 +85,17 @@ class _Noise:
         data = scenario.data
         return _Noise(data.sweep.seed, data.integrator.end_time, None if labels is None else np.asarray(labels))
 
-    def samples(self, name: str, recursion: Recursion, every: float | None, held: bool) -> Samples:
+    def samples(self, name: str, source: Recursion | Recorded, every: float | None, held: bool) -> Samples:
         """The courses by the name of their stream."""
         number = 0 if every is None else floor(self.end / every * (1.0 + SAME)) + 1
         knots = tuple(k * (every or 0.0) for k in range(1, number + 1))
         if self.labels is None:
             return Samples(Numbers(np.zeros(number + 1)), every or 1.0, float(number), held, knots)
-        courses = Courses(name, self.seed, self.labels, number + 1, recursion)
+        courses = (
+            RecordedCourses(source, self.labels, number + 1)
+            if isinstance(source, Recorded)
+            else Courses(name, self.seed, self.labels, number + 1, source)
+        )
         return Samples(courses, every or 1.0, float(number), held, knots)
 
 
@@ -187,9 +191,9 @@ class _Builder:
         )
         return code_of(place, reference, code, seen, list(parameters), known)
 
-    def samples(self, name: str, recursion: Recursion, every: float | None, held: bool) -> Samples:
+    def samples(self, name: str, source: Recursion | Recorded, every: float | None, held: bool) -> Samples:
         assert self.noise is not None
-        return self.noise.samples(f"noise.{name}", recursion, every, held)
+        return self.noise.samples(f"noise.{name}", source, every, held)
 
     # ---------------------------------------------------------------- the start
     def pose(self, body: Body) -> Pose:

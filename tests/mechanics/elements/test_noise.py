@@ -9,7 +9,7 @@ from scipy.signal import welch
 
 import lienumba
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.elements.noise import NoiseType
+from lienumba.mechanics.elements.noise import RandomNoise
 from lienumba.mechanics.elements.quantities import NOISES
 from lienumba.sweep.noise import Courses
 from tests.rigs.inputs import INERTIA, at_hinge
@@ -27,8 +27,8 @@ GUSTS = [{"length": 30.0, "speed": 40.0, "direction": direction} for direction i
 SHAPED = [("band", keys) for keys in BANDS] + [("dryden", keys) for keys in GUSTS]
 
 
-def noise(type_: str, **keys: Any) -> NoiseType:
-    made: NoiseType = NOISES[type_].model_validate({"name": "n", "type": type_, "std": 1.0, **keys})
+def noise(type_: str, **keys: Any) -> RandomNoise:
+    made: RandomNoise = NOISES[type_].model_validate({"name": "n", "type": type_, "std": 1.0, **keys})
     assert not [*made.faults()]
     return made
 
