@@ -204,9 +204,9 @@ def _verdicts(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
 
 
 def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:
-    runs, weights = one.sizes["run"], weights_of(one)
+    runs, weights = one.sizes["run"], weights_of(one, one["run"].values >= 0)
     if weights is not None:
-        yield weights_told(weights[one["run"].values >= 0])
+        yield weights_told(weights)
     for ds, which in ((first, "first"), (second, "second")):
         if ds.sizes["run"] > runs:
             yield f"{ds.sizes['run'] - runs:,} runs of the {which} have no partner, and do not count"

@@ -13,9 +13,9 @@ from lienumba.words import plural
 SEED = 1951  # of what decides which runs are kept, always the same
 
 
-def weights_of(ds: xr.Dataset) -> np.ndarray | None:
-    """The weights of the runs (runs,), None if they have none."""
-    return ds[WEIGHT].values.astype(float) if WEIGHT in ds and ds[WEIGHT].dims == RUN else None
+def weights_of(ds: xr.Dataset, which: np.ndarray | slice = slice(None)) -> np.ndarray | None:
+    """The weights of these of the runs (n,), None if they have none."""
+    return ds[WEIGHT].values[which].astype(float) if WEIGHT in ds and ds[WEIGHT].dims == RUN else None
 
 
 def weights_told(weights: np.ndarray) -> str:

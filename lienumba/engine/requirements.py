@@ -15,7 +15,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.store.layout import MARGIN, MET, VERDICT, VERDICTS, WEIGHT
 from lienumba.sweep.samplers import SAMPLERS
-from lienumba.sweep.verdicts import Verdict, Wanted, counting, judge
+from lienumba.sweep.verdicts import Verdict, Wanted, judge
 from lienumba.words import suggestion
 
 Place = tuple[str, tuple[int, ...]]
@@ -97,14 +97,13 @@ def verdicts(
     place."""
     sweep = resolved.data.sweep
     sampler, looked = SAMPLERS[sweep.sampler], sweep.stop is not None
-    weights = column(WEIGHT, ()) if sampler.weighted else None
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
-    drawn = counting(labels, sampler.row(inputs) if sampler.row else None, sampler.independent_of_row)
-    own = None if weights is None else weights[drawn]
+    drawn = sampler.counting(labels, inputs)
+    weights = column(WEIGHT, ())[drawn] if sampler.weighted else None
     for n, requirement in enumerate(resolved.data.model.requirements):
         met = column(MET, (n,))[drawn].astype(float)
         wanted = Wanted(requirement.name, requirement.probability, requirement.confidence)
-        yield judge(wanted, np.where(met < 0.0, np.nan, met), column(MARGIN, (n,))[drawn], looked, own)
+        yield judge(wanted, np.where(met < 0.0, np.nan, met), column(MARGIN, (n,))[drawn], looked, weights)
 
 
 def attributes(

@@ -43,13 +43,7 @@ class Courses:
         return np.ascontiguousarray(np.where(self.labels == NOMINAL_RUN, 0.0, found).T)
 
     def gather(self, index: Any) -> Any:
-        index = np.broadcast_to(np.asarray(index), self.labels.shape).astype(np.int64)
-        found = np.zeros(len(self.labels))
-        for first in range(0, len(self.labels), AT_ONCE):
-            some = slice(first, first + AT_ONCE)
-            part = replace(self.part(some), count=int(index[some].max()) + 1)
-            found[some] = part.rows()[np.arange(len(part.labels)), index[some]]
-        return found
+        return _gathered(self, index)
 
     def _normal(self) -> np.ndarray:
         """Normal numbers (states, samples, runs)."""
@@ -90,13 +84,19 @@ class RecordedCourses:
         return found
 
     def gather(self, index: Any) -> Any:
-        index = np.broadcast_to(np.asarray(index), self.labels.shape).astype(np.int64)
-        found = np.zeros(len(self.labels))
-        for first in range(0, len(self.labels), AT_ONCE):
-            some = slice(first, first + AT_ONCE)
-            part = replace(self.part(some), count=int(index[some].max()) + 1)
-            found[some] = part.rows()[np.arange(len(part.labels)), index[some]]
-        return found
+        return _gathered(self, index)
+
+
+def _gathered(courses: Courses | RecordedCourses, index: Any) -> np.ndarray:
+    """Of each run the sample with its own index (runs,), with few whole courses in memory."""
+    labels = courses.labels
+    index = np.broadcast_to(np.asarray(index), labels.shape).astype(np.int64)
+    found = np.zeros(len(labels))
+    for first in range(0, len(labels), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        part = replace(courses.part(some), count=int(index[some].max()) + 1)
+        found[some] = part.rows()[np.arange(len(part.labels)), index[some]]
+    return found
 
 
 def _times(matrix: Any, x: Any) -> list[Any]:

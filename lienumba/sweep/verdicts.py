@@ -118,13 +118,6 @@ def judge(
     )  # fmt: skip
 
 
-def counting(labels: np.ndarray, row: int | None, independent: int = 0) -> np.ndarray:
-    """Which runs with these labels count (runs,): all but the nominal one, unless there is no other; row: of how many
-    runs a row of a design consists, of which so many, the first, share no number."""
-    drawn: np.ndarray = labels >= 0 if (labels >= 0).any() else labels < 0
-    return drawn if row is None else drawn & (labels % row < independent)
-
-
 def looks(wanted: Wanted, met: np.ndarray) -> str | None:
     """What runs (n,) that are asked on the way show: MET or NOT_MET, None as long as they do not; below 0: no run that
     counts."""

@@ -6,7 +6,8 @@ import pytest
 from scipy import stats
 
 from lienumba.sweep import confidence, sequential
-from lienumba.sweep.verdicts import MET, NOT_MET, OPEN, Verdict, Wanted, counting, judge, looks, percent
+from lienumba.sweep.samplers import SAMPLERS
+from lienumba.sweep.verdicts import MET, NOT_MET, OPEN, Verdict, Wanted, judge, looks, percent
 
 WANTED = Wanted("it holds", 0.99, 0.95)
 
@@ -93,9 +94,9 @@ def test_weights_of_one_are_none() -> None:
 
 
 def test_of_a_saltelli_sweep_the_first_two_of_a_row_count() -> None:
-    assert counting(np.arange(-1, 10), 5, 2).nonzero()[0].tolist() == [1, 2, 6, 7]
-    assert counting(np.arange(-1, 3), None).tolist() == [False, True, True, True]
-    assert counting(np.array([-1]), None).tolist() == [True]
+    assert SAMPLERS["saltelli"].counting(np.arange(-1, 10), 3).nonzero()[0].tolist() == [1, 2, 6, 7]
+    assert SAMPLERS["random"].counting(np.arange(-1, 3), 3).tolist() == [False, True, True, True]
+    assert SAMPLERS["random"].counting(np.array([-1]), 3).tolist() == [True]
 
 
 @pytest.mark.parametrize("side", [MET, NOT_MET])

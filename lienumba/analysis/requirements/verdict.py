@@ -17,7 +17,7 @@ from lienumba.scenario.base.toml import Tables
 from lienumba.store.form import damaged, scenario_tables
 from lienumba.store.layout import MARGIN, MET
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
-from lienumba.sweep.verdicts import Verdict, Wanted, counting, judge, percent
+from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show, suggestion
 
 LIMITS = ("below", "above", "between")
@@ -84,13 +84,12 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
         return []
     sweep, which = sweep_of(ds), counted(ds)
     looked, own = "stop" in sweep, rules(ds)
-    weights = weights_of(ds)
-    own_weights = None if weights is None else weights[which]
+    weights = weights_of(ds, which)
     found = []
     for n, name in enumerate(map(str, ds["requirement"].values)):
         wanted = Wanted(name, float(own[name]["probability"]), float(own[name]["confidence"]))
         met, margin = (ds[x].isel(requirement=n).values[which].astype(float) for x in (MET, MARGIN))
-        found.append(judge(wanted, met, margin, looked, own_weights))
+        found.append(judge(wanted, met, margin, looked, weights))
     return found
 
 
@@ -98,8 +97,7 @@ def counted(ds: xr.Dataset) -> np.ndarray:
     """Which runs count for verdicts (runs,)."""
     sweep = sweep_of(ds)
     sampler = SAMPLERS[str(sweep.get("sampler", DEFAULT))]
-    row = sampler.row(len(sampled_inputs(sweep))) if sampler.row else None
-    return counting(ds["run"].values, row, sampler.independent_of_row)
+    return sampler.counting(ds["run"].values, len(sampled_inputs(sweep)))
 
 
 def sweep_of(ds: xr.Dataset) -> Tables:
@@ -199,9 +197,9 @@ def notes(ds: xr.Dataset) -> list[str]:
     if SAMPLERS[sampler].row:
         count = plural(int(which.sum()), "run counts", "runs count")
         found.append(f"of the {sampler} sweep {count}, the independent ones")
-    weights = weights_of(ds)
+    weights = weights_of(ds, which)
     if weights is not None and which.any():
-        found.append(weights_told(weights[which]))
+        found.append(weights_told(weights))
     for n, name in enumerate(ds["requirement"].values):
         met, margin = (ds[x].isel(requirement=n).values[which] for x in (MET, MARGIN))
         none = int((np.isnan(margin) & np.isfinite(met)).sum())

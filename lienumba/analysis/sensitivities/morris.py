@@ -14,7 +14,7 @@ from math import exp, nan
 
 import numpy as np
 
-from lienumba.analysis.sensitivities.sobol import columns_of, sampled_inputs
+from lienumba.analysis.sensitivities.sobol import columns_of, sampled_inputs, table_of
 from lienumba.scenario.base.toml import Tables
 from lienumba.sweep.confidence import half_width
 from lienumba.sweep.samplers.morris import moved, places, runs_of_row
@@ -51,12 +51,10 @@ class Design:
 def design_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarray]) -> Design:
     """Of a dataset with these labels (runs,) and samples (runs,)."""
     inputs, seed = sampled_inputs(sweep), int(sweep.get("seed", 0))
-    length = runs_of_row(len(inputs))
-    at = {int(label): n for n, label in enumerate(labels) if label >= 0}
-    rows = np.unique(labels[labels >= 0] // length)
-    steps = {}
+    rows, table = table_of(labels, runs_of_row(len(inputs)))
+    each, steps = np.arange(len(rows)), {}
     for name, part in zip(inputs, places(inputs, rows, seed), strict=True):
-        ends = np.array([[at.get(int(n), -1) for n in rows * length + part + k] for k in (-1, 0)])
+        ends = np.array([table[each, part - 1], table[each, part]])
         both = (ends >= 0).all(axis=0)
         ends, size = ends[:, both], np.full(int(both.sum()), 0.5)
         directed = columns_of(name, list(samples)) == [name]

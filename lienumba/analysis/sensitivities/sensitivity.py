@@ -22,7 +22,6 @@ from lienumba.store.study_layout import is_study
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
 from lienumba.sweep.samplers import DEFAULT, INDICES, SAMPLERS, Sampler
-from lienumba.sweep.samplers.morris import runs_of_row
 from lienumba.words import plural
 
 FEWEST = 4  # runs, which give the first interval of a rank correlation
@@ -162,8 +161,8 @@ def _plan(
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]
     if _sampler(sweep).screening:
-        first = every[labels[every] % runs_of_row(len(sobol.sampled_inputs(sweep))) == 0]
-        return first, None, [*notes, FIRST_OF_ROWS]
+        first = _sampler(sweep).counting(labels, len(sobol.sampled_inputs(sweep)))
+        return np.flatnonzero(first), None, [*notes, FIRST_OF_ROWS]
     if in_rows:
         return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
     d = len(sobol.sampled_inputs(sweep)) or len(samples)

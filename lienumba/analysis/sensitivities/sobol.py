@@ -79,17 +79,19 @@ def rows_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarray]
     inputs = sampled_inputs(sweep)
     length = SAMPLERS[str(sweep["sampler"])].row
     assert length is not None
-    rows = Rows(inputs, _table(labels, length(len(inputs))))
+    rows = Rows(inputs, table_of(labels, length(len(inputs)))[1])
     kept = [path for path, entry in sweep.get("vary", {}).items() if path not in inputs and "expression" not in entry]
     return rows if inputs and _hold(rows, kept, samples) else None
 
 
-def _table(labels: np.ndarray, length: int) -> np.ndarray:
+def table_of(labels: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """The rows of so many runs that a dataset has (rows,), and which run (index) stands where (rows, length): -1 where
+    it is missing."""
     runs = np.flatnonzero(labels >= 0)
     rows, row = np.unique(labels[runs] // length, return_inverse=True)
     table = np.full((len(rows), length), -1)
     table[row, labels[runs] % length] = runs
-    return table
+    return rows, table
 
 
 def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) -> bool:

@@ -44,6 +44,12 @@ class Sampler:
     from_table: bool = False
     weighted: bool = False
 
+    def counting(self, labels: np.ndarray, inputs: int) -> np.ndarray:
+        """Which runs with these labels count as independent (runs,): all but the nominal one, unless there is no other;
+        of rows those that share no number; inputs: how many are drawn."""
+        drawn: np.ndarray = labels >= 0 if (labels >= 0).any() else labels < 0
+        return drawn if self.row is None else drawn & (labels % self.row(inputs) < self.independent_of_row)
+
 
 SAMPLERS: Registry[Sampler] = Registry("sampler", lambda sampler: sampler.name)
 
