@@ -48,10 +48,10 @@ def vertices_of(run, n):
 def test_the_animation_plays_and_stops(page):
     assert page.plays
     before, first = page.vertices(), page.time
-    page.page.click("#play")
+    page.click("#play")
     page.page.wait_for_timeout(300)
     assert page.page.inner_text("#play") == "Pause"
-    page.page.click("#play")
+    page.click("#play")
     after, time = page.vertices(), page.time
     assert time != first
     assert abs(after - before).max() > 1e-3
@@ -100,17 +100,17 @@ def test_the_theme_can_be_changed(page):
     ink = "getComputedStyle(document.body).color"
     tick = "getComputedStyle(document.querySelector('[data-chart] .xtick text')).fill"
     light = page.ask(ink), page.ask(tick)
-    page.page.click("#theme")
+    page.click("#theme")
     assert page.page.inner_text("#theme") == "Light"
     for asked, before in zip((ink, tick), light, strict=True):
         assert page.until(asked, lambda now, before=before: now != before) != before
-    page.page.click("#theme")
+    page.click("#theme")
     for asked, before in zip((ink, tick), light, strict=True):
         assert page.until(asked, lambda now, before=before: now == before) == before
 
 
 def test_a_pair_of_the_matrix_can_be_chosen(page):
-    page.page.click("#matrix tbody tr:nth-child(2) td:nth-child(3) button")
+    page.click("#matrix tbody tr:nth-child(2) td:nth-child(3) button")
     assert page.ask("[document.getElementById('output').value, document.getElementById('input').value]") == ["1", "1"]
     expected = pytest.approx(swept()["tip"].values[1:, -1, 1])
     scatter = "Array.from((document.getElementById('scatter').data || [{ y: [] }])[0].y)"
