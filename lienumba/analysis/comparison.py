@@ -17,6 +17,7 @@ from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import FAILED, Output
 from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.paths import PLACES
 from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MET
 from lienumba.store.study_layout import is_study
@@ -228,7 +229,8 @@ def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dat
 def _changes(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
     """What the scenarios differ in, path by path."""
     one, other = (dict(_leaves(scenario_tables(ds, "the dataset"), "")) for ds in (first, second))
-    paths = [path for path in dict.fromkeys([*one, *other]) if path != "title" and one.get(path) != other.get(path)]
+    known = (path for path in dict.fromkeys([*one, *other]) if path != "title" and not PLACES.fullmatch(path))
+    paths = [path for path in known if one.get(path) != other.get(path)]
     for path in paths[:MOST_CHANGES]:
         before, after = (show(values[path]) if path in values else "not given" for values in (one, other))
         yield f"{path}: {before}, then {after}"

@@ -20,6 +20,7 @@ from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import timegrid
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.base.toml import Tables
+from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.store.form import scenario_tables
 from lienumba.words import listed
@@ -131,7 +132,7 @@ def warnings_of(ds: "xr.Dataset", where: str) -> list[str]:
 
 def scenario_of(ds: "xr.Dataset", where: str) -> Scenario:
     """The scenario of a dataset; code that comes with it has not run yet."""
-    return resolve(scenario_tables(ds, where))
+    return resolve(tables_of(ds, where))
 
 
 def _dense(original: Scenario, every: float | None) -> Scenario:

@@ -31,6 +31,7 @@ from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
+from lienumba.scenario.reading.run_tables import read_run_tables
 from lienumba.scenario.reading.start_file import read_in
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
@@ -156,6 +157,8 @@ class Scenario:
         content["model"] = _without_shapes(content["model"])
         for kind in paths.JUDGING:
             content.pop(kind, None)
+        if "noise" in content:  # of a file its checksum decides, wherever it is
+            content["noise"] = [{key: x for key, x in item.items() if key != "table"} for item in content["noise"]]
         sweep.pop("stop", None)
         sampler = SAMPLERS[self.data.sweep.sampler]
         if not sampler.whole:
@@ -215,7 +218,7 @@ def resolve(
     raw = load(source, allow_code)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
-    raw = read_in(with_files(raw, Path()))
+    raw = read_run_tables(read_in(with_files(raw, Path())))
     written = copy.deepcopy(raw) if "study" in raw else raw
     scenario = _resolved(raw, problems, file)
     if scenario.data.study is None:

@@ -180,9 +180,14 @@ def _moving(
     there = of_run(ds, choice.run)
     poses, remark = _stored_poses(there) if has_bodies(there, scenario) else None, ""
     if poses is None or (_coarse(there) and (allow_code or not scenario.data.files)):
-        done = again(ds, where, choice.run, None, allow_code, tell)
-        there = of_run(done.dataset, choice.run)
-        poses, remark = _stored_poses(there), "" if done.same else done.sentence
+        try:
+            done = again(ds, where, choice.run, None, allow_code, tell)
+        except ScenarioError:  # a file that it needs may be gone
+            if poses is None:
+                raise
+        else:
+            there = of_run(done.dataset, choice.run)
+            poses, remark = _stored_poses(there), "" if done.same else done.sentence
     assert poses is not None, "a replay stores all from the start on"
     times, positions, rotations = (x[np.isfinite(poses[1]).all(axis=(1, 2))] for x in poses)
     if not len(times):

@@ -4,11 +4,14 @@ A course is the same whatever the number of runs, steps or workers, and a longer
 """
 
 from dataclasses import dataclass, fields, replace
-from hashlib import sha256
+from functools import lru_cache
+from hashlib import file_digest, sha256
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.noise import Recorded, Recursion
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.normal import inverse
@@ -67,6 +70,17 @@ class RecordedCourses:
     labels: np.ndarray
     count: int
 
+    @staticmethod
+    def of(name: str, source: Recorded, labels: np.ndarray, count: int) -> "RecordedCourses":
+        """A ScenarioError if the file is not there, or is another one."""
+        if not Path(source.file).is_file():
+            remedy = f"put the file there on every machine that computes, or {Path(source.file).name} beside a dataset"
+            raise ScenarioError.at(f"{name}.table", "there is no such file", remedy, source.file)
+        if not is_file(source.file, source.checksum):
+            rule, remedy = "is not the file with which this was written", "give that file"
+            raise ScenarioError.at(f"{name}.table", rule, f"{remedy}, whose SHA-256 is {source.checksum}", source.file)
+        return RecordedCourses(source, labels, count)
+
     def part(self, runs: Any) -> "RecordedCourses":
         return replace(self, labels=self.labels[runs])
 
@@ -85,6 +99,24 @@ class RecordedCourses:
 
     def gather(self, index: Any) -> Any:
         return _gathered(self, index)
+
+
+def is_file(path: str, checksum: str | None) -> bool:
+    """Whether a file is there that has this checksum."""
+    return Path(path).is_file() and checksum_of(Path(path)) == checksum
+
+
+def checksum_of(path: Path) -> str:
+    """The SHA-256 of a file."""
+    seen = path.stat()
+    return _checksum(path, seen.st_size, seen.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _checksum(path: Path, size: int, changed: int) -> str:
+    """Of a file that has had this size and time of change before: nobody reads it twice."""
+    with open(path, "rb") as file:
+        return file_digest(file, "sha256").hexdigest()
 
 
 def _gathered(courses: Courses | RecordedCourses, index: Any) -> np.ndarray:

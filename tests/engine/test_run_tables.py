@@ -10,8 +10,10 @@ import pytest
 import xarray as xr
 
 import lienumba
+from lienumba import analysis
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
+from lienumba.scene import scene
 
 TIMES = np.linspace(0.0, 1.0, 11)
 COURSES = np.random.default_rng(0).standard_normal((40, 11))
@@ -68,9 +70,34 @@ def test_a_scenario_knows_its_file(tmp_path: Path) -> None:
     again.write_text(known)
     assert resolve(again).to_toml() == known
     written(tmp_path, 2.0 * COURSES)
-    with pytest.raises(ScenarioError, match="is not the file with which this was written; give that file"):
-        resolve(again)
+    with pytest.raises(ScenarioError, match="is not the file with which this was written; give that file, whose SHA"):
+        lienumba.run(again)
     assert resolve(scenario(path)).sha256() != first.sha256()
+    other = path.rename(tmp_path / "other.nc")
+    written(tmp_path)
+    changed = resolve(scenario(path), overrides={"noise.gust.table": f'"{other}"'})
+    assert changed.sha256() == resolve(scenario(other)).sha256()
+
+
+def test_a_sweep_goes_on_wherever_its_files_are(tmp_path: Path) -> None:
+    """Parts of two folders are of one sweep, and a dataset is replayed with the file beside it; what needs no courses
+    needs no file."""
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for n, folder in enumerate(folders):
+        folder.mkdir()
+        lienumba.run(scenario(written(folder)), output=folder / "out.nc", part=(n + 1, 2))
+    lienumba.merge([folder / "out.nc" for folder in folders], tmp_path / "whole.nc")
+    for folder in folders:
+        (folder / "gusts.nc").rename(folder / "moved.nc")
+    with xr.open_dataset(tmp_path / "whole.nc") as whole, xr.open_dataset(tmp_path / "b" / "out.nc") as half:
+        assert whole.sizes["run"] == 30
+        assert analysis.compare(whole, half).attrs["changes"] == ""
+        assert scene(whole).runs
+    with pytest.raises(ScenarioError, match=r"gust\.table = .*: there is no such file; .* or gusts\.nc beside"):
+        lienumba.replay(tmp_path / "whole.nc", 20)
+    (tmp_path / "a" / "moved.nc").rename(tmp_path / "gusts.nc")
+    found = lienumba.replay(tmp_path / "whole.nc", 20)
+    np.testing.assert_allclose(found.gust.sel(run=20)[::5], COURSES[20], atol=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from typing import Any
 
 from lienumba import __version__
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.paths import PLACES
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.form import scenario_tables
@@ -64,7 +65,7 @@ def values(there: Tables, where: str) -> dict[str, Any]:
 def first_difference(old: Tables, new: Tables) -> str | None:
     """The path of the first value that makes other runs, or another dataset of them."""
     differing = (key for key in sorted(old.keys() | new.keys()) if old.get(key) != new.get(key))
-    return next((key for key in differing if not key.startswith(INDIFFERENT)), None)
+    return next((key for key in differing if not (key.startswith(INDIFFERENT) or PLACES.fullmatch(key))), None)
 
 
 def check_samplers(old: Tables, new: Tables, where: str, remedy: str) -> None:

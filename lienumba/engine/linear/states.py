@@ -25,6 +25,7 @@ from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
 from lienumba.scenario.base.arguments import labels_of
 from lienumba.scenario.base.code import check_allowed
+from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Prepared, check_initial, design, prepare
 from lienumba.store import provenance
@@ -77,7 +78,7 @@ class Asked:
 
             with reading(source) as (ds, where):
                 check_allowed(scenario_tables(ds, where), where, "a linearisation", allow_code)
-                scenario = resolve(scenario_tables(ds, where), overrides=overrides)
+                scenario = resolve(tables_of(ds, where), overrides=overrides)
                 labels = ds["run"].values.tolist() if runs is None else list(runs)
                 for label in labels:
                     check_run(ds, where, label)

@@ -44,11 +44,12 @@ class Recursion:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Samples of each run that stand in a file: a variable (run, time) of so many samples."""
+    """Samples of each run that stand in a file with this checksum: a variable (run, time) of so many samples."""
 
     file: str
     variable: str
     samples: int
+    checksum: str | None
 
 
 class NoiseType(QuantityType):
@@ -221,7 +222,7 @@ class Tabulated(NoiseType):
     checksum: str | None = Field(default=None, description="the SHA-256 of the file (read)")
 
     def to_model(self, names: Names) -> Quantity:
-        source = Recorded(self.table, self.value, self.samples or 0)
+        source = Recorded(self.table, self.value, self.samples or 0, self.checksum)
         course = names.samples(self.name, source, self.interval, self.held)
         value = Law(Formula(f"{COURSE}(t)", frozenset({"t"}), frozenset({COURSE})), {COURSE: course})
         return Quantity(self.name, self.type, value=value, units=self.units or "1")

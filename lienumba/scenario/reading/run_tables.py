@@ -1,15 +1,25 @@
-"""Courses of runs that stand in a file: what it has is read and checked, and stays there."""
+"""Courses of runs that stand in a file: what it has is read and checked, and stays there.
 
-import hashlib
+A scenario that has been read knows the checksum of its file and what that says of itself, so that it needs the file no
+more until its runs go. That of a dataset may have moved: it is also looked for beside the dataset.
+"""
+
+import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import reading
+from lienumba.store.form import scenario_tables
+from lienumba.sweep.noise import checksum_of, is_file
 from lienumba.words import show, suggestion
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 AT_ONCE = 1 << 22  # numbers that are looked at together
 NO_VARIABLE = "not a netCDF variable"  # what netCDF writes into a dimension that has no labels
@@ -17,7 +27,29 @@ EQUAL = 1e-9  # relative: intervals nearer than this are alike
 
 
 def with_run_tables(raw: Keys, folder: Path) -> Keys:
-    """The scenario with what is known of the files of its noise, whose paths are relative to this folder."""
+    """The scenario with the paths of the files of its noise, which are relative to this folder."""
+    return _each(raw, lambda item: {**item, "table": os.path.abspath(folder / item["table"])})
+
+
+def read_run_tables(raw: Keys) -> Keys:
+    """The scenario with what the files of its noise say, unless it knows that."""
+    model = raw.get("model")
+    return {**raw, "model": _each(model, _known)} if isinstance(model, dict) else raw
+
+
+def tables_of(ds: "xr.Dataset", where: str) -> Keys:
+    """The scenario of a dataset, whose files of courses are those beside it where they are not where they were."""
+
+    def found(item: Any) -> Keys:
+        here = Path(ds.encoding.get("source", "")).parent / Path(item["table"]).name
+        moved = not is_file(item["table"], item.get("checksum")) and is_file(str(here), item.get("checksum"))
+        return {**item, "table": os.path.abspath(here)} if moved else item
+
+    return _each(scenario_tables(ds, where), found)
+
+
+def _each(raw: Keys, changed: Callable[[Any], Keys]) -> Keys:
+    """The scenario, or its model, with each noise changed that has a file."""
     noise = raw.get("noise")
     if not isinstance(noise, list):
         return raw
@@ -25,7 +57,7 @@ def with_run_tables(raw: Keys, folder: Path) -> Keys:
     found = []
     for item in noise:
         try:
-            found.append(_known(item, folder) if isinstance(item, dict) and item.get("type") == "table" else item)
+            found.append(changed(item) if _is_table(item) else item)  # of others the schema tells
         except ScenarioError as error:
             problems += error.problems
     if problems:
@@ -33,21 +65,24 @@ def with_run_tables(raw: Keys, folder: Path) -> Keys:
     return {**raw, "noise": found}
 
 
-def _known(item: Keys, folder: Path) -> Keys:
-    """A noise with what its file says; where it was read before, the file has to be the same."""
-    at = f"noise.{item.get('name', '')}"
-    table, value = item.get("table"), item.get("value")
-    if not isinstance(table, str) or not isinstance(value, str):
-        return item  # which the schema tells
-    path = folder / table
-    with reading(at, table, path, "table"):
-        read = _read(path, value) | {"table": str(path.resolve()), "checksum": _checksum(path)}
-    if item.get("checksum") not in (None, read["checksum"]):
-        raise ScenarioError.at(
-            f"{at}.table", "is not the file with which this was written", "give that file", item["table"]
-        )
-    units = item.get("units", read["units"])
-    return {**item, **read, "units": units} if units else {k: x for k, x in {**item, **read}.items() if k != "units"}
+def _is_table(item: object) -> bool:
+    return (
+        isinstance(item, dict)
+        and item.get("type") == "table"
+        and isinstance(item.get("table"), str)
+        and isinstance(item.get("value"), str)
+    )
+
+
+def _known(item: Any) -> Keys:
+    """A noise with what its file says."""
+    if item.get("checksum") is not None:
+        return item
+    path = Path(item["table"])
+    with reading(f"noise.{item.get('name', '')}", item["table"], path, "table"):
+        found = {**item, "table": os.path.abspath(path), **_read(path, item["value"]), "checksum": checksum_of(path)}
+    units = item.get("units", found["units"])
+    return {key: x for key, x in (found | {"units": units}).items() if key != "units" or units}
 
 
 def _read(path: Path, name: str) -> dict[str, Any]:
@@ -87,8 +122,3 @@ def _read(path: Path, name: str) -> dict[str, Any]:
             "every": every, "runs": len(values), "samples": len(times),
             "units": units if isinstance(units, str) else units.decode() if isinstance(units, bytes) else None,
         }  # fmt: skip
-
-
-def _checksum(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -92,7 +92,7 @@ class _Noise:
         if self.labels is None:
             return Samples(Numbers(np.zeros(number + 1)), every or 1.0, float(number), held, knots)
         courses = (
-            RecordedCourses(source, self.labels, number + 1)
+            RecordedCourses.of(name, source, self.labels, number + 1)
             if isinstance(source, Recorded)
             else Courses(name, self.seed, self.labels, number + 1, source)
         )
