@@ -15,6 +15,7 @@ from lienumba.integrators.layout import (
     KEPT_NUMBERS,
     KEPT_ROWS,
     KEPT_TRUE,
+    KEPT_UNDEFINED,
     LEAN,
     NEWTON,
     STICK,
@@ -164,7 +165,8 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         per_run(x, count)
         for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
     )
-    kept = per_run(told.kept, count).reshape(count, -1, KEPT_ROWS)[:, :, :KEPT_TRUE]
+    kept = per_run(told.kept, count).reshape(count, -1, KEPT_ROWS)
+    kept = np.where(kept[:, :, KEPT_UNDEFINED, None] == 0.0, kept[:, :, :KEPT_TRUE], np.nan)
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
     modes = np.where(modes == LEAN, STICK, modes)  # how a contact sticks is the driver's matter

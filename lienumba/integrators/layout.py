@@ -62,11 +62,12 @@ RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, S
 ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always); and the
-# rows of each: the value, its time (s), and whether the condition held where the last step ended. Signals are known in
-# POINTS of a step, of a part of it, and in one place besides; behind that, by how much each changed in the last step.
+# rows of each: the value, its time (s), NaN as long as there is none, whether the condition held where the last step
+# ended, and whether it cannot be known, because something was undefined. Signals are known in POINTS of a step, of a
+# part of it, and in one place besides; behind that, by how much each changed in the last step.
 KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_NUMBERS = range(4)
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
-KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_ROWS = range(4)
+KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_ROWS = range(5)
 POINTS = 5
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 

@@ -16,10 +16,10 @@ from itertools import pairwise
 from typing import Any
 
 from lienumba.errors import BadValueError
-from lienumba.numerics import operations, vector_math
-from lienumba.numerics.jets import lift
+from lienumba.numerics import operations
+from lienumba.numerics.functions import FUNCTIONS, floor
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, power, sin, sqrt, tanh, where
+from lienumba.numerics.operations import maximum, minimum, power, where
 
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
 LONGEST = 2000  # characters
@@ -27,67 +27,11 @@ DEEPEST = 200  # nested operations; a sum of n terms nests n - 1
 SHOWN = 80  # characters of a part in a message
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
-LARGEST_FRACTION = 2.0**51  # numbers above have none
-NEAR_ZERO = 1e-4  # where two terms of a series are exact
 LARGEST_POWER = 64  # of an exponent that is a whole number
 HOLDS = 1e-300  # the margin of what holds where both sides are equal
 
 
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
-
-
-def _clip(x: Number, low: Number, high: Number) -> Any:
-    return where(x > high, high, where(x < low, low, x))
-
-
-def _sign(x: Number) -> Any:
-    return where(x > 0.0, 1.0, where(x < 0.0, -1.0, 0.0 * x))
-
-
-def _floor(x: Number) -> Any:
-    """The largest whole number that is not above x."""
-    value = lift(x).a
-    nearest = vector_math.round_to_integer(value)
-    below = where(nearest > value, nearest - 1.0, nearest)
-    return where(absolute(value) < LARGEST_FRACTION, below, value)
-
-
-def _sinc(x: Number) -> Any:
-    near = absolute(x) < NEAR_ZERO
-    return where(near, 1.0 - x * x / 6.0, sin(x) / where(near, 1.0, x))
-
-
-def _cosh(x: Number) -> Any:
-    return 0.5 * (exp(x) + exp(-x))
-
-
-# name -> (fewest arguments, most arguments, function)
-FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
-    "sin": (1, 1, sin),
-    "cos": (1, 1, cos),
-    "tan": (1, 1, lambda x: sin(x) / cos(x)),
-    "asin": (1, 1, lambda x: atan2(x, sqrt((1.0 - x) * (1.0 + x)))),
-    "acos": (1, 1, lambda x: atan2(sqrt((1.0 - x) * (1.0 + x)), x)),
-    "atan": (1, 1, lambda x: atan2(x, 1.0)),
-    "atan2": (2, 2, atan2),
-    "exp": (1, 1, exp),
-    "log": (1, 1, log),
-    "sqrt": (1, 1, sqrt),
-    "tanh": (1, 1, tanh),
-    "abs": (1, 1, absolute),
-    "sign": (1, 1, _sign),
-    "min": (2, 9, lambda *x: reduce(minimum, x)),
-    "max": (2, 9, lambda *x: reduce(maximum, x)),
-    "clip": (3, 3, _clip),
-    "floor": (1, 1, _floor),
-    "ceil": (1, 1, lambda x: -_floor(-x)),
-    "mod": (2, 2, lambda x, y: x - y * _floor(x / y)),
-    "sinc": (1, 1, _sinc),
-    "sinh": (1, 1, lambda x: tanh(x) * _cosh(x)),
-    "cosh": (1, 1, _cosh),
-    "hypot": (2, 2, lambda x, y: sqrt(x * x + y * y)),
-    "where": (3, 3, where),
-}
 WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: lambda x, y: x + y,
@@ -428,7 +372,7 @@ def _value(node: ast.AST, names: Names) -> Any:
             x, *rest = (_value(x, {**names, "t": within} if straight else names) for x in args)
             if not rest:
                 return FUNCTIONS[name][2](x)
-            return _value(args[0], names) - rest[0] * _floor(x / rest[0])
+            return _value(args[0], names) - rest[0] * floor(x / rest[0])
         case ast.Call(func=ast.Name(id=name), args=args) if name in FUNCTIONS:
             return FUNCTIONS[name][2](*(_value(x, names) for x in args))
         case ast.Call(func=ast.Name(id=name), args=[x]):
@@ -476,13 +420,25 @@ def _may_hold(node: ast.AST, names: Names, state: frozenset[str], holds: bool = 
     raise AssertionError("checked before")
 
 
+def _both(x: Number, y: Number) -> Any:
+    """The margin of two conditions at once: undefined where one is, unless the other does not hold."""
+    fails = where(x <= 0.0, x, where(y <= 0.0, y, x + y))
+    return where(x < y, x, where(y <= x, y, fails))
+
+
+def _either(x: Number, y: Number) -> Any:
+    """That of one of two conditions: undefined where one is, unless the other holds."""
+    holds = where(x > 0.0, x, where(y > 0.0, y, x + y))
+    return where(x > y, x, where(y >= x, y, holds))
+
+
 def _margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
     """A number that is above 0 exactly where a condition holds (or, not `holds`, where it does not), and passes 0 as
     smoothly as its sides do."""
     match node:
         case ast.BoolOp(op=word, values=values):
             least = isinstance(word, ast.And) == holds
-            return reduce(minimum if least else maximum, [_margin(x, names, holds) for x in values])
+            return reduce(_both if least else _either, [_margin(x, names, holds) for x in values])
         case ast.UnaryOp(operand=x):
             return _margin(x, names, not holds)
         case ast.Compare():
@@ -494,5 +450,5 @@ def _margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
                 margins.append(
                     where(difference >= 0.0, maximum(difference, HOLDS), difference) if equal else difference
                 )
-            return reduce(minimum if holds else maximum, margins)
+            return reduce(_both if holds else _either, margins)
     raise AssertionError("checked before")

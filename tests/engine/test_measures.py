@@ -101,6 +101,52 @@ def test_a_throw_has_closed_forms(steps: dict[str, Any]) -> None:
     np.testing.assert_allclose(found, [*CLOSED.values()], rtol=0, atol=2e-9)
 
 
+GAP = "1e-30*sqrt((t - 0.4)*(t - 0.6))"  # undefined in between
+GAPS = {
+    f"max(p.z + {GAP})": np.nan,
+    f"min(p.z + {GAP})": np.nan,
+    f"time_of_max(p.z + {GAP})": np.nan,
+    f"max(max(p.z + {GAP}, p.y))": np.nan,
+    f"max(min(p.y, {GAP} + p.z))": np.nan,
+    f"max(max(p.z + {GAP}), -5)": np.nan,
+    f"overshoot(p.z + {GAP}, k)": np.nan,
+    f"integral(p.z + {GAP})": np.nan,
+    f"mean(p.z + {GAP})": np.nan,
+    f"rms(p.z + {GAP}, t > 0.5)": np.nan,
+    f"final(p.z + {GAP})": z(END),
+    f"final(p.z + {GAP}, t < 0.5)": np.nan,
+    f"at(p.z + {GAP}, 0.5)": np.nan,
+    f"at(p.z + {GAP}, tau)": z(LEVEL),
+    f"max(p.z + {GAP}, t < 0.4)": z(0.4),
+    f"max(p.z + {GAP}, t > 0.6)": z(0.6),
+    f"max(p.z + {GAP}, t < 0.3 or t > 0.7)": z(0.7),
+    f"mean(p.z + {GAP}, t < 0.4)": area(0.4) / 0.4,
+    f"max(p.z, {GAP} < 1 and t > 0.7)": z(0.7),
+    f"max(p.z, t > 0.7 and {GAP} < 1)": z(0.7),
+    f"max(p.z, {GAP} < 1 or t > 0)": TOP,
+    f"max(p.z, {GAP} < 1)": np.nan,
+    f"integral(p.z, not {GAP} < 1)": np.nan,
+    f"time_when(p.z + {GAP} > 1)": np.nan,
+    f"count(p.z + {GAP} > 1)": np.nan,
+    f"first_time(p.z + {GAP} > 1)": RISES,
+    f"first_time(t + {GAP} > 1)": np.nan,
+    f"last_time(t + {GAP} < 0.3)": np.nan,
+    f"last_time(p.z + {GAP} > 1)": SINKS,
+    "max(sqrt(tau - t), t < tau)": np.sqrt(LEVEL),
+    "1e-3*final(sqrt(tau - t), t < tau)": 0.0,
+}
+
+
+@pytest.mark.parametrize("steps", [STEPS[0], {"tolerance": 1e-9, "max_step": 0.07}], ids=str)
+def test_what_is_undefined_for_a_while_is_not_forgotten(steps: dict[str, Any]) -> None:
+    """A number of a whole run is undefined where what it is made of is, unless a condition leaves that out, or what is
+    undefined could not change it any more."""
+    ds = measured([*GAPS], integrator={"end_time": END, **steps})
+    found = [float(ds[f"m{n}"][0]) for n in range(len(GAPS))]
+    assert ds.status.values.tolist() == [0]
+    np.testing.assert_allclose(found, [*GAPS.values()], rtol=0, atol=2e-9)
+
+
 SPRING: dict[str, Any] = {
     "parameters": {"start": 1.0, "w": "2*pi"},
     "model": {

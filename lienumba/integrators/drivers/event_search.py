@@ -94,7 +94,7 @@ def locate(
     third, f_third = begin, before  # the end that was replaced last
     newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
     part = choose(part > FLAT, part, 0.5)
-    finest = _finest(t, length)
+    finest = finest_part(t, length)
     least, reach, left = finest, finest, lanes
     for _ in range(LONGEST_SEARCH):
         if not any_lane(left):
@@ -120,7 +120,7 @@ def locate(
 
 
 @inlined
-def _finest(t: Lanes, length: Lanes) -> Lanes:
+def finest_part(t: Lanes, length: Lanes) -> Lanes:
     """The least fraction of a step that makes another time."""
     return FINEST * maximum(splat(1.0), (t + length) / length)
 
@@ -151,7 +151,7 @@ def _along(
 ) -> Lanes:  # fmt: skip
     """As `locate`, between the fraction `low` and the end of the step, where a condition is next to a straight line;
     1 where it is not. The place is behind the root by a few times more than times differ."""
-    finest, slope, left = _finest(t, length), (after - before) / (1.0 - low), lanes
+    finest, slope, left = finest_part(t, length), (after - before) / (1.0 - low), lanes
     found, x, behind = splat(1.0), low - before / (after - before) * (1.0 - low), 1.0
     for _ in range(STRAIGHT_TRIES):
         x = x + behind * finest
@@ -180,7 +180,7 @@ def _near(
     store(at.lanes, LOW, splat(0.0))
     if not any_lane(cut):
         return
-    low = 1.0 - maximum(splat(VICINITY), 8.0 * _finest(t, length))
+    low = 1.0 - maximum(splat(VICINITY), 8.0 * finest_part(t, length))
     cut = cut & (low > 0.5)
     stages.end_slope(kernels, sizes, at, load(at.lanes, UNTIL))
     stages.extend_at_end(sizes, nodes, at, cut)

@@ -35,7 +35,7 @@ from lienumba.integrators.drivers.lane_queue import (
     propose,
     reject,
 )  # fmt: skip
-from lienumba.integrators.drivers.measures import begin_measures, measure
+from lienumba.integrators.drivers.measuring.steps import begin_measures, measure
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses

@@ -14,13 +14,13 @@ from lienumba.keys.formulas import explained
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Kept
 from lienumba.numerics.expressions import (
     CONSTANTS,
-    FUNCTIONS,
     ExpressionError,
     Formula,
     NotAFormulaError,
     dotted,
     is_condition,
 )
+from lienumba.numerics.functions import FUNCTIONS
 from lienumba.scenario.formulas.measure_formula import VALUE, WHEN, MeasureFormula, name_of
 from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.words import listed, plural, suggestion

@@ -14,7 +14,8 @@ from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.model import HELD
-from lienumba.numerics.expressions import FUNCTIONS, ExpressionError, Formula
+from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.functions import FUNCTIONS
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, JUDGING, REQUIREMENTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of

@@ -1,0 +1,145 @@
+"""Signals in Lobatto's five points of a step or of a part of it, and what the polynomial through them says."""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, call, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.dense_output import between
+from lienumba.integrators.layout import POINTS, UNTIL, Sizes, Workspace
+from lienumba.numerics.operations import maximum, minimum
+
+FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
+BEYOND = 0.32  # of what five values differ by, their interpolant goes beyond the largest one at most
+GAP = 8  # places between two points in which an interpolant is looked at
+SLOPE_B, SLOPE_C, SLOPE_D = 6.756502488724238, -8.0 / 3.0, 1.410164177942427
+
+
+@inlined
+def point(k: int) -> float:
+    """Lobatto's points on a step of length 1."""
+    if k == 0:
+        return 0.0
+    if k == 1:
+        return FIRST_POINT
+    if k == 2:
+        return 0.5
+    return 1.0 - FIRST_POINT if k == 3 else 1.0
+
+
+@inlined
+def fraction_of(k: int, low: Lanes, high: Lanes) -> Lanes:
+    """The same between two fractions of the step, whose ends are these to the bit."""
+    if k == 0:
+        return low
+    if k == 4:
+        return high
+    return low + point(k) * (high - low)
+
+
+@inlined
+def time_of(at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> Lanes:
+    return choose(fraction == 1.0, load(at.lanes, UNTIL), t + fraction * length)
+
+
+@apart
+def look(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes, to: Address
+) -> None:
+    """All signals at a fraction of the open step."""
+    rows, edge = layout.state_rows(sizes), choose(fraction == 0.0, -1.0, choose(fraction == 1.0, splat(1.0), 0.0))
+    state = at.now
+    if all_lanes(edge == -1.0):
+        state = at.state
+    elif all_lanes(edge == 1.0):
+        state = at.new
+    else:
+        store(at.clock, layout.TIME, t)
+        between(kernels, at, fraction)
+        stages.commit(edge == -1.0, at.now, at.state, rows)
+        stages.commit(edge == 1.0, at.now, at.new, rows)
+    store(at.clock, layout.TIME, time_of(at, t, length, fraction))
+    call(kernels[layout.MEASURE], state, at.parameters, at.clock, 0, to, at.work)
+
+
+@inlined
+def signals(sizes: Sizes, at: Workspace, part: int, k: int) -> Address:
+    """Where all signals are in a point: of the step (part 0), or of a part of it (1)."""
+    return at.measures + ROW * layout.signal_row(sizes, POINTS * part + k)
+
+
+@apart
+def look_along(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, part: int
+) -> None:
+    for k in range(POINTS):
+        look(kernels, sizes, at, t, length, fraction_of(k, low, high), signals(sizes, at, part, k))
+
+
+@inlined
+def value_of(sizes: Sizes, at: Workspace, signal: int, k: int) -> Lanes:
+    return load(signals(sizes, at, 0, k), signal)
+
+
+@inlined
+def interpolated(x: float, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> Lanes:
+    """What the polynomial through five values is at x."""
+    p, q, r, s, u = x, x - FIRST_POINT, x - 0.5, x - (1.0 - FIRST_POINT), x - 1.0
+    m, n = FIRST_POINT, 1.0 - FIRST_POINT
+    half = 0.5 - m
+    ends = m * 0.5 * n
+    inner = m * half * (n - m) * n
+    centre = 0.5 * half * half * 0.5
+    sum_ends = (q * r * s * u) / ends * a + (p * q * r * s) / ends * e
+    return sum_ends - (p * r * s * u) / inner * b - (p * q * r * u) / inner * d + (p * q * s * u) / centre * c
+
+
+@inlined
+def slope(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> Lanes:
+    """Half of what the polynomial through five values rises by at the first one, into the step."""
+    return -5.0 * a + SLOPE_B * b + SLOPE_C * c + SLOPE_D * d - 0.5 * e
+
+
+@inlined
+def may_turn(sizes: Sizes, at: Workspace, condition: int) -> Mask:
+    """Where the interpolant of a condition may be on both sides of 0."""
+    least, most = value_of(sizes, at, condition, 0), value_of(sizes, at, condition, 0)
+    for k in range(1, POINTS):
+        least, most = (
+            minimum(least, value_of(sizes, at, condition, k)),
+            maximum(most, value_of(sizes, at, condition, k)),
+        )
+    beyond = BEYOND * (most - least)
+    return (least - beyond <= 0.0) & (most + beyond > 0.0)
+
+
+@apart
+def turn(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
+    """Where, between two points of the step in which a condition is the same, its interpolant is the farthest on the
+    other side: so much of the step, or -1 if it never is."""
+    a, b, c = (
+        value_of(sizes, at, condition, 0),
+        value_of(sizes, at, condition, 1),
+        value_of(sizes, at, condition, 2),
+    )
+    d, e, begin = (
+        value_of(sizes, at, condition, 3),
+        value_of(sizes, at, condition, 4),
+        value_of(sizes, at, condition, k),
+    )
+    end = value_of(sizes, at, condition, k + 1)
+    side, far, place = choose(begin > 0.0, splat(1.0), splat(-1.0)), splat(0.0), splat(-1.0)
+    for n in range(1, GAP):
+        x = point(k) + float(n) / GAP * (point(k + 1) - point(k))
+        beyond = -side * interpolated(x, a, b, c, d, e)
+        farther = beyond > far
+        far, place = choose(farther, beyond, far), choose(farther, splat(x), place)
+    return choose((begin > 0.0) & (end > 0.0), place, choose((begin <= 0.0) & (end <= 0.0), place, -1.0))
+
+
+@apart
+def truth(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
+    """1 where a condition holds in a point of the step, else 0."""
+    return choose(load(signals(sizes, at, 0, k), condition) > 0.0, splat(1.0), splat(0.0))
