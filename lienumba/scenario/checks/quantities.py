@@ -24,6 +24,7 @@ from lienumba.store.layout import VARIABLES
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
+MOST_SAMPLES = 1_000_000  # of a course of noise
 TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
 
 Lists = dict[str, list[Keys]]
@@ -60,8 +61,18 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
     checked = read(NOISES.get(str(noise.get("type"))), noise)
     for fault in () if checked is None else checked.faults():
         report.problems.append(fault.below(place))
-    if isinstance(checked, Tabulated) and checked.every is not None and checked.samples and report.times is not None:
-        last, end = checked.every * (checked.samples - 1), float(report.times[-1])
+    if checked is None or checked.interval is None or report.times is None:
+        return
+    end = float(report.times[-1])
+    if end / checked.interval > MOST_SAMPLES:
+        report.add(
+            f"{place}.every",
+            f"makes {end / checked.interval:.3g} samples until {end:g} s, at most {MOST_SAMPLES:,} are possible",
+            "give a longer interval, or end the run earlier",
+            checked.interval,
+        )
+    elif isinstance(checked, Tabulated) and checked.samples:
+        last = checked.interval * (checked.samples - 1)
         if end > last * (1.0 + SAME):
             rule = f"ends at {last:g} s, and the run at {end:g} s"
             report.add(f"{place}.table", rule, "give longer courses, or end the run earlier")

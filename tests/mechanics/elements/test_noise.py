@@ -174,6 +174,7 @@ REFUSED = [
         {"type": "dryden", "std": 1, "every": 1.0, "length": 10, "speed": 20},
         "noise.n.every = 1.0: is longer than length/speed = 0.5 s; give a smaller one",
     ),
+    ({"type": "white", "std": 1, "every": 1e-100}, "noise.n.every = 1e-100: makes 2e+100 samples until 2 s, at most"),
     ({"type": "bias", "std": 1, "name": "status"}, "the dataset has a variable of this name already"),
     ({"type": "bias", "std": "t"}, "must be a number, not a formula, because it cannot vary in time"),
 ]
