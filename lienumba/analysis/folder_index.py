@@ -16,6 +16,7 @@ from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.files import reading
 from lienumba.store.layout import VERDICTS
+from lienumba.store.linear_layout import MODES, is_modes
 from lienumba.store.outputs import Output, whole
 from lienumba.store.study_layout import is_study
 from lienumba.words import plural
@@ -40,9 +41,9 @@ def index(folder: str | os.PathLike[str], *, recursive: bool = False) -> pandas.
     Returns
     -------
     pandas.DataFrame
-        A row for each dataset: `file` (relative to the folder), `title`, `kind` ("sweep" or "study"), `runs`, `failed`,
-        `date`, `version`, and `verdicts`, a dict by the names of the requirements. `attrs["skipped"]` has a sentence
-        for each file that is no dataset of lienumba.
+        A row for each dataset: `file` (relative to the folder), `title`, `kind` ("sweep", "study" or "modes"), `runs`,
+        `failed`, `date`, `version`, and `verdicts`, a dict by the names of the requirements. `attrs["skipped"]` has a
+        sentence for each file that is no dataset of lienumba.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def index(folder: str | os.PathLike[str], *, recursive: bool = False) -> pandas.
     rows, skipped = [], []
     for path in sorted(root.rglob(f"*{ENDING}") if recursive else root.glob(f"*{ENDING}")):
         try:
-            with reading(path) as (ds, _):
+            with reading(path, (MODES,)) as (ds, _):
                 rows.append({"file": str(path.relative_to(root)), **_row(ds)})
         except ScenarioError as error:
             skipped.append(str(error))
@@ -74,9 +75,9 @@ def _row(ds: xr.Dataset) -> dict[str, object]:
         verdicts = {}
     return {
         "title": str(attributes.get("title", "")),
-        "kind": "study" if is_study(ds) else "sweep",
-        "runs": status.size,
-        "failed": int(np.count_nonzero(~np.isin(status, GOOD))),
+        "kind": "study" if is_study(ds) else "modes" if is_modes(ds) else "sweep",
+        "runs": ds.sizes["run"] if is_modes(ds) else status.size,
+        "failed": int(np.count_nonzero(status[:, 0] if is_modes(ds) else ~np.isin(status, GOOD))),
         "date": str(attributes.get("history", "")).partition(" ")[0],
         "version": str(attributes.get("lienumba_version", "")),
         "verdicts": verdicts,

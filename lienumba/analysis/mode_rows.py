@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.text_table import TextTable, number_text
-from lienumba.words import plural
+from lienumba.analysis.text_table import ROUNDING, TextTable, number_text
+from lienumba.store.linear_layout import GIVEN, STORED
+from lienumba.words import listed, plural
 
 MOST = 40  # rows of a table
 STILL = 1e-3  # of the largest component of a shape: a centre that moves less does not move
@@ -26,41 +27,87 @@ def mode_rows(ds: xr.Dataset) -> Iterator[ModeRows]:
     """A row for each mode: medians over the runs, with the range from 5 to 95 % where there are several."""
     many = ds.sizes["run"] > 1
     spread = ["5 %", "95 %"] if many else []
-    headings = ["Hz", *spread, "damping", "growth 1/s", *(["unstable"] if many else [])]
+    headings = ["Hz", *spread, "damping", *spread, "growth 1/s", *(["unstable"] if many else [])]
+    why = str(ds["origin"].attrs.get("comment", "")) if "origin" in ds else ""
     for time in ds["time"].values:
         own = ds.sel(time=time)
         there = own["status"] == 0
         rows = [
             [str(mode), _moving(own, mode), *_numbers(own.sel(mode=mode), many)] for mode in ds["mode"].values[:MOST]
         ]
-        unstable = int((~own["stable"] & there).sum())
-        notes = []
-        if unstable:
-            count = plural(int(there.sum()), "run", "runs")
-            notes.append(f"unstable: {unstable:,} of {count}" if many else "unstable: a mode grows")
-        if "crossed" in own and bool(own["crossed"].any()):
-            modes = [str(mode) for mode in ds["mode"].values if bool(own["crossed"].sel(mode=mode).any())]
-            notes.append(f"modes {', '.join(modes)} cross in frequency over the runs; they keep their shapes' numbers")
-        if ds.sizes["mode"] > MOST:
-            notes.append(f"{ds.sizes['mode'] - MOST} more modes are in the dataset")
-        missing = int((~there).sum())
-        if missing:
-            notes.append(f"{plural(missing, 'run is', 'runs are')} not there at this time, or cannot be linearised")
-        headline = f"t = {time:g} s: {plural(int(there.sum()), 'run', 'runs')}"
+        runs = plural(int(there.sum()), "run", "runs")
+        headline, notes = f"t = {time:g} s: {runs}", list(_notes(own, int(there.sum()), many))
+        if "origin" in own and int(own["origin"]) != GIVEN:
+            stored = int(own["origin"]) == STORED
+            headline += ", states as stored" if stored else ", simulated up to there"
+            notes += [why] if why and not stored else []
+            why = why if stored else ""
         yield ModeRows(headline, TextTable.of(["mode", "moves most"], headings, rows), notes)
 
 
-def _numbers(own: xr.Dataset, many: bool) -> list[str]:
-    def median(name: str) -> float:
-        values = own[name].values
-        values = values[np.isfinite(values)]
-        return float(np.median(values)) if len(values) else float("nan")
+def swept(ds: xr.Dataset, most: int) -> list[str]:
+    """The swept numbers with which frequencies go most: by the largest rank correlation with any of them."""
+    names = [str(name) for name, x in ds.coords.items() if x.attrs.get("role") == "input"]
+    if len(names) <= most:
+        return names
+    there = (ds["status"] == 0).values.all(axis=1)
+    frequency = ds["frequency"].values[there].reshape(int(there.sum()), -1)
+    ranks = _ranks(frequency[:, np.isfinite(frequency).all(axis=0)])
+    strength = [float(np.abs(_ranks(ds[name].values[there, None]).T @ ranks).max(initial=0.0)) for name in names]
+    best = sorted(np.argsort(strength, kind="stable")[::-1][:most].tolist())
+    return [names[n] for n in best]
 
-    quantiles = own["frequency_quantiles"].values
-    spread = [number_text(float(quantiles[n]), ".5g") for n in (0, -1)] if many else []
-    frequency, growth = number_text(median("frequency"), ".6g"), number_text(median("growth"), ".4g")
-    grows = int(own["grows"].sum())
-    return [frequency, *spread, number_text(median("damping_ratio"), ".4g"), growth, *([f"{grows:,}"] if many else [])]
+
+def _ranks(x: np.ndarray) -> np.ndarray:
+    """The ranks of each column about their mean, of length 1; 0 of a column that does not vary."""
+    ranks = x.argsort(axis=0, kind="stable").argsort(axis=0) - 0.5 * (len(x) - 1)
+    varying = (
+        np.ptp(x, axis=0) > ROUNDING * np.abs(x).max(axis=0, initial=0.0) if len(x) else np.zeros(x.shape[1], bool)
+    )
+    found: np.ndarray = np.where(varying, ranks / max(float(np.linalg.norm(ranks[:, :1])), 1.0), 0.0)
+    return found
+
+
+def unstable(own: xr.Dataset) -> int:
+    """How many runs, of those that are there, have a mode that grows."""
+    return int((~own["stable"] & (own["status"] == 0)).sum())
+
+
+def _notes(own: xr.Dataset, there: int, many: bool) -> Iterator[str]:
+    """What is to be said of the modes at a time."""
+    if grow := unstable(own):
+        yield f"unstable: {grow:,} of {plural(there, 'run', 'runs')}" if many else "unstable: a mode grows"
+    if "crossed" in own and bool(own["crossed"].any()):
+        modes = [str(mode) for mode in own["mode"].values if bool(own["crossed"].sel(mode=mode).any())]
+        crossing = f"{'modes' if len(modes) > 1 else 'mode'} {listed(modes)}"
+        yield f"{crossing} cross in frequency over the runs; they keep the numbers of their shapes"
+    frequency, growth = own["frequency"].values, own["growth"].values
+    for n, mode in enumerate(own["mode"].values):
+        still = int(((frequency[:, n] == 0.0) & (growth[:, n] != 0.0)).sum())
+        has = int(np.isfinite(growth[:, n]).sum())
+        if 0 < still < has:
+            yield f"mode {mode} does not swing in {still:,} of {has:,} runs: there its pair has become two real ones"
+        if has < there:
+            yield f"mode {mode} is there in {has:,} of {there:,} runs"
+    if own.sizes["mode"] > MOST:
+        yield f"{own.sizes['mode'] - MOST} more modes are in the dataset"
+    if missing := own.sizes["run"] - there:
+        yield f"{plural(missing, 'run is', 'runs are')} not there at this time, or cannot be linearised"
+
+
+def _numbers(own: xr.Dataset, many: bool) -> list[str]:
+    grows = [f"{int(own['grows'].sum()):,}"] if many else []
+    frequency = _quantiles(own["frequency_quantiles"].values, ".6g", many)
+    damping = _quantiles(own["damping_ratio_quantiles"].values, ".4g", many)
+    growth = own["growth"].values[np.isfinite(own["growth"].values)]
+    median = float(np.median(growth)) if len(growth) else float("nan")
+    return [*frequency, *damping, number_text(median, ".4g"), *grows]
+
+
+def _quantiles(own: np.ndarray, digits: str, many: bool) -> list[str]:
+    """The median, and the range, of one that is not there in any run NaN."""
+    low, middle, high = (number_text(float(x), digits) for x in own)
+    return [middle, low, high] if many else [middle]
 
 
 def _moving(own: xr.Dataset, mode: int) -> str:

@@ -57,7 +57,7 @@ class Batch:
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
     plan: what events do; changes: how many of a run are told; at_events: whether states at
     events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
-    those of the moves are read from them.
+    those of the moves are read from them; until: how far runs go (s), if not to their end.
     """
 
     machine: Machine
@@ -76,6 +76,12 @@ class Batch:
     at_events: bool = False
     bodies: int = 0
     placed: np.ndarray | None = None
+    until: float | None = None
+
+    @property
+    def last(self) -> float:
+        """How far runs go (s): no step that begins there or later is made."""
+        return self.end if self.until is None else self.until
 
     @property
     def runs(self) -> int:
@@ -204,14 +210,14 @@ def _together(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]
     """By the driver of steps of one length. Returns (blocks, W), as `Chunk` has them."""
     machine, (states, parameters, jumps, records, codes, _, progress, stop) = batch.machine, arrays
     assert batch.h is not None
-    number, outputs = round(batch.end / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
+    number, outputs = round(batch.last / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
     steps, ends = np.zeros((2, *codes.shape))
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
         states, parameters, jumps, records, codes, steps, ends, machine.buffer(),
         np.zeros(W, np.int64), progress, stop,
     )  # fmt: skip
-    return np.where(steps == number, batch.end, ends), steps, np.zeros_like(codes)
+    return np.where(steps == number, batch.last, ends), steps, np.zeros_like(codes)
 
 
 def _queued(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
@@ -265,11 +271,11 @@ def _on_grid(times: Any, h: float | None) -> Any:
 def _pace(batch: Batch) -> np.ndarray:
     """See `variable_step.drive`."""
     if batch.h is not None:
-        given = [_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0]
+        given = [_on_grid(batch.end, batch.h), batch.h, 0.0, 0.0, _on_grid(batch.last, batch.h)]
         return np.array([*given, *EXACT.numbers] if batch.machine.kernels[NEWTON] else given)
     assert batch.pace is not None
     pace = batch.pace
-    return np.array([batch.end, 0.0, pace.longest, pace.shortest, *pace.tolerance.numbers])
+    return np.array([batch.end, 0.0, pace.longest, pace.shortest, batch.last, *pace.tolerance.numbers])
 
 
 def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:

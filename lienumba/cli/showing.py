@@ -46,13 +46,15 @@ def plot(
         typer.Option("--requirement", metavar="NAME", help="Draw which inputs set apart the runs that fail it."),
     ] = None,
 ) -> None:
-    """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision."""
+    """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision; of modes their
+    eigenvalues."""
     with console.exit_codes():
         from lienumba.figures.plots import save
         from lienumba.store.files import reading
+        from lienumba.store.linear_layout import MODES
 
         target = output if output is not None else Path(file.stem + ".png")
-        with reading(file) as (dataset, _):
+        with reading(file, (MODES,)) as (dataset, _):
             save(dataset, target, variables or (), against or (), convergence, requirement)
         console.say(f"written to {target}")
 

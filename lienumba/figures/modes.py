@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.mode_rows import swept
 from lienumba.figures import canvas
 from lienumba.figures.canvas import COLORS, blank, entitle
 from lienumba.store.targets import claimed
+from lienumba.words import plural
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_NAMED = 8  # modes
+MOST_TIMES = 4
 
 
 def save(ds: xr.Dataset, target: Path) -> None:
@@ -26,19 +29,21 @@ def save(ds: xr.Dataset, target: Path) -> None:
 
 
 def modes_figure(ds: xr.Dataset) -> Figure:
-    """What `lienumba.modes` found: for each time the eigenvalues of all runs, and a fan of frequencies over each swept
-    number (up to two)."""
-    swept = [str(name) for name, x in ds.coords.items() if x.attrs.get("role") == "input"][:2]
-    drawn, axes = blank(ds.sizes["time"], 1 + len(swept))
-    for row, time in zip(axes, ds["time"].values, strict=True):
+    """What `lienumba.modes` found: for each of the first times the eigenvalues of all runs, and a fan of frequencies
+    over each swept number, or the two with which they go most."""
+    inputs, times = swept(ds, 2), ds["time"].values[:MOST_TIMES]
+    drawn, axes = blank(len(times), 1 + len(inputs))
+    for row, time in zip(axes, times, strict=True):
         own = ds.sel(time=time)
         _plane(row[0], own, f"t = {time:g} s")
-        for ax, name in zip(row[1:], swept, strict=True):
+        for ax, name in zip(row[1:], inputs, strict=True):
             _fan(ax, own, name)
     if ds.sizes["mode"] <= MOST_NAMED:
         handles, labels = axes[0][0].get_legend_handles_labels()
         drawn.legend(handles, labels, loc="outside lower center", ncols=MOST_NAMED, fontsize="small")
-    entitle(drawn, f"{ds.sizes['mode']} modes of {ds.sizes['run']:,} runs")
+    count = f"{plural(ds.sizes['mode'], 'mode', 'modes')} of {plural(ds.sizes['run'], 'run', 'runs')}"
+    more = f", the first {len(times)} of {ds.sizes['time']} times" if len(times) < ds.sizes["time"] else ""
+    entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), count + more])))
     return drawn
 
 

@@ -1,4 +1,4 @@
-"""The figure of a dataset: of runs, how their variables spread; of a study, see `study.py`."""
+"""The figure of a dataset: of runs, how their variables spread; of a study, see `study.py`, of modes `modes.py`."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
 from lienumba.store.files import reading
+from lienumba.store.linear_layout import MODES, is_modes
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed
 from lienumba.words import listed, plural, show, suggestion
@@ -47,7 +48,7 @@ def figure(
     Parameters
     ----------
     dataset : xarray.Dataset or path
-        What `lienumba.run` returned, or its file.
+        What `lienumba.run` or `lienumba.modes` returned, or its file.
     names : str or sequence of str
         What to draw, such as `tip`, `position.top.z`, `bodies.top.mass` or `status`; what says most if omitted.
     against : str or sequence of str
@@ -63,7 +64,7 @@ def figure(
         One panel for each name.
     """
     wanted = [names] if isinstance(names, str) else names
-    with reading(dataset) as (ds, _):
+    with reading(dataset, (MODES,)) as (ds, _):
         return _chosen(ds, wanted, [against] if isinstance(against, str) else against, convergence, requirement)
 
 
@@ -90,6 +91,14 @@ def _chosen(
     if len(asked) > 1 or (requirement and names):
         both = listed([*asked, *(["names"] if requirement and names else [])])
         raise ScenarioError(f"{both} are asked for together, but each has a figure of its own; give one of them")
+    if is_modes(ds):
+        if asked or names:
+            given = show(names[0]) if names else asked[0]
+            rule = "a dataset of modes has one figure, of eigenvalues and frequencies"
+            raise ScenarioError(f"{given}: {rule}; leave it out, or draw what is in it in Python")
+        from lienumba.figures.modes import modes_figure
+
+        return modes_figure(ds)
     if asked and is_study(ds):
         raise ScenarioError(f"{asked[0]}: a study has no sampled runs of one setting; give a dataset of a sweep")
     if requirement:

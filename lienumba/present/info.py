@@ -1,10 +1,11 @@
 """What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.store.layout import VERDICT
+from lienumba.store.linear_layout import MODES, is_modes
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ FIRST_LABELS = 8  # of failed runs
 
 def describe(file: Path, allow_code: bool = False) -> str:
     """Lines about a dataset or a scenario; allow_code: whether code may run that a scenario brings."""
-    return _either(file, describe_dataset, describe_scenario, allow_code)
+    return _either(file, describe_dataset, describe_scenario, allow_code, (MODES,))
 
 
 def cite(file: Path, allow_code: bool = False) -> str:
@@ -33,14 +34,15 @@ def _either(
     of_dataset: Callable[["xr.Dataset"], str],
     of_scenario: Callable[["Scenario"], str],
     allow_code: bool,
+    kinds: Collection[str] = (),
 ) -> str:
-    """What is told of a dataset or of a scenario, which the first bytes of a file tell apart."""
+    """What is told of a dataset or of a scenario, which the first bytes of a file tell apart; kinds: see `reading`."""
     if file.is_file():
         with file.open("rb") as stream:
             if stream.read(8).startswith(NETCDF_STARTS):
                 from lienumba.store.files import reading
 
-                with reading(file) as (dataset, _):
+                with reading(file, kinds) as (dataset, _):
                     return of_dataset(dataset)
     from lienumba.scenario.resolve import resolve
 
@@ -56,10 +58,9 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         "title": str(attributes.get("title", "")),
         "source": str(attributes.get("source", "")),
         "runs": f"{len(runs)} (labels {runs[0]} to {runs[-1]})",
-        **_extent(dataset),
-        **_variables(dataset),
+        **(_modes(dataset) if is_modes(dataset) else _extent(dataset) | _variables(dataset)),
         "inputs": ", ".join(inputs) or "none",
-        "status": _statuses(dataset),
+        "status": "" if is_modes(dataset) else _statuses(dataset),
         "verdict": str(attributes.get(VERDICT, "")).replace("\n", f"\n{'':13}"),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
         "reactions": _shared(dataset),
@@ -87,6 +88,19 @@ def _extent(dataset: "xr.Dataset") -> dict[str, str]:
         "joints": _names(dataset, "joint") if "joint" in dataset.coords or len(times) else "",
         "coordinates": _names(dataset, "coordinate") if "coordinate" in dataset.coords else "",
     }
+
+
+def _modes(dataset: "xr.Dataset") -> dict[str, str]:
+    """Times, and the frequencies of all modes at each of them."""
+    from lienumba.analysis.mode_rows import mode_rows
+
+    found = {"bodies": _names(dataset, "body"), "modes": str(dataset.sizes["mode"])}
+    for rows, time in zip(mode_rows(dataset), dataset["time"].values, strict=True):
+        table = [rows.table.headings, *rows.table.rows]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines = ["  ".join(x.ljust(width) for x, width in zip(row, widths, strict=True)).rstrip() for row in table]
+        found[f"t = {time:g} s"] = f"\n{'':13}".join([rows.headline.partition(": ")[2], *lines, *rows.notes])
+    return found
 
 
 def _variables(dataset: "xr.Dataset") -> dict[str, str]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
 from lienumba.store.form import check_form
+from lienumba.store.linear_layout import KIND
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 NETCDF = threading.RLock()
 
 
-def read(path: Path) -> xr.Dataset:
-    """Open a dataset that `lienumba run` wrote; a ScenarioError for any other file."""
+def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
+    """Open a dataset that `lienumba run` wrote, or one of these kinds; a ScenarioError for any other file."""
     import xarray as xr
 
     if _is(path, Path.is_dir):
@@ -35,10 +36,10 @@ def read(path: Path) -> xr.Dataset:
     except Exception as error:  # whatever netCDF4 and xarray make of a file that somebody else has written
         raise ScenarioError(f"{path} cannot be opened as netCDF ({said(error)}); is it complete?") from None
     try:
-        if "scenario_sha256" not in dataset.attrs or "status" not in dataset:
+        if "scenario_sha256" not in dataset.attrs or not ("status" in dataset or KIND in dataset.attrs):
             raise ScenarioError(f"{path} is a netCDF file but not of lienumba; give one that lienumba run wrote")
         with readable(str(path)):
-            check_form(dataset, str(path))
+            check_form(dataset, str(path), kinds=kinds)
     except BaseException:
         dataset.close()
         raise
@@ -46,18 +47,20 @@ def read(path: Path) -> xr.Dataset:
 
 
 @contextmanager
-def reading(source: str | os.PathLike[str] | xr.Dataset) -> Iterator[tuple[xr.Dataset, str]]:
+def reading(
+    source: str | os.PathLike[str] | xr.Dataset, kinds: Collection[str] = ()
+) -> Iterator[tuple[xr.Dataset, str]]:
     """A dataset that is in memory or in a file, and what it is called; a ScenarioError where it cannot be read, even in
-    the middle."""
+    the middle. kinds: see `linear_layout`, of which it may be, too."""
     import xarray as xr
 
     if isinstance(source, xr.Dataset):
-        check_form(source, "the dataset")
+        check_form(source, "the dataset", kinds=kinds)
         with readable("the dataset"):
             yield source, "the dataset"
     elif isinstance(source, str | os.PathLike):
         where = os.fspath(source)
-        with read(Path(source)) as dataset, readable(where):
+        with read(Path(source), kinds) as dataset, readable(where):
             yield dataset, where
     else:
         raise ScenarioError(f"dataset = {source!r}: is neither a dataset nor a path of one")

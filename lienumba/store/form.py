@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Collection, Mapping, Sequence, Set
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from lienumba.batch.statuses import STATUSES
 from lienumba.errors import ScenarioError
-from lienumba.store import study_layout
+from lienumba.store import linear_layout, study_layout
 from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
 
 if TYPE_CHECKING:
@@ -30,13 +30,17 @@ NUMERIC, TEXT = "biuf", "US"  # kinds of arrays
 Tables = dict[str, Any]
 
 
-def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",)) -> None:
+def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",), kinds: Collection[str] = ()) -> None:
     """Refuse what lienumba has not written, or a selection that has lost too much.
 
     It may lack variables and runs, and have variables of the user's own; whatever is there by a name of lienumba has
     the dimensions, the type and the labels that it is written with. where: what the dataset is called; needed:
-    variables of each run that must be there.
+    variables of each run that must be there; kinds: see `linear_layout`, which may be there instead of courses.
     """
+    if linear_layout.check_kind(ds, where, kinds):
+        _check_attributes(ds, where)
+        linear_layout.check_modes(ds, where)
+        return
     _check_selection(ds, where, needed)
     _check_attributes(ds, where)
     grid = {str(dim) for x in ds.coords.values() if x.attrs.get("role") == "grid" for dim in x.dims}

@@ -2,8 +2,12 @@
 
 from pathlib import Path
 
+import pytest
 import xarray as xr
 
+import lienumba as library
+from lienumba.errors import ScenarioError
+from lienumba.figures import figure
 from tests.cli.test_commands import lienumba
 from tests.rigs.places import SCENARIOS
 
@@ -20,6 +24,51 @@ def test_a_table_a_dataset_and_a_figure(tmp_path: Path) -> None:
     again = lienumba("modes", source, "-o", str(data))
     assert again.exit_code == 2
     assert "exists" in again.stderr
+
+
+def test_a_dataset_of_modes_is_answered_by_every_command(tmp_path: Path) -> None:
+    data, drawn = tmp_path / "top.nc", tmp_path / "top.svg"
+    found = library.modes(SCENARIOS / "top_over_spin.toml", at=[0, 0.01], overrides={"sweep.runs": 5})
+    found.to_netcdf(data)
+    told = lienumba("info", str(data)).stdout
+    assert "runs:        5 (labels 0 to 4)" in told
+    assert "t = 0.01 s:  5 runs, simulated up to there\n             mode  moves most  Hz" in told
+    assert lienumba("plot", str(data), "-o", str(drawn)).exit_code == 0
+    assert drawn.read_text().count("t = 0") == 2
+    named = lienumba("plot", str(data), "frequency", "-o", str(drawn)).stderr
+    assert named == (
+        'error: "frequency": a dataset of modes has one figure, of eigenvalues and frequencies; leave it out, or draw '
+        "what is in it in Python\n"
+    )
+    for command in (["replay", "--run", "0"], ["compare", str(data)], ["modes"]):
+        refused = lienumba(command[0], str(data), *command[1:])
+        assert refused.exit_code == 2
+        assert refused.stderr == (
+            f"error: {data}: is of vibration modes, not of runs over time; lienumba info, plot, report and animate "
+            "show it, or give what lienumba run wrote\n"
+        )
+    listed = lienumba("list", str(tmp_path)).stdout
+    assert " modes " in listed
+    assert " 5 " in listed
+    lienumba(
+        "equilibrium",
+        str(SCENARIOS / "machine_on_mounts.toml"),
+        "--set",
+        "sweep.runs=3",
+        "-o",
+        str(data),
+        "--overwrite",
+    )
+    assert "is of static equilibria, not of runs over time" in lienumba("info", str(data)).stderr
+
+
+def test_a_selection_of_modes_says_what_it_has_lost() -> None:
+    found = library.modes(SCENARIOS / "top_over_spin.toml", overrides={"sweep.runs": 3})
+    assert figure(found.sel(mode=[1])).axes
+    with pytest.raises(ScenarioError, match=r"has only one time, without its dimension; .* ds.sel\(time=\[0.0\]\)"):
+        figure(found.isel(time=0))
+    with pytest.raises(ScenarioError, match="is not as lienumba wrote it, growth is not run by time by mode"):
+        figure(found.drop_vars("growth"))
 
 
 def test_times_outside_the_runs_are_refused() -> None:

@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import StateSpace
 
 import lienumba
+from lienumba.analysis.mode_rows import mode_rows
 from lienumba.errors import ScenarioError
 
 G = 9.81
@@ -237,3 +238,91 @@ def test_bad_input_is_told(keywords: Any, message: str) -> None:
     with pytest.raises(ScenarioError) as told:
         lienumba.modes(pendulum(), **keywords)
     assert str(told.value) == message
+
+
+def carts(dampings: list[float], stiffness: float = 300.0) -> dict[str, Any]:
+    """Two bodies of 1 kg on rails along x, each on a spring; the damper of the first is swept."""
+    still = {"mass": 1.0, "inertia": [1, 1, 1], "rotation": [1, 0, 0, 0]}
+    bodies = [still | {"name": "one", "position": [0, 0, 0]}, still | {"name": "two", "position": [0, 1, 0]}]
+    rails = [
+        {"name": f"rail_{x}", "type": "prismatic", "bodies": ["ground", x], "at": [0, y, 0], "axis": [1, 0, 0]}
+        for x, y in (("one", 0), ("two", 1))
+    ]
+    springs = [
+        {"name": "first", "type": "actuator", "joint": "rail_one", "stiffness": 100.0, "damping": 1.0, "target": 0.0},
+        {"name": "second", "type": "actuator", "joint": "rail_two", "stiffness": stiffness, "target": 0.0},
+    ]
+    sweep = {"sampler": "table", "table": {"columns": {"forces.first.damping": dampings}}}
+    return {"model": {"bodies": bodies, "joints": rails, "forces": springs}, "sweep": sweep, **SHORT}
+
+
+def test_a_pair_that_becomes_two_real_modes_keeps_its_number_in_the_slower() -> None:
+    dampings = [1.0, 30.0, 18.0, 60.0]
+    found = lienumba.modes(carts(dampings)).isel(time=0)
+    values = (found.growth + 1j * found.angular_frequency).values
+    for d, own in zip(dampings, values, strict=True):
+        slow, fast = -d / 2 + np.array([1, -1]) * np.sqrt(complex(d * d / 4 - 100.0))
+        np.testing.assert_allclose(own[:2], [slow, 1j * np.sqrt(300.0)], rtol=1e-10)
+        if d > 20.0:
+            np.testing.assert_allclose(own[2], fast, rtol=1e-10)
+    assert np.isnan(values[[0, 2], 2]).all()
+    assert not found.crossed.any()
+    np.testing.assert_allclose(found.frequency_quantiles.sel(mode=2), np.sqrt(300.0) / (2 * np.pi), rtol=1e-10)
+    (rows,) = mode_rows(lienumba.modes(carts(dampings)))
+    assert rows.notes == [
+        "mode 1 does not swing in 2 of 4 runs: there its pair has become two real ones",
+        "mode 3 is there in 2 of 4 runs",
+    ]
+
+
+def test_what_drifts_is_one_mode_for_each_freedom() -> None:
+    body = {"name": "block", "mass": 1.0, "inertia": [1, 2, 3], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    found = lienumba.modes({"model": {"bodies": [body]}, **SHORT})
+    assert found.sizes["mode"] == 6
+    assert not found.growth.any()
+    assert found.stable.item()
+
+
+def test_a_first_run_that_is_not_there_is_compared_with_nothing() -> None:
+    scenario = carts([5.0, 1.0, 2.0])
+    scenario["sweep"]["table"]["columns"] |= {
+        "forces.second.stiffness": [300.0, 50.0, 300.0], "bodies.one.mass": [-1.0, 1.0, 1.0],
+    }  # fmt: skip
+    found = lienumba.modes(scenario).isel(time=0)
+    assert found.status.values.tolist() == [1, 0, 0]
+    np.testing.assert_allclose(found.angular_frequency.values[1:, 0], np.sqrt([50.0, 300.0]), rtol=1e-10)
+    assert found.crossed.values.any(axis=1).tolist() == [False, False, True]
+
+
+SWUNG = pendulum() | {"output": {"times": [0.1, 0.4]}}
+SWUNG["model"]["bodies"][0]["angular_velocity"] = [0, 3, 0]
+COIL = {"name": "coil", "type": "torsion_spring", "joint": "pivot", "stiffness": 1.0, "free_angle": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "origins", "comment"),
+    [
+        ({}, ["start", "stored", "simulated"], "simulated where the dataset stores no such time"),
+        ({"integrator.step": None, "integrator.tolerance": 1e-8}, ["start", "stored", "simulated"], None),
+        ({"integrator.coordinates": "joint", "integrator.step": 2e-3}, ["start", "stored", "simulated"], None),
+        ({"output.precision": "float32"}, ["start", "simulated", "simulated"],
+         "simulated since the dataset does not hold the states: it stores position rounded"),
+        ({"model.forces": [COIL]}, ["start", "simulated", "simulated"],
+         "simulated since the dataset does not hold the states: it does not store how often pivot turned "
+         "(output.joint_coordinates)"),
+        ({"model.forces": [COIL], "output.joint_coordinates": True}, ["start", "stored", "simulated"], None),
+    ],
+)  # fmt: skip
+def test_states_that_a_dataset_holds_are_taken_from_it(
+    changes: dict[str, Any], origins: list[str], comment: str | None
+) -> None:
+    """The last time is none of the ends of steps."""
+    at = [0.0, 0.4, 0.30007]
+    dataset = lienumba.run(SWUNG, overrides=changes)
+    found, other = lienumba.modes(dataset, at=at), lienumba.modes(SWUNG, at=at, overrides=changes)
+    assert [found.origin.attrs["flag_meanings"].split()[n] for n in found.origin.values] == origins
+    assert comment is None or found.origin.attrs["comment"] == comment
+    for name in ("growth", "angular_frequency", "position", "rotation"):
+        np.testing.assert_allclose(found[name], other[name], rtol=1e-12, atol=1e-12)
+    assert other.origin.values.tolist() == [0, 2, 2]
+    assert abs(found.angular_frequency.values[0, 1] - found.angular_frequency.values[0, 0]) > 0.1

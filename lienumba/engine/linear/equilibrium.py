@@ -10,9 +10,9 @@ from lienumba.engine.linear.linearise import check_states
 from lienumba.engine.linear.looked import Looked, visible
 from lienumba.engine.linear.states import Asked, States
 from lienumba.engine.linear.systems import Recorded
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.store.linear_layout import EQUILIBRIA
 
 if TYPE_CHECKING:
     import os
@@ -75,12 +75,7 @@ def equilibrium(
         drifts = np.abs(values).min(axis=1, initial=np.inf) <= ZERO * largest
         grows = growth[system.runs] > ZERO * largest
         status[system.runs] = np.where(grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
-    elements = tracer.tree(prepared.model).state + tracer.laws
-    with np.errstate(all="ignore"):
-        posture = tracer.posture(prepared.model, [tuple(found.rows[:elements])], tuple(found.rows[elements:]), 0.0)
-        bodies = [np.broadcast_to(x, labels.shape) for body in posture.now.bodies for x in body]
-    whole = np.stack(bodies, axis=1).reshape(len(labels), -1, ELEMENT)
-    whole = np.where(good[:, None, None], whole, np.nan)
+    whole = states.bodies(tracer, prepared.model)
     values = recorded.seen(states)
     variables: dict[str, Any] = {
         "status": ("run", status.astype(np.int8), {"flag_values": list(range(4)), "flag_meanings": " ".join(MEANINGS)}),
@@ -94,4 +89,4 @@ def equilibrium(
         "run": labels, "body": [body.name for body in model.bodies], "axis": list("xyz"), "body_axis": list("xyz"),
         **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
     }  # fmt: skip
-    return xr.Dataset(variables, coordinates, asked.attributes("static equilibrium"))
+    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA))

@@ -12,6 +12,7 @@ from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.links import Link
+from lienumba.store.linear_layout import SYSTEMS
 
 if TYPE_CHECKING:
     import os
@@ -42,7 +43,8 @@ def linearise(
     Parameters
     ----------
     scenario : path, dict, System or xarray.Dataset
-        A scenario, or a dataset (or its .nc file), whose runs are simulated again up to these times.
+        A scenario, or a dataset (or its .nc file). Where a dataset holds the states of its runs at a time they are
+        taken from there, else the runs are simulated up to it; `origin` says which.
     at : float, "end" or several of them
         Times in s, from 0 to the end.
     inputs : sequence of str, optional
@@ -62,8 +64,8 @@ def linearise(
     Returns
     -------
     xarray.Dataset
-        A, B, C, D on (run, time, ...); NaN for runs that are not there at a time, or whose freedoms are others than
-        those of most. The state is in the units of its coordinates (m, rad, s).
+        A, B, C, D on (run, time, ...), `origin` on time; NaN for runs that are not there at a time, or whose freedoms
+        are others than those of most. The state is in the units of its coordinates (m, rad, s).
 
     Raises
     ------
@@ -80,8 +82,10 @@ def linearise(
     names_u = [x.name + more for x in added for more in DERIVATIVES]
     names_x: list[str] | None = None
     whole: dict[str, np.ndarray] = {}
+    origins = []
     for k, states in enumerate(asked.states(tracer, prepared)):
         check_states(tracer, states)
+        origins.append(states.origin)
         for found in largest_first(recorded.systems(states, turning(rotation))):
             if names_x is None:
                 names_x = state_names(tracer, model, found)
@@ -95,13 +99,14 @@ def linearise(
         raise ScenarioError("no run is there at these times: the runs fail before; see their status with lienumba run")
     dims = {"A": ("state", "by_state"), "B": ("state", "input"), "C": ("output", "by_state"), "D": ("output", "input")}
     ds = xr.Dataset(
-        {name: (("run", "time", *dims[name]), x, {"long_name": LONG[name]}) for name, x in whole.items()},
+        {name: (("run", "time", *dims[name]), x, {"long_name": LONG[name]}) for name, x in whole.items()}
+        | asked.origins(origins, tracer, prepared),
         {
             "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "state": names_x, "by_state": names_x,
             "input": names_u, "output": seen,
             **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
         },
-        asked.attributes("linear systems") | {"rotation": list(map(float, rotation))},
+        asked.attributes(SYSTEMS) | {"rotation": list(map(float, rotation))},
     )  # fmt: skip
     acts = np.nansum(np.abs(ds["B"].values), axis=(0, 1, 2)) + np.nansum(np.abs(ds["D"].values), axis=(0, 1, 2))
     kept = [n for n, x in enumerate(acts) if x != 0.0 or n % len(DERIVATIVES) == 0]  # forces see no derivatives

@@ -2,27 +2,22 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.batch.execute import Cost, execute, tasks
-from lienumba.batch.integrate import Chunk
-from lienumba.batch.records import per_run
-from lienumba.batch.statuses import GOOD, SUCCESS
-from lienumba.engine.cores import usable_cores
-from lienumba.engine.programs import batch_of, by_joints, compiled_of
+from lienumba.batch.statuses import SUCCESS
+from lienumba.engine.linear.simulated import simulated
+from lienumba.engine.linear.stored import Stored
 from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import state_rows
-from lienumba.integrators.tracing.law_states import NUMBERS
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.program import Outline
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
+from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.reading.run_tables import tables_of
@@ -30,6 +25,7 @@ from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Prepared, check_initial, design, prepare
 from lienumba.store import provenance
 from lienumba.store.form import scenario_tables
+from lienumba.store.linear_layout import GIVEN, KIND, ORIGINS, SIMULATED, STORED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,28 +37,40 @@ At = float | str | Sequence[float | str]
 @dataclass(frozen=True)
 class States:
     """Runs at a time t (s): labels (runs,), good: whether a run is there at all (runs,), rows: of the state, and the
-    numbers of the model, each a float or an array (runs,)."""
+    numbers of the model, each a float or an array (runs,); origin: see `linear_layout.ORIGINS`."""
 
     labels: np.ndarray
     good: np.ndarray
     t: float
     rows: list[Any]
     numbers: list[Any]
+    origin: int = GIVEN
 
     def part(self, which: slice) -> "States":
         """Of these runs alone."""
-        some = [[x[which] if np.ndim(x) else x for x in own] for own in (self.rows, self.numbers)]
-        return States(self.labels[which], self.good[which], self.t, *some)
+        rows, numbers = ([x[which] if np.ndim(x) else x for x in own] for own in (self.rows, self.numbers))
+        return States(self.labels[which], self.good[which], self.t, rows, numbers, self.origin)
+
+    def bodies(self, tracer: FreedomTracer, model: Model) -> np.ndarray:
+        """The states of all bodies (runs, k, 18); NaN where a run is not there."""
+        elements = tracer.tree(model).state + tracer.laws
+        with np.errstate(all="ignore"):
+            posture = tracer.posture(model, [tuple(self.rows[:elements])], tuple(self.rows[elements:]), self.t)
+            found = [np.broadcast_to(x, self.labels.shape) for body in posture.now.bodies for x in body]
+        whole = np.stack(found, axis=1).reshape(len(self.labels), -1, ELEMENT)
+        return np.where(self.good[:, None, None], whole, np.nan)
 
 
 @dataclass(frozen=True)
 class Asked:
-    """Runs of a scenario: their labels, samples by path (runs,), and the times (s) that are looked at."""
+    """Runs of a scenario: their labels, samples by path (runs,), and the times (s) that are looked at; stored: what a
+    dataset has of them."""
 
     scenario: Scenario
     labels: list[int]
     samples: dict[str, np.ndarray]
     times: list[float]
+    stored: Stored | None = None
 
     @staticmethod
     def of(
@@ -72,7 +80,8 @@ class Asked:
         overrides: Mapping[str, Any] | None = None,
         allow_code: bool = False,
     ) -> "Asked":
-        """Of a scenario, or of a dataset or its file, whose runs are simulated again as far as that is needed."""
+        """Of a scenario, or of a dataset or its file; runs are simulated as far as their states are not there."""
+        stored = None
         if _is_dataset(source):
             from lienumba.store.files import reading
 
@@ -84,20 +93,23 @@ class Asked:
                     check_run(ds, where, label)
                 own = ds.sel(run=labels)
                 samples = {str(n): x.values for n, x in own.coords.items() if x.attrs.get("role") == "input"}
+                if not overrides:
+                    stored = Stored.of(ds, scenario, labels, _times(at, scenario.data.integrator.end_time))
         else:
             scenario = resolve(source, overrides=overrides, allow_code=allow_code)
             labels = list(labels_of(runs, scenario.labels))
             samples = design(scenario, labels)
         if scenario.plan is not None:
             raise ScenarioError("a study has no states of its own to be linearised; leave study out")
-        return Asked(scenario, list(labels), samples, _times(at, scenario.data.integrator.end_time))
+        return Asked(scenario, list(labels), samples, _times(at, scenario.data.integrator.end_time), stored)
 
-    def attributes(self, what: str) -> dict[str, Any]:
-        """Of a dataset that is made of these."""
+    def attributes(self, kind: str) -> dict[str, Any]:
+        """Of a dataset of this kind that is made of these."""
         own = self.scenario
-        title = ": ".join(filter(None, [own.data.title, what]))
+        title = ": ".join(filter(None, [own.data.title, kind]))
         seed = own.data.sweep.seed
-        return dict(provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command()))
+        said = provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command())
+        return {KIND: kind, **said}
 
     def prepared(self) -> Prepared:
         """These runs at their start."""
@@ -106,17 +118,45 @@ class Asked:
     def states(self, tracer: FreedomTracer, prepared: Prepared) -> Iterator[States]:
         """At each of the times."""
         numbers, labels = split(prepared.model)[1], np.asarray(self.labels)
-        later = sorted({t for t in self.times if t > 0.0})
-        records = _simulated(self.scenario, prepared, later) if later else None
+        stored = self._stored(tracer, prepared)
+        later = sorted({t for t in self.times if t > 0.0 and t not in stored})
+        records = simulated(self.scenario, prepared, later)
         for t in self.times:
-            if t == 0.0 or records is None:
-                bodies = np.asarray(prepared.states)
-                laws = tracer.law_states.initial(prepared.model)
-                augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, len(labels)).T)
-                rows, good = tracer.rows(prepared.model, bodies, laws, augmented), prepared.codes == SUCCESS
+            if t == 0.0:
+                (rows, good), origin = _start(tracer, prepared), GIVEN
+            elif self.stored is not None and t in stored:
+                (rows, good), origin = self.stored.rows(tracer, prepared, t), STORED
             else:
-                rows, good = records.rows(tracer, prepared, later.index(t))
-            yield States(labels, good, t, rows, numbers)
+                (rows, good), origin = records[t].rows(tracer, prepared, t), SIMULATED
+            yield States(labels, good, t, rows, numbers, origin)
+
+    def _stored(self, tracer: FreedomTracer, prepared: Prepared) -> list[float]:
+        """The times at which the states of all runs are known."""
+        if self.stored is None or self.stored.lacks(tracer, prepared.nominal.model):
+            return []
+        return self.stored.times
+
+    def origins(self, origins: Sequence[int], tracer: FreedomTracer, prepared: Prepared) -> dict[str, Any]:
+        """The variable that says where states are from; origins: at each of the times."""
+        attributes = {
+            "long_name": "where the states are from", "flag_values": np.arange(len(ORIGINS), dtype=np.int8),
+            "flag_meanings": " ".join(ORIGINS),
+        }  # fmt: skip
+        why = "" if self.stored is None else self.stored.lacks(tracer, prepared.nominal.model)
+        if self.stored is not None and SIMULATED in origins:
+            attributes["comment"] = (
+                f"simulated since the dataset does not hold the states: {why}"
+                if why
+                else ("simulated where the dataset stores no such time")
+            )
+        return {"origin": ("time", np.asarray(origins, np.int8), attributes)}
+
+
+def _start(tracer: FreedomTracer, prepared: Prepared) -> tuple[list[Any], np.ndarray]:
+    """The rows of the states at t = 0, and which runs are there."""
+    laws = tracer.law_states.initial(prepared.model)
+    augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, len(prepared.labels)).T)
+    return tracer.rows(prepared.model, np.asarray(prepared.states), laws, augmented), prepared.codes == SUCCESS
 
 
 def _is_dataset(source: object) -> bool:
@@ -138,50 +178,3 @@ def _times(at: At, end: float) -> list[float]:
     if not found:
         raise ScenarioError.at("at", "must have at least one time", 'give numbers such as 0 and 1.5, or "end"')
     return found
-
-
-@dataclass(frozen=True)
-class _Records:
-    """The rows of states (runs, times, rows) as a program has them; codes and ends (runs,)."""
-
-    program: Outline
-    states: np.ndarray
-    tree: bool
-    good: np.ndarray
-
-    def rows(self, tracer: FreedomTracer, prepared: Prepared, time: int) -> tuple[list[Any], np.ndarray]:
-        own, at = self.program.augmented, self.states[:, time]
-        elements = at[:, : at.shape[1] - own.rows]
-        behind = list(at[:, at.shape[1] - own.rows :].T)
-        augmented = list(np.zeros((tracer.augmented.rows, len(at))))
-        for n, which in enumerate(tracer.augmented.angles):
-            augmented[n] = behind[own.angles.index(which)]
-        augmented[tracer.augmented.first_mode :] = behind[own.first_mode :]
-        good = self.good & np.isfinite(at).all(axis=1)
-        if self.tree:
-            return [*elements.T, *augmented], good
-        bodies = ELEMENT * len(prepared.model.bodies)
-        numbers = [bodies + ELEMENT * (n // len(NUMBERS)) + NUMBERS[n % len(NUMBERS)] for n in range(tracer.laws)]
-        laws = tracer.law_states.apart([elements[:, n] for n in numbers])
-        return tracer.rows(prepared.model, elements[:, :bodies], laws, augmented), good
-
-
-def _simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> _Records:
-    """The runs up to these times."""
-    scenario = resolve({**scenario.to_dict(), "output": {"times": times}})
-    again = replace(prepared, nominal=replace(prepared.nominal, scenario=scenario))
-    program, machine = compiled_of(scenario, again, False)
-    batch = batch_of(scenario, again, program, machine)
-    found = np.full((batch.runs, len(times), state_rows(program.sizes)), np.nan)
-    good = np.zeros(batch.runs, bool)
-
-    def taken(chunk: Chunk) -> Chunk:
-        records = chunk.records[:, -len(times) :, : found.shape[2]]
-        found[chunk.runs] = per_run(records, len(chunk.codes))
-        good[chunk.runs] = np.isin(chunk.codes, GOOD)
-        return chunk
-
-    workers = usable_cores()
-    for _ in execute(tasks(batch, workers, taken, Cost()), workers, lambda _: None):
-        pass
-    return _Records(program, found, by_joints(scenario), good)

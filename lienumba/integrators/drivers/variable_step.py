@@ -19,6 +19,7 @@ from lienumba.integrators.drivers.events import find_events, leave, start_events
 from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages
 from lienumba.integrators.drivers.lane_queue import (
     END,
+    LAST,
     LONGEST,
     NEVER,
     STEP,
@@ -211,9 +212,8 @@ def drive(
     """Integrate all runs.
 
     outputs: the times to be stored, from 0 on; pace: the end of the runs, the step where steps are of one length (else
-    0), the longest and the shortest step, and the numbers of a `step_control.Tolerance`; limit and tolerance: of the
-    projections; places (5, W): room for a `Queue`; the rest as in
-    `fixed_step.drive`.
+    0), the longest and the shortest step, how far runs go at least, and the numbers of a `step_control.Tolerance`;
+    limit and tolerance: of the projections; places (5, W): room for a `Queue`; the rest as in `fixed_step.drive`.
     """
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
     rows = matrix(buffer.ctypes.data, first.work, W)
@@ -282,7 +282,7 @@ def drive(
             change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], table, limit, tolerance)
         if pace[STEP] == 0.0:
             lose_patience(lanes, given, pace[END])
-        over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) == pace[END]))
+        over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) >= pace[LAST]))
         if any_lane(over):
             store(lanes, PICKED, choose(over, splat(1.0), splat(0.0)))
             for lane in range(W):

@@ -1,0 +1,110 @@
+"""Which mode is which over the runs.
+
+A mode keeps its number by its shape: the modal assurance criterion |a^H W b|^2 / (a^H W a)(b^H W b), W the masses and
+mean moments of inertia of the bodies, and pairs that give the largest sum (Allemang 2003, The modal assurance
+criterion, Sound and Vibration). Where one number is swept each run is compared with its neighbour, else with the first
+run. Of equal shapes, such as those by which a damped pair has become two real modes, the nearer eigenvalue counts,
+which is then the slower of the two.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lienumba.mechanics.mechanism.model import Model
+
+Array = npt.NDArray[Any]
+AT_ONCE = 2048  # runs
+NEARNESS = 1e-3  # what equal eigenvalues count, where equal shapes count 1
+
+
+def _none() -> Array:
+    return np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k) whose largest component is 1, MAC with the mode of the run
+    it was compared with, and where each mode stands among the frequencies of its run."""
+
+    values: Array
+    shapes: Array = field(default_factory=_none)
+    mac: Array = field(default_factory=_none)
+    place: Array = field(default_factory=_none)
+
+
+def weights_of(model: Model) -> Array:
+    """Of the shift and turn of each body (6 k): its mass and mean moment of inertia."""
+    found: list[float] = []
+    for body in model.bodies:
+        found += [float(body.mass)] * 3 + [float(sum(body.inertia[:3])) / 3.0] * 3
+    return np.array(found)
+
+
+def compared(there: Array, samples: Mapping[str, Array]) -> tuple[Array, Array]:
+    """Runs (indices), and the one with which each is compared, which comes before it; the first with itself. there
+    (runs,): which have modes."""
+    runs = np.flatnonzero(there)
+    if len(samples) == 1:
+        runs = runs[np.argsort(next(iter(samples.values()))[runs], kind="stable")]
+        return runs, np.concatenate([runs[:1], runs[:-1]])
+    return runs, np.repeat(runs[:1], len(runs))
+
+
+def tracked(values: Array, moved: Array, weights: Array, samples: Mapping[str, Array]) -> Tracked:
+    """values (runs, modes), moved (runs, modes, 6 k): in the order of frequencies, NaN where there are fewer."""
+    runs, others = compared(np.isfinite(values.real).any(axis=1), samples)
+    count, modes = values.shape
+    place, mac = np.tile(np.arange(modes), (count, 1)), np.where(np.isnan(values.real), np.nan, 1.0)
+    alike, pairs = np.ones((count, modes)), place.copy()  # of the modes of the other run, each by its place
+    for first in range(1, len(runs), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        alike[runs[some]], pairs[runs[some]] = _paired(values, moved, weights, runs[some], others[some])
+    for run, other in zip(runs[1:].tolist(), others[1:].tolist(), strict=True):
+        place[run], mac[run] = pairs[run][place[other]], alike[run][place[other]]
+    values = np.take_along_axis(values, place, axis=1)
+    shapes = np.take_along_axis(moved, place[:, :, None], axis=1)
+    largest = np.take_along_axis(shapes, np.abs(np.nan_to_num(shapes)).argmax(axis=2)[:, :, None], axis=2)
+    shapes /= np.where(np.abs(largest) > 0.0, largest, 1.0)
+    return Tracked(values, shapes, np.where(np.isnan(values.real), np.nan, mac), place)
+
+
+def crossings(values: Array, place: Array) -> Array:
+    """Whether a mode (runs, modes) is on the other side, among the frequencies, of some mode than in the first run that
+    has both."""
+    there = np.isfinite(values.real)
+    found = np.zeros(there.shape, bool)
+    for n in range(place.shape[1]):
+        both = there & there[:, n : n + 1]
+        above = place > place[:, n : n + 1]
+        first = both.argmax(axis=0)
+        other = both & (above != above[first, np.arange(len(first))])
+        found |= other
+    return found
+
+
+def _paired(values: Array, moved: Array, weights: Array, runs: Array, others: Array) -> tuple[Array, Array]:
+    """MAC of each mode of others with that of runs which is most likely the same, and which that is."""
+    from scipy.optimize import linear_sum_assignment
+
+    one, two = _unit(moved[others], weights), _unit(moved[runs], weights)
+    alike = np.abs(one.conj() @ (weights * two).transpose(0, 2, 1)) ** 2
+    before, now = values[others][:, :, None], values[runs][:, None, :]
+    scale = np.nanmean(np.abs(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
+    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + np.abs(before - now) / scale))
+    pairs = score.argmax(axis=2)
+    places = np.arange(pairs.shape[1])
+    for run in np.flatnonzero((np.sort(pairs, axis=1) != places).any(axis=1)):
+        pairs[run] = linear_sum_assignment(-score[run])[1]
+    return np.take_along_axis(alike, pairs[:, :, None], axis=2)[:, :, 0], pairs
+
+
+def _unit(moved: Array, weights: Array) -> Array:
+    """Shapes of the length 1; 0 where nothing moves, or there is none."""
+    found = np.where(np.isnan(moved), 0.0, moved)
+    sizes = np.sqrt((np.abs(found) ** 2 * weights).sum(axis=2, keepdims=True))
+    unit: Array = found / np.where(sizes > 0.0, sizes, 1.0)
+    return unit

@@ -1,0 +1,73 @@
+"""Datasets that are no courses of runs, but what is near their states: modes, equilibria, linear systems."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+from lienumba.errors import ScenarioError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND = "kind"  # the attribute that says it
+MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "static equilibria", "linear systems"
+SHOWN = {
+    MODES: "lienumba info, plot, report and animate show it",
+    EQUILIBRIA: "xarray.open_dataset reads it",
+    SYSTEMS: "xarray.open_dataset reads it",
+}
+MODE = ("run", "time", "mode")
+SHAPE = (*MODE, "body", "axis", "part")
+NEEDED = {
+    "growth": MODE, "angular_frequency": MODE, "frequency": MODE, "damping_ratio": MODE, "grows": MODE,
+    "stable": MODE[:2], "status": MODE[:2], "frequency_quantiles": ("quantile", *MODE[1:]),
+    "damping_ratio_quantiles": ("quantile", *MODE[1:]),
+}  # fmt: skip
+SHAPES = {
+    "translation": SHAPE, "turn": SHAPE, "mac": MODE, "crossed": MODE, "position": (*MODE[:2], "body", "axis"),
+    "rotation": (*MODE[:2], "body", "axis", "body_axis"),
+}  # fmt: skip
+GIVEN, STORED, SIMULATED = range(3)
+ORIGINS = ("start", "stored", "simulated")  # of the states at a time
+
+
+def is_modes(ds: xr.Dataset) -> bool:
+    """Whether a dataset is one of vibration modes."""
+    return bool(ds.attrs.get(KIND) == MODES)
+
+
+def has_shapes(ds: xr.Dataset) -> bool:
+    """Whether it says how bodies move in each mode."""
+    return all(name in ds for name in SHAPES)
+
+
+def check_kind(ds: xr.Dataset, where: str, kinds: Collection[str]) -> bool:
+    """Whether it is of one of these kinds; a ScenarioError if it is of another. where: what the dataset is called."""
+    kind = ds.attrs.get(KIND)
+    if kind not in SHOWN:
+        return False
+    if kind not in kinds:
+        raise ScenarioError(
+            f"{where}: is of {kind}, not of runs over time; {SHOWN[kind]}, or give what lienumba run wrote"
+        )
+    return True
+
+
+def check_modes(ds: xr.Dataset, where: str) -> None:
+    """Refuse one that has lost what belongs to it, or of which a selection has kept too little."""
+    for dim in (*MODE, "quantile"):
+        if dim not in ds.dims:
+            label = ds[dim].values.tolist() if dim in ds.variables else 0
+            raise ScenarioError(
+                f"{where}: has only one {dim}, without its dimension; select with a list, such as "
+                f"ds.sel({dim}=[{label!r}])"
+            )
+        if not ds.sizes[dim]:
+            raise ScenarioError(f"{where}: has no {dim}; select at least one")
+    for name, dims in (NEEDED | {name: dims for name, dims in SHAPES.items() if name in ds}).items():
+        if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in "fiub":
+            raise ScenarioError(
+                f"{where}: is not as lienumba wrote it, {name} is not {' by '.join(dims)}; make it again, or give the "
+                "file as it was"
+            )
