@@ -40,7 +40,7 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
+        {"betting", "confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [

@@ -49,7 +49,7 @@ def sample(
         from lienumba.present.terminal.samples import print_samples
 
         with console.unheard():
-            print_samples(statistics, len(labels), target)
+            print_samples(statistics, len(labels), resolved.weighted, target)
 
 
 def validate(

@@ -99,11 +99,12 @@ def verdicts(
     sampler, looked = SAMPLERS[sweep.sampler], sweep.stop is not None
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
     drawn = sampler.counting(labels, inputs)
-    weights = column(WEIGHT, ())[drawn] if sampler.weighted else None
+    weights, most = column(WEIGHT, ())[drawn] if resolved.weighted else None, sampler.most_weight
     for n, requirement in enumerate(resolved.data.model.requirements):
         met = column(MET, (n,))[drawn].astype(float)
         wanted = Wanted(requirement.name, requirement.probability, requirement.confidence)
-        yield judge(wanted, np.where(met < 0.0, np.nan, met), column(MARGIN, (n,))[drawn], looked, weights)
+        met = np.where(met < 0.0, np.nan, met)
+        yield judge(wanted, met, column(MARGIN, (n,))[drawn], looked, weights, most)
 
 
 def attributes(

@@ -31,7 +31,6 @@ from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
 from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable
 from lienumba.store.shards import LABEL
-from lienumba.sweep.samplers import SAMPLERS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,8 +84,7 @@ class Results:
         wanted = (len(self.judges.judged),)
         follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
-        self.weighted = SAMPLERS[data.sweep.sampler].weighted
-        if self.weighted:
+        if resolved.weighted:
             self.tables["run"].append(Field(WEIGHT, VARIABLES[WEIGHT], (), None))
 
     def with_numbers(self, resolved: Scenario, nominal: Nominal) -> "Results":
@@ -292,7 +290,7 @@ class Results:
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         self.judges.judge(found["run"])
-        if self.weighted:
+        if self.resolved.weighted:
             found["run"][WEIGHT] = weights(self.resolved, labels)
         return Piece(found, chunk.seconds)
 

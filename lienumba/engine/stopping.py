@@ -2,7 +2,6 @@
 they finish in, so that the same sweep always ends at the same run."""
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -12,31 +11,21 @@ from lienumba.engine.results import Piece
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.stop import Stop
-from lienumba.store.layout import MET
+from lienumba.store.layout import MET, WEIGHT
 from lienumba.store.shards import LABEL
+from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, ranks
+from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.verdicts import Wanted, looks
+from lienumba.sweep.weighted import Interval
 from lienumba.words import show, suggestion
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A statistic with its confidence interval."""
-
-    value: float
-    low: float
-    high: float
-
-    @property
-    def width(self) -> float:
-        return self.high - self.low
 
 
 class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
     as long as that is not known; interval: of these; verdict: on the requirement that is wanted, if the rule is about
     one. Without a rule there are never enough. at: of which variable, and where in it, the number is that the rule is
-    about."""
+    about; most_weight: what the weights of runs never exceed, if they have some."""
 
     def __init__(
         self,
@@ -45,14 +34,16 @@ class Stopping:
         nominal: bool,
         at: tuple[str, tuple[int, ...]] | None = None,
         wanted: Wanted | None = None,
+        most_weight: float | None = None,
     ) -> None:
-        self.rule, self.wanted = rule, wanted
+        self.rule, self.wanted, self.most_weight = rule, wanted, most_weight
         self.variable, self.place = at or ("" if rule is None else str(rule.variable), ())
         self._waiting = nominal  # for the nominal run, which is not counted
         self.end: int | None = None
         self.interval: Interval | None = None
         self.verdict: str | None = None
         self._values = np.full(runs if rule else 0, np.nan)
+        self._weights = None if most_weight is None else self._values.copy()
         self._known = np.zeros(len(self._values), bool)
         self._checked = 0
 
@@ -63,7 +54,8 @@ class Stopping:
             if self.rule is not None:
                 records = piece.tables["run"]
                 values: Any = records[self.variable]
-                self._take(records[LABEL], values[(..., *self.place)])
+                weights = None if self._weights is None else records[WEIGHT]
+                self._take(records[LABEL], values[(..., *self.place)], weights)
                 if self.end is not None and not self._waiting:
                     pieces.close()
                     return
@@ -71,7 +63,8 @@ class Stopping:
     def know(self, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]) -> None:
         """Take runs that are there already."""
         if self.rule is not None and len(labels):
-            self._take(labels, column(self.variable, self.place))
+            weights = None if self._weights is None else column(WEIGHT, ())
+            self._take(labels, column(self.variable, self.place), weights)
 
     def kept(self, labels: np.ndarray) -> np.ndarray:
         """Which of these runs are among those that are enough (runs,)."""
@@ -85,28 +78,30 @@ class Stopping:
         """What the dataset says of it."""
         return {"stopped": self.sentence()} if self.end is not None else {}
 
-    def _take(self, labels: np.ndarray, values: np.ndarray) -> None:
+    def _take(self, labels: np.ndarray, values: np.ndarray, weights: np.ndarray | None) -> None:
         assert self.rule is not None
         self._waiting = self._waiting and not (labels < 0).any()
         own = (labels >= 0) & (labels < len(self._values))
         self._values[labels[own]] = values[own]
+        if self._weights is not None and weights is not None:
+            self._weights[labels[own]] = weights[own]
         self._known[labels[own]] = True
         while self.end is None and self._checked + self.rule.every <= len(self._values):
             upto = self._checked + self.rule.every
             if not self._known[self._checked : upto].all():
                 break
             self._checked = upto
-            if self._enough(self._values[:upto]):
+            if self._enough(self._values[:upto], None if self._weights is None else self._weights[:upto]):
                 self.end = upto
 
-    def _enough(self, values: np.ndarray) -> bool:
+    def _enough(self, values: np.ndarray, weights: np.ndarray | None) -> bool:
         """Whether these runs are enough."""
         assert self.rule is not None
         if self.wanted is not None:
-            self.verdict = looks(self.wanted, values)
+            self.verdict = looks(self.wanted, values, weights, self.most_weight)
             return self.verdict is not None
         assert self.rule.width is not None
-        self.interval = interval(values, self.rule)
+        self.interval = interval(values, self.rule, weights)
         return self.interval.width <= self.rule.width
 
     def sentence(self) -> str:
@@ -126,26 +121,33 @@ class Stopping:
 def stopping_of(resolved: Scenario, numbers: Mapping[str, tuple[str, tuple[int, ...]]]) -> Stopping:
     """The rule of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
     data = resolved.data
-    rule = data.sweep.stop
+    rule, most = data.sweep.stop, SAMPLERS[data.sweep.sampler].most_weight
     if rule is None:
         return Stopping(rule, data.sweep.runs, data.sweep.nominal)
     if rule.requirement is not None:
         asked = data.model.requirements
         n = next(n for n, x in enumerate(asked) if x.name == rule.requirement)
         wanted = Wanted(asked[n].name, asked[n].probability, asked[n].confidence)
-        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted)
+        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most)
     assert rule.variable is not None
     if rule.variable not in numbers:
         raise ScenarioError(
             f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "
             f"{suggestion(rule.variable, numbers)}, or ask for it in output.summary"
         )
-    return Stopping(rule, data.sweep.runs, data.sweep.nominal, numbers[rule.variable])
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal, numbers[rule.variable], None, most)
 
 
-def interval(values: np.ndarray, rule: Stop) -> Interval:
+def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) -> Interval:
     """The confidence interval over the runs that have a value: by Student's t of a mean, by the binomial distribution
-    of the ranks of a quantile, which assumes nothing of how values are distributed."""
+    of the ranks of a quantile, which assumes nothing of how values are distributed; with weights see `weighted`."""
+    if weights is not None:
+        known = np.isfinite(values)
+        x, w = values[known], weights[known]
+        if rule.statistic == "mean":
+            return weighted.mean(x, w, rule.confidence)
+        assert rule.probability is not None
+        return weighted.quantile(x, w, rule.probability, rule.confidence)
     x = np.sort(values[np.isfinite(values)])
     if len(x) < 2:
         return Interval(np.nan, -inf, inf)

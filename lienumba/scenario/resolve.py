@@ -113,6 +113,12 @@ class Scenario:
         """The labels of all runs, from that of the nominal run on where it is asked for."""
         return range(NOMINAL_RUN if self.data.sweep.nominal else 0, self.data.sweep.runs)
 
+    @property
+    def weighted(self) -> bool:
+        """Whether its runs have weights."""
+        sweep = self.data.sweep
+        return SAMPLERS[sweep.sampler].weighted or (sweep.table is not None and sweep.table.weights is not None)
+
     def nominal(self) -> dict[str, float | Vector]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
         data = {**dict(self.data.model), "parameters": self.parameters.values()}

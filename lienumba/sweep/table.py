@@ -20,6 +20,9 @@ class SampleTable(BaseModel):
     runs: list[Annotated[int, Field(strict=True, ge=0)]] | None = Field(
         default=None, description="the run of each row (or omit it: 0, 1, 2 ...)"
     )
+    weights: list[Annotated[Finite, Field(ge=0.0)]] | None = Field(
+        default=None, description="the weight of each row, at least 0 (or omit it: all count alike)"
+    )
 
     def rows(self) -> int:
         return len(next(iter(self.columns.values()), []))

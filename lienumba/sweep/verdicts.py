@@ -3,7 +3,7 @@
 A verdict asks one bound at a time: the part that meets it is at least so large (met), or at most (not met), each with
 the confidence. Where runs were asked on the way whether they are enough, bounds are those of `sequential`, else those
 of Clopper and Pearson. With weights of runs (n,) they are those of as many runs as tell as much
-(`weighted.runs_that_tell`).
+(`weighted.runs_that_tell`); where runs were asked on the way and no weight can exceed a known one, those of `betting`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.sweep import confidence, sequential, weighted
+from lienumba.sweep import betting, confidence, sequential, weighted
 from lienumba.words import plural
 
 MET, NOT_MET, OPEN = "met", "not met", "not enough runs"
@@ -94,10 +94,17 @@ class Verdict:
 
 
 def judge(
-    wanted: Wanted, met: np.ndarray, margin: np.ndarray, looked: bool, weights: np.ndarray | None = None
+    wanted: Wanted,
+    met: np.ndarray,
+    margin: np.ndarray,
+    looked: bool,
+    weights: np.ndarray | None = None,
+    most: float | None = None,
 ) -> Verdict:
     """The verdict on runs of which each meets it (1), does not (0), or does not count (NaN), with its margin (n,);
-    looked: whether they were asked on the way if they are enough."""
+    looked: whether they were asked on the way if they are enough; most: what weights, whose mean is 1, never exceed."""
+    if looked and weights is not None and most is not None:
+        return _bet(wanted, met, margin, weights, most)
     counts = np.isfinite(met)
     met, margin = met[counts], np.where(np.isnan(margin[counts]), -np.inf, margin[counts])
     own = None if weights is None else weights[counts]
@@ -118,9 +125,56 @@ def judge(
     )  # fmt: skip
 
 
-def looks(wanted: Wanted, met: np.ndarray) -> str | None:
+def _bet(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarray, most: float) -> Verdict:
+    """The verdict on runs with weights that were asked on the way, all of which count."""
+    margin = np.where(np.isnan(margin), -np.inf, margin)
+    x, n, fail, sure = weights * (met == 0.0), len(met), 1.0 - wanted.probability, wanted.confidence
+    above, below = betting.gains(x, most, fail)
+    none = betting.gains(np.zeros(1), most, fail)
+    verdict, more, fewest = _decided(above, below, sure), None, None
+    if verdict is None and n:
+        more = _smallest(n, lambda runs: _decided(above * (runs / n), below * (runs / n), sure) is not None)
+    if verdict is None:
+        fewest = _smallest(
+            n, lambda runs: _decided(above + (runs - n) * none[0], below + (runs - n) * none[1], sure) == MET
+        )
+    least, largest = betting.bounds(x, most, sure)
+    return Verdict(
+        wanted.name, verdict or OPEN, n, int(np.count_nonzero(met)), wanted.probability, sure,
+        float(np.average(met, weights=weights)) if n else float("nan"), 1.0 - largest, 1.0 - least, True,
+        0 if verdict else more, 0 if verdict else fewest, _bet_tolerance(margin, weights, wanted, most),
+        weighted.effective(weights) if n else None,
+    )  # fmt: skip
+
+
+def _decided(above: np.ndarray, below: np.ndarray, sure: float) -> str | None:
+    """What bets on the part that does not meet it, with these gains, have shown."""
+    more, less = betting.evidence(above, below)
+    enough = -np.log1p(-sure)
+    return MET if less >= enough else NOT_MET if more >= enough else None
+
+
+def _bet_tolerance(margin: np.ndarray, weights: np.ndarray, wanted: Wanted, most: float) -> float | None:
+    """The largest margin of which bets show that so large a part of all runs keeps it."""
+    order = np.argsort(margin, kind="stable")
+    kept, fail = -1, 1.0 - wanted.probability
+    low, high = 0, len(margin)
+    while low < high:  # the runs below it are more, the more of them there are
+        middle = (low + high) // 2
+        x = np.where(margin < margin[order[middle]], weights, 0.0)
+        if _decided(*betting.gains(x, most, fail), wanted.confidence) == MET:
+            kept, low = middle, middle + 1
+        else:
+            high = middle
+    found = float(margin[order[kept]]) if kept >= 0 else float("nan")
+    return found if np.isfinite(found) else None
+
+
+def looks(wanted: Wanted, met: np.ndarray, weights: np.ndarray | None = None, most: float | None = None) -> str | None:
     """What runs (n,) that are asked on the way show: MET or NOT_MET, None as long as they do not; below 0: no run that
-    counts."""
+    counts; weights (n,), if they have some, never exceed `most`."""
+    if weights is not None and most is not None:
+        return _decided(*betting.gains(weights * (met <= 0.0), most, 1.0 - wanted.probability), wanted.confidence)
     return _Rule(wanted, True).shown(int(np.count_nonzero(met > 0.0)), int(np.count_nonzero(met >= 0.0)))
 
 

@@ -24,6 +24,10 @@ class Interval:
     low: float
     high: float
 
+    @property
+    def width(self) -> float:
+        return self.high - self.low
+
 
 def effective(weights: np.ndarray) -> float:
     """How many runs with equal weights tell as much of a mean that has nothing to do with the weights (L. Kish)."""

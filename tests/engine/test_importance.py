@@ -13,6 +13,9 @@ from scipy import stats
 import lienumba
 from lienumba import analysis
 from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.samples_file import sample
+from lienumba.store.outputs import Output
 
 FALL: dict[str, Any] = {
     "parameters": {"push": 1.0},
@@ -87,6 +90,17 @@ def test_the_same_bits_however_it_is_run(ds: xr.Dataset, tmp_path: Path) -> None
     plain = lienumba.run(FALL, overrides={"sweep.sampler": "random", "sweep.proposal": {}}, runs=range(300))
     same = plain["parameters.push"].values == ds["parameters.push"].values[:300]
     assert 10 < same.sum() < 60  # the defensive part of the mixture
+    file = tmp_path / "drawn.nc"
+    lienumba.run(FALL, runs=range(-1, 40), output=file, overrides={"sweep.nominal": True})
+    given = {**FALL, "sweep": {"sampler": "table", "table": {"file": str(file)}}}
+    again = lienumba.run(given)
+    for name in ("weight", "parameters.push", "requirement_margin"):
+        np.testing.assert_array_equal(again[name], ds[name][:40])
+    assert again.verdict == analysis.verdicts(ds.isel(run=slice(40))).sentence.item()
+    table = resolve(given)
+    shown = sample(table, table.labels, Output(tmp_path / "again.csv"))[0]
+    assert shown.mean == pytest.approx(np.average(ds["parameters.push"][:40], weights=ds.weight[:40]))
+    assert (tmp_path / "again.csv").read_text().splitlines()[0] == "run,parameters.push,weight"
 
 
 def test_pairs_have_their_weights(ds: xr.Dataset) -> None:
@@ -103,13 +117,41 @@ def test_pairs_have_their_weights(ds: xr.Dataset) -> None:
         analysis.compare(ds, other)
 
 
+def test_a_sweep_with_weights_ends_where_it_is_decided(ds: xr.Dataset, tmp_path: Path) -> None:
+    """Failures of little weight say soon that so few are too many, and the tail of the normal distribution is within
+    the bounds."""
+    wanted = [{**FALL["requirements"][0], "probability": 0.9999}]
+    stopped = {**FALL, "requirements": wanted, "sweep": FALL["sweep"] | {"stop": {"requirement": "slow", "every": 10}}}
+    found = lienumba.run(stopped, workers=1)
+    assert found.sizes["run"] < 200
+    assert found.stopped.endswith('they show that "slow" is not met')
+    lienumba.run(stopped, runs=range(30), output=tmp_path / "out.nc")
+    again = lienumba.run(stopped, output=tmp_path / "out.nc", resume=True)
+    assert again.verdict == found.verdict
+    verdict = analysis.verdicts(again).isel(requirement=0)
+    assert verdict.at_least < 1 - RARE < verdict.at_most < 0.9999
+    narrow = {"variable": "last_velocity.ball.x", "statistic": "mean", "width": 0.04, "every": 50}
+    mean = lienumba.run(FALL, overrides={"sweep.stop": narrow})
+    ends = analysis.mean_interval(mean["last_velocity"].sel(body="ball", axis="x"), weights=mean.weight)
+    assert 0.03 < float(ends.high - ends.low) < 0.04
+    assert f"from {float(ends.low):.6g} to {float(ends.high):.6g}" in mean.stopped
+    file = tmp_path / "drawn.nc"
+    again.to_netcdf(file)
+    table = {"sampler": "table", "table": {"file": str(file)}, "stop": {"requirement": "slow", "every": 10}}
+    with pytest.raises(ScenarioError, match=r"sweep\.stop: needs weights that are known never to exceed a number"):
+        lienumba.run({**FALL, "sweep": table})
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         ({"sweep.proposal": {}}, 'sweep.proposal is missing; give { "path" = { shift = 2.0 } }'),
         ({"sweep.sampler": "random"}, 'sweep.sampler = "random": takes no proposals; give sampler = "importance"'),
         ({"sweep.proposal": {"parameters.pus": {"shift": 1.0}}}, "parameters.push"),
-        ({"sweep.stop": {"variable": "end_time", "statistic": "mean", "width": 1.0}}, "those of importance sampling"),
+        (
+            {"sweep.stop": {"requirement": "slow"}, "requirements.slow.failed": "ignore"},
+            'requirements.slow.failed = "ignore": has no bounds at every run where runs have weights',
+        ),
         ({"sweep.proposal": {"parameters.push": {"shift": 9.0}}}, "at most 6; give how far the input is shifted"),
     ],
 )

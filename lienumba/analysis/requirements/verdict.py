@@ -84,12 +84,12 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
         return []
     sweep, which = sweep_of(ds), counted(ds)
     looked, own = "stop" in sweep, rules(ds)
-    weights = weights_of(ds, which)
+    weights, most = weights_of(ds, which), SAMPLERS[str(sweep.get("sampler", DEFAULT))].most_weight
     found = []
     for n, name in enumerate(map(str, ds["requirement"].values)):
         wanted = Wanted(name, float(own[name]["probability"]), float(own[name]["confidence"]))
         met, margin = (ds[x].isel(requirement=n).values[which].astype(float) for x in (MET, MARGIN))
-        found.append(judge(wanted, met, margin, looked, weights))
+        found.append(judge(wanted, met, margin, looked, weights, most))
     return found
 
 

@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 WIDTH = 110  # where there is no terminal
 
 
-def print_samples(statistics: Sequence["InputStatistics"], runs: int, target: Path) -> None:
-    """How each input statistics, and where the table is."""
+def print_samples(statistics: Sequence["InputStatistics"], runs: int, weighted: bool, target: Path) -> None:
+    """How each input spreads, and where the table is."""
     rows = [[x.path, *(f"{n:.6g}" for n in (x.mean, x.std, x.low, x.high)), unit_label(x.units)] for x in statistics]
     headings = ["input", "mean", "std", "min", "max", "unit"]
     table = TextTable(headings, [WORD, *repeat(NUMBER, 4), UNIT], rows)
     output = wide_output(WIDTH)
     output.print(table.on_terminal())
+    if weighted:
+        output.print("mean and std are by the weights of the runs, the last column of the table", markup=False)
     output.print(f"{plural(runs, 'run', 'runs')} drawn, written to {target}", markup=False)

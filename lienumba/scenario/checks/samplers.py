@@ -55,12 +55,6 @@ def _check_proposals(
             "sweep.sampler", "takes no proposals", f'give sampler = "{IMPORTANCE.name}", or take sweep.proposal out',
             sampler.name,
         )  # fmt: skip
-    if sampler.weighted and sweep.get("stop"):
-        report.add(
-            "sweep.stop",
-            "counts all runs alike, and those of importance sampling have weights",
-            "take it out, and give as many runs as there shall be",
-        )
     streams = {name: kind for path, kind in vary.items() for name in kind.streams(path)}
     seen: dict[str, str] = {}
     for path in given:

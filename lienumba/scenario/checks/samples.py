@@ -7,6 +7,7 @@ from lienumba.errors import Problem
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import read
 from lienumba.scenario.base.toml import Keys
+from lienumba.store.layout import WEIGHT
 from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
@@ -69,7 +70,7 @@ def _taken(name: str) -> str:
 
 def _check_rows(sweep: Keys, table: SampleTable, report: "Report") -> None:
     rows = {name: len(numbers) for name, numbers in table.columns.items()}
-    lengths = rows | ({} if table.runs is None else {"run": len(table.runs)})
+    lengths = rows | {name: len(x) for name, x in (("run", table.runs), (WEIGHT, table.weights)) if x is not None}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name}: {number}" for name, number in lengths.items())
         report.add("sweep.table", f"its columns have different lengths ({listed})", "give a number for each row")

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 # A key that is given takes the place of these below.
 REPLACES = {
     "every": ("times",), "times": ("every",), "points": ("at",), "at": ("points",), "axes": ("axis",),
-    "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",), "file": ("data",),
+    "axis": ("axes",), "value": ("rate",), "rate": ("value",), "tolerance": ("step",),
+    "file": ("data", "columns", "runs", "weights"),
     "step": ("tolerance", "first_step", "max_step", "min_step"), "limit": ("limits",), "limits": ("limit",),
     "below": ("above", "between"), "above": ("below", "between"), "between": ("below", "above"),
 }  # fmt: skip

@@ -9,6 +9,7 @@ from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
+from lienumba.store.layout import WEIGHT
 from lienumba.words import show
 
 AT = "sweep.table"
@@ -73,15 +74,19 @@ def _read(table: Keys, folder: Path) -> Keys:
             for row, x in enumerate(numbers):
                 if not abs(x) <= LARGEST:
                     raise BadValueError(f"row {row + 1} of column {show(name)}: {x} is no finite number", "correct it")
-        runs = columns.pop(RUN, None)
+        runs, weights = columns.pop(RUN, None), columns.pop(WEIGHT, None)
+        if any(x < 0.0 for x in weights or ()):
+            raise BadValueError(f"column {WEIGHT}: has a weight below 0", "correct it")
+        weighted = {} if weights is None else {"weights": weights}
         if runs is None:
-            return {"columns": columns}
+            return {"columns": columns, **weighted}
         if not all(x.is_integer() and x >= -1.0 for x in runs):
             raise BadValueError(f"column {RUN}: has labels that are no whole numbers from 0 on", "correct them")
         kept = [row for row, x in enumerate(runs) if x >= 0.0]  # the nominal run is not sampled
         return {
             "columns": {name: [numbers[row] for row in kept] for name, numbers in columns.items()},
             "runs": [int(runs[row]) for row in kept],
+            **{name: [numbers[row] for row in kept] for name, numbers in weighted.items()},
         }
 
 
@@ -104,5 +109,5 @@ def _netcdf(path: Path) -> Columns:
                 'has no sampled inputs (variables with the attribute role = "input")',
                 "give a dataset of a sweep, or a file that lienumba sample has written",
             )
-        read = [*inputs, *([RUN] if RUN in file.variables else [])]
+        read = [*inputs, *(name for name in (RUN, WEIGHT) if name in file.variables)]
         return {name: np.ma.filled(np.ma.asarray(file.variables[name][:], float), np.nan).tolist() for name in read}

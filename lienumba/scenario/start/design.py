@@ -39,10 +39,14 @@ def draw(
     return {name: samples[name] for path, kind in sweep.vary.items() for name in kind.columns(path)}
 
 
-def weights(scenario: "Scenario", labels: np.ndarray) -> np.ndarray:
-    """Of runs of a sweep whose sampler gives them weights (runs,)."""
-    sweep = scenario.data.sweep
-    return design.weights(sweep.vary, sweep.proposal, np.asarray(labels, np.int64), sweep.seed)
+def weights(scenario: "Scenario", labels: Sequence[int] | np.ndarray) -> np.ndarray:
+    """Of runs of a sweep that gives them weights (runs,)."""
+    sweep, labels = scenario.data.sweep, np.asarray(labels, np.int64)
+    if sweep.table is None or sweep.table.weights is None:
+        return design.weights(sweep.vary, sweep.proposal, labels, sweep.seed)
+    found, drawn = np.ones(labels.shape), labels != NOMINAL_RUN
+    found[drawn] = np.asarray(sweep.table.weights)[sweep.table.indices(labels[drawn])]
+    return found
 
 
 def _derive(

@@ -12,7 +12,8 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.sample_table import RUN
 from lienumba.scenario.schema.tables import ENDINGS
-from lienumba.scenario.start.design import draw
+from lienumba.scenario.start.design import draw, weights
+from lienumba.store.layout import WEIGHT
 from lienumba.store.outputs import Output, whole, write
 from lienumba.store.targets import CHOOSE, DATASET_STARTS, claimed
 from lienumba.sweep.design import NOMINAL_RUN
@@ -25,7 +26,7 @@ CSV = ".csv"
 
 @dataclass(frozen=True)
 class InputStatistics:
-    """Of the samples of one input, the nominal run left out."""
+    """Of the samples of one input, the nominal run left out; mean, std: by the weights of the runs."""
 
     path: str
     units: str
@@ -44,20 +45,24 @@ def claimed_samples(target: Path, overwrite: bool) -> AbstractContextManager[Out
 def sample(scenario: "Scenario", labels: Sequence[int], output: Output) -> list[InputStatistics]:
     """Draw the samples of these runs into a file; how each input statistics."""
     samples = draw(scenario, labels)
+    weight = {WEIGHT: weights(scenario, labels)} if scenario.weighted else {}
     if not samples:
         raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
     model = dict(scenario.data.model)
     of = {path: units(path, model) for path in samples}
     if output.path.suffix.lower() == CSV:
-        _write_csv(labels, samples, output)
+        _write_csv(labels, samples | weight, output)
     else:
-        _write_netcdf(scenario, labels, samples, of, output)
-    drawn = [label != NOMINAL_RUN for label in labels]
-    spread = {path: x[drawn] for path, x in samples.items()} if any(drawn) else samples
-    return [
-        InputStatistics(path, of[path], float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
-        for path, x in spread.items()
-    ]
+        _write_netcdf(scenario, labels, samples, weight, of, output)
+    drawn = np.array([label != NOMINAL_RUN for label in labels])
+    counted = drawn if drawn.any() else ~drawn
+    own = weight[WEIGHT][counted] if weight else np.ones(int(counted.sum()))
+    found = []
+    for path, x in ((path, x[counted]) for path, x in samples.items()):
+        mean = float(np.average(x, weights=own))
+        std = float(np.average((x - mean) ** 2, weights=own) ** 0.5)
+        found.append(InputStatistics(path, of[path], mean, std, float(x.min()), float(x.max())))
+    return found
 
 
 def _write_csv(labels: Sequence[int], samples: dict[str, np.ndarray], output: Output) -> None:
@@ -70,7 +75,12 @@ def _write_csv(labels: Sequence[int], samples: dict[str, np.ndarray], output: Ou
 
 
 def _write_netcdf(
-    scenario: "Scenario", labels: Sequence[int], samples: dict[str, np.ndarray], of: dict[str, str], output: Output
+    scenario: "Scenario",
+    labels: Sequence[int],
+    samples: dict[str, np.ndarray],
+    weight: dict[str, np.ndarray],
+    of: dict[str, str],
+    output: Output,
 ) -> None:
     import xarray as xr
 
@@ -81,4 +91,6 @@ def _write_netcdf(
         "title": scenario.data.title, "scenario": scenario.to_toml(), "scenario_sha256": scenario.sha256(),
         "seed": scenario.data.sweep.seed,
     }  # fmt: skip
-    write(xr.Dataset(coords={RUN: run} | layout.input_coordinates(samples, of, len(labels)), attrs=attributes), output)
+    spec = layout.VARIABLES[WEIGHT]
+    own = {name: xr.Variable(RUN, x, layout.texts(spec.units, spec.long_name)) for name, x in weight.items()}
+    write(xr.Dataset(own, {RUN: run} | layout.input_coordinates(samples, of, len(labels)), attributes), output)

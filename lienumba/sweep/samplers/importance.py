@@ -65,5 +65,5 @@ IMPORTANCE = Sampler(
     "importance",
     "importance sampling with a defensive mixture [@hesterberg1995] of independent random numbers (PCG64 "
     "[@oneill2014], one stream for each input and run), with a weight for each run",
-    draw, (HESTERBERG, ONEILL), weighted=True,
+    draw, (HESTERBERG, ONEILL), most_weight=1.0 / DEFENSIVE,
 )  # fmt: skip
