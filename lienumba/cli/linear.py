@@ -81,19 +81,20 @@ def equilibrium(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
     ] = None,
+    rotation: RotationOption = "0,0,0",
     settings: SetOption = None,
     runs: RunsOption = None,
     allow_code: CodeOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Find the static equilibrium of every run, and whether it is stable."""
+    """Find where every run rests, or turns uniformly, and whether that is stable."""
     with console.exit_codes():
         from contextlib import ExitStack
 
         from lienumba.analysis.mode_rows import equilibrium_rows
-        from lienumba.engine.linear.equilibrium import NONE
         from lienumba.engine.linear.equilibrium import equilibrium as found_equilibrium
+        from lienumba.integrators.tracing.linear.equilibrium import NONE
         from lienumba.scenario.base.arguments import parse_assignments
         from lienumba.store.outputs import write
         from lienumba.store.targets import claimed_dataset
@@ -103,8 +104,9 @@ def equilibrium(
             if output is not None:
                 own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
             found = found_equilibrium(
-                source, runs=_labels(runs), overrides=parse_assignments(settings or []), allow_code=allow_code
-            )
+                source, rotation=_three(rotation), runs=_labels(runs), overrides=parse_assignments(settings or []),
+                allow_code=allow_code,
+            )  # fmt: skip
             if own is not None:
                 write(found, own)
         if not quiet:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND = "kind"  # the attribute that says it
-MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "static equilibria", "linear systems"
+MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "equilibria", "linear systems"
 SHOWN = {
     MODES: "lienumba info, plot, report and animate show it",
     EQUILIBRIA: "xarray.open_dataset reads it",

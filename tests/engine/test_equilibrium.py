@@ -68,3 +68,128 @@ def test_a_loop_with_redundant_rows_comes_to_rest() -> None:
     assert found.status.item() == 0
     now = lienumba.linearise("scenarios/four_bar.toml").isel(run=0, time=0)
     assert np.linalg.eigvals(now.A.values).real.max() > 0.0  # where it starts it does not rest
+
+
+def test_runs_are_judged_one_by_one_by_code_of_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No decomposition of LAPACK is called, whose bits are those of the processor and whose failure is that of all."""
+
+    def refused(*given: Any, **more: Any) -> None:
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    stiffness = [5.0, 1e100, 40.0, 3.0]
+    scenario = pendulum(0.2, sampler="table", table={"columns": {"forces.coil.stiffness": stiffness}})
+    scenario["model"]["forces"][0] |= {"stiffness": 3.0, "free_angle": 1.0}
+    for name in ("svd", "pinv", "eigvals", "inv"):
+        monkeypatch.setattr(np.linalg, name, refused)
+    found = lienumba.equilibrium(scenario)
+    angle = found["swing.angle"]
+    assert found.status.values[[0, 2, 3]].tolist() == [0, 0, 0]
+    for run in (0, 2, 3):
+        own = lienumba.equilibrium(scenario, runs=[run])
+        for name in ("swing.angle", "force", "growth", "rotation"):
+            assert own[name].values.tobytes() == found[name].sel(run=[run]).values.tobytes()
+    assert angle.values[0].hex() == "0x1.dfb66f2b86da2p-2"
+
+
+@pytest.mark.parametrize("name", ["bennett", "bricard", "n_four_bar"])
+def test_overconstrained_loops_come_to_rest(name: str) -> None:
+    """Where rows are redundant in a closed loop alone, and next to singular positions."""
+    found = lienumba.equilibrium(f"scenarios/{name}.toml")
+    assert found.status.item() == (2 if name == "n_four_bar" else 0)
+    assert found.force.item() < 1e-12
+
+
+# ---------------------------------------------------------------- relative to a uniform rotation
+def test_a_conical_pendulum() -> None:
+    """cos(angle) = m g l / (I w^2), I = m l^2 + A - C; below the least w it hangs."""
+    bob = {"name": "bob", "mass": 1.3, "inertia": [0.004, 0.004, 0.002]}
+    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0.5]],
+            "rotation_vector": [0.1, 0.3, 0]}  # fmt: skip
+    scenario = {"model": {"bodies": [bob], "joints": [ball]}, **SHORT}
+    least = np.sqrt(1.3 * G * 0.5 / (1.3 * 0.25 + 0.004 - 0.002))
+    for w in (1.3 * least, 2.0 * least):
+        found = lienumba.equilibrium(scenario, rotation=(0, 0, w))
+        assert found.status.item() == 3  # it may spin about itself
+        assert -found.position.values[0, 0, 2] / 0.5 == pytest.approx((least / w) ** 2, rel=1e-12)
+    slow = lienumba.equilibrium(scenario, rotation=(0, 0, 0.9 * least))
+    np.testing.assert_allclose(slow.position.values, [[[0, 0, -0.5]]], atol=1e-9)
+    assert lienumba.equilibrium(scenario, rotation=(0, 2.0, 0)).status.item() == 1  # gravity would turn against it
+
+
+def test_a_top_sleeps_where_it_spins_fast_enough() -> None:
+    """(C w)^2 > 4 A m g l, A about the pivot; below, growth = sqrt(4 A m g l - (C w)^2) / 2 A."""
+    top = {"name": "top", "mass": 1.3, "inertia": [0.15, 0.15, 0.2]}
+    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, 0, -0.5]],
+            "rotation_vector": [0, 0, 0]}  # fmt: skip
+    scenario = {"model": {"bodies": [top], "joints": [ball]}, **SHORT}
+    fall, A = 1.3 * G * 0.5, 0.15 + 1.3 * 0.25
+    for w in (0.0, 10.0, 17.0):
+        found = lienumba.equilibrium(scenario, rotation=(0, 0, w))
+        assert found.status.item() == 2
+        assert found.growth.item() == pytest.approx(np.sqrt(4 * A * fall - (0.2 * w) ** 2) / (2 * A), rel=1e-9)
+    fast = lienumba.equilibrium(scenario, rotation=(0, 0, 18.0))
+    assert fast.status.item() == 0
+    np.testing.assert_allclose(fast.position.values, [[[0, 0, 0.5]]], atol=1e-15)
+
+
+def governor(w: float, **sweep: object) -> dict[str, Any]:
+    """A weight of 2 kg on a hinge at 0.1 m beside a shaft, on a rod of 0.4 m."""
+    at = {"axis": [0, 1, 0], "angle": -0.2}
+    shaft = {"name": "shaft", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.3, 0, 0], "rotation": [1, 0, 0, 0]}
+    weight = {"name": "weight", "mass": 2, "inertia": [0.03, 0.04, 0.02], "guess": {"rotation": at}}
+    bearing = {"name": "bearing", "type": "revolute", "bodies": ["ground", "shaft"], "at": [0.3, 0, 0],
+               "axis": [0, 0, 1]}  # fmt: skip
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["shaft", "weight"], "points": [[0.1, 0, 0], [0, 0, 0.4]],
+             "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": -0.2}  # fmt: skip
+    seen = {"name": "arm", "type": "joint", "joint": "hinge"}
+    return {
+        "model": {"bodies": [shaft, weight], "joints": [bearing, hinge], "quantities": [seen], "gravity": [0, 0, -G]},
+        "integrator": {"step": 1e-3, "end_time": 0.2},
+        "sweep": sweep,
+    }
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_governor_opens_with_its_speed(driven: bool) -> None:
+    """m g l sin = (m l (d + l sin) cos + (J_x - J_z) sin cos) w^2 against axes that turn, and its stability there."""
+    scenario = governor(6.0)
+    if driven:
+        scenario["model"]["drivers"] = [{"name": "motor", "joint": "bearing", "rate": 6.0}]
+    found = lienumba.equilibrium(scenario, rotation=(0, 0, 6.0))
+    assert found.status.item() == 0
+    x = -found["arm.angle"].item()
+    left = 2 * G * 0.4 * np.sin(x) - 36 * np.cos(x) * (2 * 0.4 * (0.1 + 0.4 * np.sin(x)) + 0.01 * np.sin(x))
+    assert abs(left) < 1e-12
+    assert x > 0.5
+    turned = [0.3 + 0.1 + 0.4 * np.sin(x), 0.0, -0.4 * np.cos(x)]
+    np.testing.assert_allclose(found.position.values[0, 1], turned, atol=1e-12)
+    assert found.growth.item() < 1e-6
+    modes = lienumba.modes(scenario, rotation=(0, 0, 6.0))  # of the start, which is no equilibrium
+    assert modes.sizes["mode"] > 0
+
+
+def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
+    """Two rods in a plane that turns: the least of V - w^2 I(q) / 2, found by SciPy."""
+    from scipy.optimize import minimize
+
+    scenario = governor(9.0)
+    link = {"name": "link", "mass": 0.7, "inertia": [0.005, 0.006, 0.001], "guess": {"rotation": [1, 0, 0, 0]}}
+    second = {"name": "second", "type": "revolute", "bodies": ["weight", "link"],
+              "points": [[0, 0, -0.1], [0, 0, 0.25]], "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2,
+              "angle": 0.1}  # fmt: skip
+    scenario["model"]["bodies"].append(link)
+    scenario["model"]["joints"].append(second)
+    scenario["model"]["quantities"].append({"name": "two", "type": "joint", "joint": "second"})
+
+    def effective(q: Any) -> float:
+        a, b = -q[0], -q[0] - q[1]
+        r1, z1 = 0.1 + 0.4 * np.sin(a), -0.4 * np.cos(a)
+        r2, z2 = 0.1 + 0.5 * np.sin(a) + 0.25 * np.sin(b), -0.5 * np.cos(a) - 0.25 * np.cos(b)
+        turning = 2 * r1**2 + 0.7 * r2**2
+        turning += 0.03 * np.sin(a) ** 2 + 0.02 * np.cos(a) ** 2 + 0.005 * np.sin(b) ** 2 + 0.001 * np.cos(b) ** 2
+        return float(2 * G * z1 + 0.7 * G * z2 - 0.5 * 81 * turning)
+
+    best = minimize(effective, [-0.8, 0.0], method="BFGS", options={"gtol": 1e-9})
+    found = lienumba.equilibrium(scenario, rotation=(0, 0, 9.0))
+    assert found.status.item() == 0
+    np.testing.assert_allclose([found["arm.angle"].item(), found["two.angle"].item()], best.x, atol=1e-6)

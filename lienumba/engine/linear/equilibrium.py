@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
-from lienumba.engine.linear.linearise import check_states
+from lienumba.engine.linear.linearise import STILL, check_states, turning
 from lienumba.engine.linear.looked import Looked, visible
 from lienumba.engine.linear.states import Asked, States
 from lienumba.engine.linear.systems import Recorded
-from lienumba.integrators.tracing.linear.equilibrium import rest
+from lienumba.integrators.tracing.linear.equilibrium import MEANINGS, NONE, rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.store.linear_layout import EQUILIBRIA
 
@@ -19,35 +19,38 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-FOUND, NONE, UNSTABLE, NOT_ISOLATED = range(4)
-MEANINGS = ("found", "none_found", "unstable", "not_isolated")
-ZERO = 1e-6  # of the largest eigenvalue: rounding splits a double zero by less
-
 
 def equilibrium(
     scenario: "Any | xr.Dataset | str | os.PathLike[str]",
     *,
+    rotation: Sequence[float] = STILL,
     runs: Sequence[int] | None = None,
     overrides: Mapping[str, Any] | None = None,
     allow_code: bool = False,
 ) -> "xr.Dataset":
-    """Find the static equilibrium that every run comes to from its start, when motion is damped.
+    """Find the equilibrium that every run comes to from its start, when motion is damped: at rest, or turning.
 
     Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too. The
     search leads downhill, away from unstable equilibria, but stays where forces vanish from the first moment on.
+
+    With a rotation the mechanism turns uniformly: positions are those in which it rests against axes that turn with it,
+    and velocities are of this turning, with what drivers ask for beside it.
 
     Parameters
     ----------
     scenario, runs, overrides, allow_code
         As for `lienumba.linearise`.
+    rotation : three floats
+        The angular velocity in rad/s, global frame, about an axis through the origin. Bodies that nothing holds, balls
+        on the ground and hinges along this axis, wherever they stand, turn, and all that hangs on them.
 
     Returns
     -------
     xarray.Dataset
-        On run: `status` (0 found, 1 none found: there is none, or it is too far; 2 unstable: a mode grows; 3 not
-        isolated: it could drift), `position` (m, global) and `rotation` (to global) of all bodies, all quantities of
-        positions and velocities, `force` (the largest force left along a coordinate, N m for angles and N times the
-        size of the mechanism for shifts), `growth` (1/s, of the mode that grows most).
+        On run: `status` (0 found, 1 none found: there is none, it is too far, or it would not last while it turns; 2
+        unstable: a mode grows; 3 not isolated: it could drift), `position` (m, global) and `rotation` (to global) of
+        all bodies, all quantities of positions and velocities, `force` (the largest force left along a coordinate, N m
+        for angles and N times the size of the mechanism for shifts), `growth` (1/s, of the mode that grows most).
 
     Raises
     ------
@@ -62,19 +65,12 @@ def equilibrium(
     (start,) = asked.states(tracer, prepared)
     check_states(tracer, start)
     labels = np.asarray(asked.labels)
-    found = rest(tracer, prepared.model, start.rows, len(labels))
-    good = found.found & (prepared.codes == SUCCESS)
+    found = rest(tracer, prepared.model, start.rows, len(labels), turning(rotation))
+    status = np.where(prepared.codes == SUCCESS, found.status, NONE)
+    good = status != NONE
     states = States(labels, good, 0.0, found.rows, start.numbers)
     seen = visible(model, None)
     recorded = Recorded.of(tracer, Looked((), tuple(seen)))
-    status, growth = np.where(good, FOUND, NONE), np.full(len(labels), np.nan)
-    for system in recorded.systems(states):
-        values = np.linalg.eigvals(system.A)
-        largest = np.abs(values).max(axis=1, initial=0.0)
-        growth[system.runs] = values.real.max(axis=1, initial=-np.inf)
-        drifts = np.abs(values).min(axis=1, initial=np.inf) <= ZERO * largest
-        grows = growth[system.runs] > ZERO * largest
-        status[system.runs] = np.where(grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
     whole = states.bodies(tracer, prepared.model)
     values = recorded.seen(states)
     variables: dict[str, Any] = {
@@ -82,11 +78,15 @@ def equilibrium(
         "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
         "rotation": (("run", "body", "axis", "body_axis"), whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3), {}),
         "force": ("run", found.left, {"long_name": "the largest force left along a coordinate"}),
-        "growth": ("run", growth, {"units": "s-1", "long_name": "largest real part of an eigenvalue"}),
+        "growth": (
+            "run",
+            np.where(good, found.growth, np.nan),
+            {"units": "s-1", "long_name": "largest real part of an eigenvalue"},
+        ),
         **{name: ("run", np.where(good, x, np.nan)) for name, x in zip(seen, values.T, strict=True)},
     }
     coordinates: dict[str, Any] = {
         "run": labels, "body": [body.name for body in model.bodies], "axis": list("xyz"), "body_axis": list("xyz"),
         **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
     }  # fmt: skip
-    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA))
+    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA) | {"rotation": list(turning(rotation))})

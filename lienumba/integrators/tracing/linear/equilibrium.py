@@ -1,52 +1,76 @@
-"""Where a mechanism rests: Q = C^T mu, Phi = 0, s' = 0, for all runs at once.
+"""Where a mechanism rests, or turns uniformly: Q - M a = C^T mu, Phi = 0, s' = 0, for all runs at once.
 
 By pseudo-transient continuation (Kelley, Keyes 1998, SIAM J. Numer. Anal. 35(2):508-523): implicit steps of a motion
-that is damped so strongly that velocities follow forces, sigma dq = Q - C^T mu. While forces are large steps are
+that is damped so strongly that velocities follow forces, sigma dq = Q - M a - C^T mu. While forces are large steps are
 short and lead downhill, away from unstable equilibria; sigma falls with the forces, and the last steps are Newton's,
 on the group of all joints with its constraints. A step is halved where it leads to what is not finite.
+
+At rest v = a = 0. Relative to a uniform rotation v and a are those of bodies that turn with it (`uniform_rotation`),
+and what drivers ask for beside that; both follow the places, and so do the derivatives of the forces.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.stability import Near, stability
+from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.tracer import Posture, split
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system import constraints
-from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import sqrt
 
 Array = npt.NDArray[Any]
+STILL = (0.0, 0.0, 0.0)
 LONGEST = 0.2  # rad, and of the size of the mechanism: the most that a step moves
 STEPS = 400
 HALVINGS = 12
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
-STILL = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
+QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
-REDUNDANT = 1e-6  # of the largest singular value of the rows of C
-SMALL = 1e-12  # of the largest singular value: what counts as 0
+CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
+REDUNDANT = 1e-6  # of the largest row of C, beside those before it
+SMALL = 1e-12  # of the largest pivot: what counts as 0
+TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast, all turns
+AT_ONCE = 2048  # runs whose stability is judged together
+STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
+EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
+
+
+FOUND, NONE, UNSTABLE, NOT_ISOLATED = range(4)
+MEANINGS = ("found", "none_found", "unstable", "not_isolated")
 
 
 @dataclass(frozen=True)
 class Resting:
-    """rows: of the states; found (runs,): whether each rests there; left (runs,): the largest force along a freedom."""
+    """rows: of the states; status (runs,): FOUND or what else; left (runs,): the largest force along a freedom; growth
+    (runs,): of the mode that grows most (1/s)."""
 
     rows: list[Array]
-    found: Array
+    status: Array
     left: Array
+    growth: Array
+
+    @property
+    def found(self) -> Array:
+        """Whether each run rests where its rows are (runs,)."""
+        return self.status != NONE
 
 
-class _Positions:
-    """Phi of the rows in use."""
+class _Held:
+    """Phi and Phi' of the rows in use."""
 
     inputs = 0
 
@@ -54,133 +78,233 @@ class _Positions:
         return model
 
     def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        residual = constraints.residual(model, posture.now)
-        return {"positions": [mask[row] * residual[row] for row in used]}
+        residual, rates = constraints.residual(model, posture.now), constraints.rates(model, posture.now)
+        return {
+            "positions": [mask[row] * residual[row] for row in used],
+            "rates": [mask[row] * rates[row] for row in used],
+        }
 
 
-def rest(tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int) -> Resting:
-    """The equilibria that runs (of a model with arrays) come to from these states, at t = 0, with all at rest."""
-    try:
-        return _Search(tracer, model, rows, runs).found()
-    except np.linalg.LinAlgError:  # no decomposition has converged
-        return Resting([np.full(runs, np.nan) for _ in rows], np.zeros(runs, bool), np.full(runs, np.nan))
+def rest(
+    tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[float] = STILL
+) -> Resting:
+    """The equilibria that runs (of a model with arrays) come to from these states, at t = 0, relative to axes that turn
+    with this angular velocity (rad/s, global) about one through the origin; with the velocities of it."""
+    return _Search(tracer, model, rows, runs, rotation).found()
+
+
+def driven(tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int) -> list[Array]:
+    """These states with the least velocities of joints that drivers ask for at t = 0, where all else rests."""
+    search, every = _Search(tracer, model, rows, runs, STILL), np.arange(runs)
+    return list(search.with_rates(search.state, search.asked(search.state, every)))
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Of states: accelerations (runs, n), and how velocities and accelerations change with the places; carried: those
+    of the rotation alone."""
+
+    a: Array
+    rates_by: Array
+    accelerations_by: Array
+    carried: Carried
 
 
 class _Search:
-    def __init__(self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int) -> None:
+    """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most
+    (runs,): how many rows say something."""
+
+    def __init__(
+        self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[float]
+    ) -> None:
         self.tracer, self.model, self.runs = tracer, model, runs
-        self.equations = Equations.of(tracer, _Positions())
+        self.rotation = tuple(rotation) if any(rotation) else None
+        self.equations = Equations.of(tracer, _Held())
+        self.values, self.by_a = self.equations.only(()), self.equations.only(("a",))
+        self.tree = tracer.tree(tracer.graph()[1])
+        self.rates = tracer.velocity_rows(tracer.graph()[1])
         self.state = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows])
-        self.state[tracer.velocity_rows(tracer.graph()[1])] = 0.0
+        self.state[self.rates] = 0.0
         self.numbers = split(model)[1]
         self.n, self.m = tracer.velocities, len(self.equations.used)
-        self.laws = len(self.equations.columns["laws"])
-        self.sizes = self._sizes()
+        self.mu = np.zeros((runs, self.m))
+        levels = [c.level != "velocity" for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
+        self.held = np.array([levels[row] for row in self.equations.used], float)
+        self.sizes, self.most = self._sizes(), np.full(runs, min(self.m, self.n))
+        every = np.arange(runs)  # where it starts the mechanism is closed, and redundant rows say the same
+        at = self._at(self.state, np.zeros((runs, self.n)), self.mu, every, self.by_a)
+        self.most = self._rows(at, every)[0].rank
 
     def _sizes(self) -> Array:
         """What a coordinate is small against (runs, n): 1 rad, or how large the mechanism is (m)."""
-        tree, found = self.tracer.tree(self.tracer.graph()[1]), np.ones((self.runs, self.n))
+        found = np.ones((self.runs, self.n))
         lent = with_lent_masses(self.model).bodies
         own = [sqrt(sum(body.inertia[:3]) / body.mass) for body in lent]
         reach = [abs(np.asarray(x)) for joint in self.model.joints for p in joint.points or () for x in p]
         every = [np.broadcast_to(np.asarray(x, float), (self.runs,)) for x in (*own, *reach)]
         size = np.max(every, axis=0)
-        for link in tree.links:
+        for link in self.tree.links:
             shifts = link.move.freedoms == 2 * 3
             for n, rate in enumerate(link.rates):
                 if (shifts and n < 3) or not link.move.turns:
                     found[:, rate] = size
         return found
 
-    def _at(self, state: Array, mu: Array, which: Array, equations: Equations) -> Linear:
-        numbers = [x[which] if isinstance(x, np.ndarray) and x.shape == (self.runs,) else x for x in self.numbers]
+    # ---------------------------------------------------------------- the equations of some runs
+    def _of(self, which: Array) -> Model:
+        """The model of these runs."""
+        part = partial(_part, which=which, runs=self.runs)
+        return map_numbers(self.model, lambda x, _: part(x), part)
+
+    def _at(self, state: Array, a: Array, mu: Array, which: Array, equations: Equations) -> Linear:
+        numbers = [_part(x, which, self.runs) for x in self.numbers]
         with np.errstate(all="ignore"):
-            return equations.at(list(state), 0.0, [0.0] * self.n, list(mu.T), numbers.__getitem__)
+            return equations.at(list(state), 0.0, list(a.T), list(mu.T), numbers.__getitem__)
 
-    def _forces(self, state: Array, which: Array) -> Array:
-        """Along all velocities, without reactions."""
-        at = self._at(state, np.zeros((len(which), self.m)), which, replace(self.equations, entries={}))
-        return at.vector("along", len(which))
+    def _rows(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
+        """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each
+        row that counts, else 0; by default all do."""
+        C = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
+        C = C if held is None else C * held[:, None]
+        squares = np.zeros(C.shape[:2])
+        for n in range(self.n):
+            squares += C[:, :, n] * C[:, :, n]
+        lengths = np.where(squares == 0.0, 1.0, np.sqrt(squares))
+        return Rows.of(C / lengths[:, :, None], REDUNDANT, self.most[which]), lengths
 
+    def with_rates(self, state: Array, rates: Array) -> Array:
+        found = state.copy()
+        found[self.rates] = rates.T
+        return found
+
+    def asked(self, state: Array, which: Array) -> Array:
+        """The least change of velocities (runs, n) that fulfils the constraints."""
+        runs = len(which)
+        at = self._at(state, np.zeros((runs, self.n)), np.zeros((runs, self.m)), which, self.by_a)
+        rows, lengths = self._rows(at, which)
+        return -rows.least(at.vector("rates", runs) / lengths) * self.sizes[which]
+
+    def _moving(self, state: Array, which: Array) -> tuple[Array, _Motion | None]:
+        """The states with the velocities of the rotation, and the motion; None at rest."""
+        if self.rotation is None:
+            return state, None
+        runs, sizes, model = len(which), self.sizes[which], self._of(which)
+        with np.errstate(all="ignore"):
+            own = carried(self.tracer.tree(model), list(state[: self.tree.state]), self.rotation, runs)
+        state = self.with_rates(state, own.rates)
+        state = self.with_rates(state, own.rates + self.asked(state, which))
+        at = self._at(state, own.accelerations, np.zeros((runs, self.m)), which, self.equations)
+        rows, lengths = self._rows(at, which)
+
+        def least(b: Array) -> Array:
+            return rows.least(b / lengths) * sizes
+
+        a = own.accelerations + least(at.vector("rows", runs))
+        changes = at.dense("rates", "q", runs) + product(at.dense("rates", "v", runs), own.rates_by)
+        rates_by = own.rates_by - _by_columns(least, changes)
+        changes = at.dense("rows", "q", runs) + product(at.dense("rows", "v", runs), rates_by)
+        changes += product(at.dense("rows", "a", runs), own.accelerations_by)
+        return state, _Motion(a, rates_by, own.accelerations_by + _by_columns(least, changes), own)
+
+    def _looked(self, state: Array, which: Array, equations: Equations) -> tuple[Array, Linear, _Motion | None]:
+        """The equations where the state moves as it should."""
+        state, motion = self._moving(state, which)
+        a = np.zeros((len(which), self.n)) if motion is None else motion.a
+        return state, self._at(state, a, self.mu[which], which, equations), motion
+
+    # ---------------------------------------------------------------- the search
     def found(self) -> Resting:
-        """All runs together; those that rest take no further part."""
+        """All runs together, none of which sees another; those that rest take no further part."""
         every = np.arange(self.runs)
-        mu = np.zeros((self.runs, self.m))
         done, left, worst = np.zeros(self.runs, bool), np.full(self.runs, np.nan), np.zeros(self.runs)
         last = np.full(self.runs, np.inf)
         for _ in range(STEPS):
             which = every[~done & np.isfinite(self.state).all(axis=0)]
             if not len(which):
                 break
-            step = self._step(which, mu[which])
+            step = self._step(which)
             left[which] = step.force
             worst[which] = np.maximum(worst[which], step.force)
             moved = self._moved(which, step)
-            mu[which] += step.dmu * moved[:, None]
+            self.mu[which] += step.dmu * moved[:, None]
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
             falls = step.force < last[which]
             last[which] = np.minimum(last[which], step.force)
             settled = (size < DONE) | (~falls & (size < np.sqrt(DONE)))
             done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
         good = done & (left <= np.maximum(ROUNDING * worst, 1e-12))
-        return Resting(list(self.state), good, left)
+        status, growth = np.full(self.runs, NONE), np.full(self.runs, np.nan)
+        for first in range(0, self.runs, AT_ONCE):
+            which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
+            if len(which):
+                status[which], growth[which] = self._judged(which, worst[which])
+        return Resting(list(self.state), status, left, growth)
 
-    def _step(self, which: Array, mu: Array) -> "_Step":
-        runs, n, m, s = len(which), self.n, self.m, self.laws
-        at = self._at(self.state[:, which], mu, which, self.equations)
-        D, S = self.sizes[which], at.dense("along", "laws", runs)
-        K = -at.dense("along", "q", runs) * D[:, None, :] * D[:, :, None]
-        C, along = -at.dense("rows", "a", runs) * D[:, None, :], at.vector("along", runs) * D
-        phi, rates = at.vector("positions", runs), at.vector("laws", runs)
-        lengths = np.linalg.norm(C, axis=2, keepdims=True)
-        lengths[lengths == 0.0] = 1.0
-        C, phi = _independent(C / lengths, phi / lengths[:, :, 0])
-        free = along - np.einsum("rij,rj->ri", np.linalg.pinv(C, SMALL) @ C, along) if m else along
-        force = np.abs(free).max(axis=1, initial=0.0)
-        falling, largest = _extremes(K, C)
-        still = force <= STILL * largest  # what is left is rounding
+    def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
+        """Of runs whose forces are balanced the status and the growth; their states move as they should from now on."""
+        state, at, motion = self._looked(self.state[:, which], which, self.equations)
+        self.state[:, which] = state
+        rows, lengths = self._rows(at, which)
+        lasts = self._lasts(state, at, motion, rows, lengths, self.sizes[which], worst)
+        gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
+        lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
+        near = Near(at, rows, self._rows(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_)
+        found = stability(near)
+        drifts = found.zeros > (0 if motion is None else TURNING)
+        status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
+        closed = np.abs(at.vector("positions", len(which)) / lengths).max(axis=1, initial=0.0) <= CLOSED
+        return np.where(lasts & closed & np.isfinite(found.growth), status, NONE), found.growth
+
+    def _step(self, which: Array) -> "_Step":
+        """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""
+        runs, n, s, D = len(which), self.n, len(self.equations.columns["laws"]), self.sizes[which]
+        _, at, motion = self._looked(self.state[:, which], which, self.equations)
+        rows, lengths = self._rows(at, which)
+        Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
+        K = -_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None]
+        K, S = product(Qt, product(K, Q)), product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
+        L = product(_by_places(at, "laws", motion, runs) * D[:, None, :], Q)
+        along = product(Qt, at.vector("along", runs) * D)
+        force = np.abs(product(Q, _free(along, rank))).max(axis=1, initial=0.0)
+        values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
+        largest = np.abs(values).max(axis=1, initial=0.0)
+        falling = np.maximum(-values.min(axis=1, initial=0.0) - 1e-9 * largest, 0.0)
+        still = force <= QUIET * largest  # what is left is rounding
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / LONGEST, DOWNHILL * falling))
         scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0) + sigma, 1e-300)
-        total = np.zeros((runs, n + m + s, n + m + s))
-        total[:, :n, :n] = (K + sigma[:, None, None] * np.eye(n)) / scale[:, None, None]
-        total[:, :n, n : n + m], total[:, n : n + m, :n] = C.transpose(0, 2, 1), C
-        total[:, :n, n + m :] = -S * D[:, :, None] / scale[:, None, None]
-        total[:, n + m :, :n] = -at.dense("laws", "q", runs) * D[:, None, :]
-        total[:, n + m :, n + m :] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - at.dense("laws", "laws", runs)
-        right = np.concatenate([along / scale[:, None], -phi, rates], axis=1)
-        x = _solve(total, right)
-        dq, dmu = x[:, :n] * D, x[:, n : n + m] * scale[:, None] / lengths[:, :, 0]
-        size = np.abs(dq / D).max(axis=1, initial=0.0)
+        K = K + sigma[:, None, None] * np.eye(n)
+        total = np.zeros((runs, n + s, n + s))
+        total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
+        total[:, n:, :n] = -L
+        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - at.dense("laws", "laws", runs)
+        held = rows.within(-at.vector("positions", runs) / lengths)
+        right = [(along - product(K, held)) / scale[:, None], at.vector("laws", runs) + product(L, held)]
+        x = solved(total, np.concatenate(right, axis=1), rank, SMALL)
+        moved, ds = held + x[:, :n], x[:, n:]
+        dmu = rows.multipliers(along - product(K, moved) + product(S, ds)) / lengths
+        dq = product(Q, moved)
+        size = np.abs(dq).max(axis=1, initial=0.0)
         short = np.minimum(1.0, LONGEST / np.maximum(size, 1e-300))
-        newton = sigma <= 1e-3 * largest
-        return _Step(dq, dmu, x[:, n + m :], force, short, newton | still)
+        return _Step(dq * D, dmu, ds, force, short, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> Array:
         """Move the states by as much of the step as leads to finite forces; how much that is."""
         runs, part, old = len(which), step.short.copy(), self.state[:, which]
         chart = self.tracer.chart_of(self._of(which))
-        waiting = np.arange(runs)
+        elements = self.tree.state + self.tracer.laws
         for _ in range(HALVINGS):
             u = [*(part * step.dq.T), *np.zeros((self.n, runs)), *(part * step.ds.T)]
             u += [np.zeros(runs)] * (chart.size - len(u))
-            elements = self.tracer.tree(self.tracer.graph()[1]).state + self.tracer.laws
             with np.errstate(all="ignore"):
                 moved = chart.settled(chart.moved(tuple(old[:elements]), tuple(u)))
             new = np.array([*(np.broadcast_to(np.asarray(x), (runs,)) for x in moved), *old[elements:]])
-            bad = ~np.isfinite(new).all(axis=0)
-            bad |= ~np.isfinite(self._forces(new, which)).all(axis=1)
-            waiting = np.flatnonzero(bad)
-            if not len(waiting):
+            _, at, _ = self._looked(new, which, self.values)
+            bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
+            if not bad.any():
                 break
-            part[waiting] *= 0.5
+            part[bad] *= 0.5
         self.state[:, which] = self._counted(new, which)
         return part
-
-    def _of(self, which: Array) -> Model:
-        """The model of these runs."""
-        return map_numbers(
-            self.model, lambda x, _: x[which] if isinstance(x, np.ndarray) and x.shape == (self.runs,) else x
-        )
 
     def _counted(self, state: Array, which: Array) -> Array:
         """With the turns of joints counted on."""
@@ -192,6 +316,29 @@ class _Search:
         for n, angle in enumerate(augmented.counted(model, posture.now)):
             state[first + n] = angle
         return state
+
+    def _lasts(
+        self, state: Array, at: Linear, motion: _Motion | None, rows: Rows, lengths: Array, D: Array, worst: Array
+    ) -> Array:
+        """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
+        rates of its laws do not change while it turns (runs,). D: the sizes; worst (runs,): the largest force there
+        was."""
+        if self.rotation is None or motion is None:
+            return np.ones(len(worst), bool)
+        runs = len(D)
+        speed = max(map(abs, self.rotation))
+        ways = {"q": state[self.rates].T, "v": motion.a, "a": motion.carried.jerks}
+        unmet = np.abs(at.vector("rates", runs) / lengths).max(axis=1, initial=0.0)
+        good = motion.carried.turns & (unmet <= STEADY * speed)
+        for of, sizes in (("along", D), ("laws", np.ones((runs, len(self.equations.outputs["laws"]))))):
+            slopes = {by: at.dense(of, by, runs) * sizes[:, :, None] for by in ways}
+            change = sum((product(slopes[by], x) for by, x in ways.items()), np.zeros(sizes.shape))
+            if of == "along":
+                change = product(rows.Q, _free(product(turned(rows.Q), change), rows.rank))
+            terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
+            most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
+            good &= np.abs(change).max(axis=1, initial=0.0) <= most
+        return good
 
 
 @dataclass(frozen=True)
@@ -206,36 +353,29 @@ class _Step:
     newton: Array
 
 
-def _extremes(K: Array, C: Array) -> tuple[Array, Array]:
-    """Of the symmetric part of K on what C leaves free: minus the least eigenvalue, or 0, and the largest absolute one.
-    With a sigma above the first a step leads downhill."""
-    good = np.isfinite(K).all(axis=(1, 2)) & np.isfinite(C).all(axis=(1, 2))
-    falling, largest = np.zeros((2, len(K)))
-    if good.any():
-        free = np.eye(K.shape[1]) - np.linalg.pinv(C[good], SMALL) @ C[good]
-        sizes = np.linalg.eigvalsh(free @ (0.5 * (K[good] + K[good].transpose(0, 2, 1))) @ free)
-        largest[good] = np.abs(sizes).max(axis=1)
-        falling[good] = np.maximum(-sizes[:, 0] - 1e-9 * largest[good], 0.0)
-    return falling, largest
+def _by_places(at: Linear, of: str, motion: _Motion | None, runs: int) -> Array:
+    """The derivative by the places, of what moves with them."""
+    found = at.dense(of, "q", runs)
+    if motion is None:
+        return found
+    found = found + product(at.dense(of, "v", runs), motion.rates_by)
+    return found + product(at.dense(of, "a", runs), motion.accelerations_by)
 
 
-def _independent(C: Array, phi: Array) -> tuple[Array, Array]:
-    """Without what redundant rows say only because the mechanism is not quite closed."""
-    good = np.isfinite(C).all(axis=(1, 2))
-    if C.shape[1] and good.any():
-        U, sizes, V = np.linalg.svd(C[good], full_matrices=False)
-        kept = np.where(sizes > REDUNDANT * sizes[:, :1], 1.0, 0.0)
-        C, phi = C.copy(), phi.copy()
-        C[good] = (U * (kept * sizes)[:, None, :]) @ V
-        phi[good] = ((U * kept[:, None, :]) @ (U.transpose(0, 2, 1) @ phi[good, :, None]))[:, :, 0]
-    return C, phi
+def _by_columns(least: Any, b: Array) -> Array:
+    """least(...) of every column."""
+    return np.stack([least(b[:, :, n]) for n in range(b.shape[2])], axis=2)
 
 
-def _solve(matrix: Array, right: Vector | Array) -> Array:
-    """Least solutions; NaN where numbers are not finite."""
-    right = np.asarray(right)
-    found = np.full(right.shape, np.nan)
-    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-    if good.any():
-        found[good] = (np.linalg.pinv(matrix[good], SMALL) @ right[good, :, None])[:, :, 0]
-    return found
+def _free(x: Array, rank: Array) -> Array:
+    """Of reflected coordinates, those that constraints leave free; 0 of the others."""
+    return np.where(np.arange(x.shape[1]) >= rank[:, None], x, 0.0)
+
+
+def _part(x: Any, which: Array, runs: int) -> Any:
+    """A number of the model, of some of all runs."""
+    if type(x) is float or len(which) == runs:
+        return x
+    if isinstance(x, np.ndarray):
+        return x[which] if x.shape == (runs,) else x
+    return x.part(which) if isinstance(x, RunNumbers) else x

@@ -1,0 +1,1 @@
+"""Small dense matrices of all runs, decomposed by routines of our own."""

@@ -1,0 +1,122 @@
+"""How small deviations from a rest, or from a uniform rotation, grow: the eigenvalues of every run.
+
+With y, z and s deviations of the places along Q_p, of the rates along Q, and of the states of laws,
+
+    dq = Q_p y,   dv = Q z - C^+ H dq,   da = C^+ (G_q dq + G_v dv) + Q w,   Q^T M da = Q^T (F_q dq + F_v dv + F_s s),
+    Q_p y' = dv - Gamma dq,   Q z' = da - Lambda dv,   s' = L_q dq + L_v dv + L_a da + L_s s,
+
+where the columns of Q_p and Q are what the constraints of places and of rates leave free, H, G_q and G_v what their
+rates and accelerations change by, and Gamma and Lambda the turning of the axes of free bodies and balls, along which
+everything is constant.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lienumba.compiler.dense.decompositions import Rows, eigenvalues, product, solved, turned
+from lienumba.integrators.tracing.linear.equations import Linear
+
+Array = npt.NDArray[Any]
+ZERO = 1e-7  # of the fastest that forces could make a single coordinate: rounding splits a double zero by less
+SMALL = 1e-13  # of the largest pivot of the masses
+
+
+@dataclass(frozen=True)
+class Near:
+    """What is known of a state: the equations there, the constraints of rates and those of places among them, how long
+    the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_ (runs, n, n)."""
+
+    at: Linear
+    rows: Rows
+    places: Rows
+    lengths: Array
+    sizes: Array
+    gamma: Array
+    lambda_: Array
+
+
+@dataclass(frozen=True)
+class Stability:
+    """growth (1/s): of what grows most; grows: whether by more than rounding; zeros: how many eigenvalues are 0; each
+    (runs,)."""
+
+    growth: Array
+    grows: Array
+    zeros: Array
+
+
+def stability(near: Near) -> Stability:
+    """growth is NaN where there are no finite equations."""
+    runs = len(near.sizes)
+    growth, largest, zeros = np.full(runs, np.nan), _fastest(near), np.zeros(runs, int)
+    for which, A in _systems(near):
+        values = eigenvalues(A)
+        sizes = np.sqrt(values.real * values.real + values.imag * values.imag)
+        largest[which] = np.maximum(largest[which], sizes.max(axis=1, initial=0.0))
+        growth[which] = values.real.max(axis=1, initial=-np.inf)
+        zeros[which] = (sizes <= ZERO * largest[which][:, None]).sum(axis=1)
+    return Stability(growth, growth > ZERO * largest, zeros)
+
+
+def _fastest(near: Near) -> Array:
+    """How fast (1/s) the stiffness and damping of one coordinate could move it without the others (runs,)."""
+    at, D, runs = near.at, near.sizes, len(near.sizes)
+    K, damping, M = (np.abs(at.dense("along", by, runs)) * D[:, None, :] * D[:, :, None] for by in ("q", "v", "a"))
+    masses = M.diagonal(axis1=1, axis2=2)
+    with np.errstate(all="ignore"):
+        rates = np.maximum(np.sqrt(K.max(axis=2) / masses), damping.max(axis=2) / masses)
+    found: Array = np.where(np.isfinite(rates), rates, 0.0).max(axis=1, initial=0.0)
+    return found
+
+
+def _systems(near: Near) -> Iterator[tuple[Array, Array]]:
+    """x' = A x of the runs (indices) with as many freedoms, those of each kind together."""
+    whole = _whole(near)
+    n, laws = near.sizes.shape[1], whole.shape[1] - 2 * near.sizes.shape[1]
+    for y, z in np.unique(np.stack([near.places.rank, near.rows.rank], axis=1), axis=0):
+        which = np.flatnonzero((near.places.rank == y) & (near.rows.rank == z))
+        kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), np.arange(2 * n, 2 * n + laws)])
+        yield which, whole[np.ix_(which, kept, kept)]
+
+
+def _whole(near: Near) -> Array:
+    """A in all reflected coordinates (runs, 2 n + laws, 2 n + laws), of which constraints leave some."""
+    at, D, (runs, n) = near.at, near.sizes, near.sizes.shape
+    laws = len(at.equations.columns["laws"])
+    Q, Qp, Qt = near.rows.Q, near.places.Q, turned(near.rows.Q)
+    forces = {by: at.dense("along", by, runs) * D[:, :, None] for by in ("q", "v", "a", "laws")}
+    rows = {by: at.dense("rows", by, runs) / near.lengths[:, :, None] for by in ("q", "v")}
+    rates = at.dense("rates", "q", runs) / near.lengths[:, :, None]
+
+    def scaled(x: Array) -> Array:
+        return x * D[:, None, :]
+
+    def along(x: Array) -> Array:
+        """The least change of rates that fulfils the constraints, column by column."""
+        return np.stack([near.rows.least(x[:, :, k]) for k in range(x.shape[2])], axis=2)
+
+    size = 2 * n + laws
+    dq, dv, ds = np.zeros((runs, n, size)), np.zeros((runs, n, size)), np.zeros((runs, laws, size))
+    dq[:, :, :n], dv[:, :, n : 2 * n], ds[:, :, 2 * n :] = Qp, Q, np.eye(laws)
+    dv -= along(product(scaled(rates), dq))
+    da = along(product(scaled(rows["q"]), dq) + product(scaled(rows["v"]), dv))
+    M = -scaled(forces["a"])
+    force = product(scaled(forces["q"]), dq) + product(scaled(forces["v"]), dv) - product(M, da)
+    force += product(forces["laws"], ds)
+    w = solved(product(Qt, product(M, Q)), product(Qt, force), near.rows.rank, SMALL)
+    da += product(Q, w)
+    turning = [x * (D[:, None, :] / D[:, :, None]) for x in (near.gamma, near.lambda_)]
+    own = {by: at.dense("laws", by, runs) for by in ("q", "v", "a", "laws")}
+    changes = product(scaled(own["q"]), dq) + product(scaled(own["v"]), dv) + product(scaled(own["a"]), da)
+    return np.concatenate(
+        [
+            product(turned(Qp), dv - product(turning[0], dq)),
+            product(Qt, da - product(turning[1], dv)),
+            changes + product(own["laws"], ds),
+        ],
+        axis=1,
+    )

@@ -1,0 +1,85 @@
+"""How the links of a tree move where the whole mechanism turns uniformly about an axis through the origin.
+
+Bodies that nothing holds, and balls and hinges on what stands still, carry the rotation; all that hangs on these rests
+against it. A hinge carries it where its axis is that of the rotation, wherever it stands; what it cannot turn stands.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lienumba.groups import so3
+from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.mechanics.mechanism.moves import Ball, Free, Turn, Wind
+from lienumba.mechanics.tree.links import Tree
+from lienumba.mechanics.tree.motion import moving_links
+from lienumba.numerics.number import Vector
+
+Array = npt.NDArray[Any]
+ALONG = 1e-9  # sine: axes that are the same
+
+
+@dataclass(frozen=True)
+class Carried:
+    """rates and accelerations (runs, n) of the tree; how both change with its coordinates (runs, n, n), where rates
+    change with shifts alone as the axes of these turn; how accelerations change in time (runs, n); turns: whether
+    anything of a run turns (runs,)."""
+
+    rates: Array
+    accelerations: Array
+    rates_by: Array
+    shifts_by: Array
+    accelerations_by: Array
+    jerks: Array
+    turns: Array
+
+
+def carried(tree: Tree, z: Sequence[Any], rotation: Sequence[float], runs: int) -> Carried:
+    """At the places of this state; rotation: the angular velocity (rad/s, global)."""
+    n, turning = tree.freedoms, list[Array]()
+    rates, accelerations, jerks = np.zeros((3, runs, n))
+    rates_by, shifts_by, accelerations_by = np.zeros((3, runs, n, n))
+    omega: Vector = tuple(map(float, rotation))
+    hat = so3.hat(omega)
+    square = so3.multiply(hat, hat)
+    for link, moving in zip(tree.links, moving_links(tree, tuple(z)), strict=True):
+        stands = np.ones(runs, bool) if link.parent == GROUND else ~turning[link.parent]
+        first, own = link.first_rate, ~stands
+        if isinstance(link.move, Ball | Free):
+            w = so3.rotate_back(moving.R, omega)
+            last = first + link.move.freedoms - 3
+            own = np.ones(runs, bool)
+            _put(rates, last, w, stands)
+            _put_matrix(rates_by, last, so3.hat(w), stands)
+            if isinstance(link.move, Free):
+                v = so3.cross(omega, moving.r)
+                a = so3.cross(omega, v)
+                _put(rates, first, v, stands)
+                _put(accelerations, first, a, stands)
+                _put(jerks, first, so3.cross(omega, a), stands)
+                _put_matrix(rates_by, first, hat, stands)
+                _put_matrix(shifts_by, first, hat, stands)
+                _put_matrix(accelerations_by, first, square, stands)
+        elif isinstance(link.move, Turn) and not isinstance(link.move, Wind):
+            R = moving.R
+            axis = (R[2], R[5], R[8])
+            across = so3.cross(axis, omega)
+            same = np.asarray(so3.dot(across, across) <= ALONG * ALONG * so3.dot(omega, omega)) & stands
+            _put(rates, first, (so3.dot(axis, omega),), same)
+            own = own | same
+        turning.append(own)
+    turns = np.any(turning, axis=0)
+    return Carried(rates, accelerations, rates_by, shifts_by, accelerations_by, jerks, turns)
+
+
+def _put(into: Array, first: int, numbers: Sequence[Any], where: Array) -> None:
+    for n, x in enumerate(numbers):
+        into[:, first + n] = np.where(where, x, 0.0)
+
+
+def _put_matrix(into: Array, first: int, numbers: Sequence[Any], where: Array) -> None:
+    for n, x in enumerate(numbers):
+        into[:, first + n // 3, first + n % 3] = np.where(where, x, 0.0)
