@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 Arguments = list[str]
@@ -46,8 +47,9 @@ def same(one: Path, other: Path) -> list[str]:
         return sorted([*map(str, missing), *(str(n) for n in common if not _equal(a[n].values, b[n].values))])
 
 
-def _equal(a: object, b: object) -> bool:
-    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()  # type: ignore[attr-defined]
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    bits = a.tolist() == b.tolist() if a.dtype.hasobject else a.tobytes() == b.tobytes()
+    return a.dtype == b.dtype and a.shape == b.shape and bits
 
 
 def campaign(
