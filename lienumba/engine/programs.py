@@ -16,7 +16,7 @@ from lienumba.mechanics.tree.spanning import closing_rows
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Absolute, Integrator, ModelSection, Tolerance
+from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
 if TYPE_CHECKING:
@@ -60,18 +60,19 @@ def method_of(resolved: Scenario) -> "Method":
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
         baumgarte=projection.baumgarte,
-        queued=adaptive or _changes(data.model) or method.series or method.implicit, adaptive=adaptive,
+        queued=adaptive or _changes(resolved) or method.series or method.implicit, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
         order=order_of(integrator) or 0, rho=integrator.rho_infinity,
     )  # fmt: skip
 
 
-def _changes(model: ModelSection) -> bool:
-    """Whether something may happen between the ends of steps."""
+def _changes(resolved: Scenario) -> bool:
+    """Whether something may happen, or is measured, between the ends of steps."""
+    model = resolved.data.model
     sticking = any(getattr(force, "static", None) is not None for force in model.forces)
     touching = any(not contact.compliant for contact in model.contacts)
     locked = any(joint.locked for joint in model.joints)
-    return bool(model.events or model.limits or model.measures) or touching or sticking or locked
+    return bool(model.events or model.limits or resolved.parameters.measures) or touching or sticking or locked
 
 
 def _stores_reactions(output: Output) -> bool:

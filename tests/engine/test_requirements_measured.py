@@ -35,6 +35,11 @@ def test_the_value_may_be_a_formula_of_the_whole_run() -> None:
     np.testing.assert_array_equal(again["stays near"], ds["stays near"].sel(run=[7, 3]))
 
 
+def test_steps_of_one_length_and_no_other_measure() -> None:
+    ds = lienumba.run(asked({"name": "near", "value": "max(t)"}, integrator={"step": 0.05, "end_time": 0.5}), runs=[0])
+    np.testing.assert_array_equal(ds["near"], 0.5)
+
+
 REFUSED = [
     ({"value": "max(hinge_at.angel)"}, 'requirements.near.value = "max(hinge_at.angel)": has the unknown name'),
     ({"value": "maximum(hinge_at.angle)"}, "calls the unknown function"),
