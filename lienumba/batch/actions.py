@@ -16,15 +16,17 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.mechanism.model import KEPT, NONE, Event, Model
+from lienumba.mechanics.elements.quantities import integrands
+from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Model
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
 
 ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.name: ENGAGES, SET.name: SETS}
 
 
-def plan(model: Model, held: Sequence[int]) -> Plan:
-    """Of all events, and of what is kept; held: the rows of a state in which held numbers are."""
+def plan(model: Model, held: Sequence[int], integrated: bool) -> Plan:
+    """Of all events, and of what is kept; held: the rows of a state in which held numbers are; integrated: whether
+    steps integrate signals themselves."""
     acts, targets, value = [], list[int](), 0
     for event in model.events:
         of = _targets(model, event, held)
@@ -38,17 +40,20 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
         np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
-        np.array(_kept(model), np.int64).reshape(-1, KEPT_NUMBERS),
+        np.array(_kept(model, integrated), np.int64).reshape(-1, KEPT_NUMBERS),
     )
 
 
-def _kept(model: Model) -> list[tuple[int, int, int]]:
-    """What is kept of runs as a whole, by the numbers of signals among those of all measures."""
-    found, before = list[tuple[int, int, int]](), 0
+def _kept(model: Model, integrated: bool) -> list[tuple[int, int, int, int]]:
+    """What is kept of runs as a whole, by the numbers of signals among those of all measures; integrated: whether steps
+    integrate signals themselves."""
+    found, before = list[tuple[int, int, int, int]](), 0
+    made = integrands(model) if integrated else ()
     for measure in model.measures:
         for x in measure.kept:
             value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
-            found.append((KEPT.index(x.kind), value, condition))
+            place = made.index(value) if x.kind == INTEGRAL and value in made else NONE
+            found.append((KEPT.index(x.kind), value, condition, place))
         before += len(measure.signals)
     return found
 

@@ -208,13 +208,13 @@ class Told(NamedTuple):
 
 def _together(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
     """By the driver of steps of one length. Returns (blocks, W), as `Chunk` has them."""
-    machine, (states, parameters, jumps, records, codes, _, progress, stop) = batch.machine, arrays
+    machine, (states, parameters, jumps, records, codes, told, progress, stop) = batch.machine, arrays
     assert batch.h is not None
     number, outputs = round(batch.last / batch.h), np.rint(batch.outputs / batch.h).astype(np.int64)
     steps, ends = np.zeros((2, *codes.shape))
     machine.drive(
         machine.kernels, machine.nodes, machine.sizes, number, batch.h, outputs, batch.iterations, batch.tolerance,
-        states, parameters, jumps, records, codes, steps, ends, machine.buffer(),
+        states, parameters, jumps, records, codes, steps, ends, told.kept, batch.plan, machine.buffer(),
         np.zeros(W, np.int64), progress, stop,
     )  # fmt: skip
     return np.where(steps == number, batch.last, ends), steps, np.zeros_like(codes)

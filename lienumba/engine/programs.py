@@ -56,23 +56,23 @@ def method_of(resolved: Scenario) -> "Method":
     data = resolved.data
     integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
     method = METHODS[integrator.method]
+    queued = adaptive or _changes(data.model) or method.series or method.implicit
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
-        baumgarte=projection.baumgarte,
-        queued=adaptive or _changes(resolved) or method.series or method.implicit, adaptive=adaptive,
+        baumgarte=projection.baumgarte, queued=queued, adaptive=adaptive,
         reactions=_stores_reactions(data.output), joint_coordinates=data.output.joint_coordinates,
         order=order_of(integrator) or 0, rho=integrator.rho_infinity,
+        extended=(queued or bool(resolved.parameters.measures)) and not method.series,
     )  # fmt: skip
 
 
-def _changes(resolved: Scenario) -> bool:
-    """Whether something may happen, or is measured, between the ends of steps."""
-    model = resolved.data.model
+def _changes(model: ModelSection) -> bool:
+    """Whether something may happen between the ends of steps."""
     sticking = any(getattr(force, "static", None) is not None for force in model.forces)
     touching = any(not contact.compliant for contact in model.contacts)
     locked = any(joint.locked for joint in model.joints)
-    return bool(model.events or model.limits or resolved.parameters.measures) or touching or sticking or locked
+    return bool(model.events or model.limits) or touching or sticking or locked
 
 
 def _stores_reactions(output: Output) -> bool:
@@ -123,7 +123,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         iterations=data.projection.max_iterations,
         discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
-        plan=plan(prepared.model, program.held),
+        plan=plan(prepared.model, program.held, program.sizes.integrands > 0),
         changes=changes_told(prepared.model, data.output.max_changes),
         at_events=bool(data.output.at_events),
         bodies=len(prepared.model.bodies),

@@ -14,11 +14,12 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
-    "measure",
+    "measure", "slopes", "quadrature",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, MEASURE, COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, MEASURE, SLOPES, QUADRATURE,
+    COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -38,10 +39,11 @@ CLOCK = TOLERANCE + TOLERANCES
 # energy before; MARK: when, and TRIED: how many steps had been tried when, the run had last got on.
 # Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
-# of an open gap; NEAR: whether that is at the end of the step, which was cut for it.
+# of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: whether the signals at the
+# start of the step are those at the end of the last one.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, LANES = range(23, 34)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, LANES = range(23, 35)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
@@ -61,13 +63,14 @@ RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, S
 # value, whether it acts only once, and the switch that has to be on for that, -1 if none has.
 ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
-# What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always); and the
-# rows of each: the value, its time (s), NaN as long as there is none, whether the condition held where the last step
-# ended, and whether it cannot be known, because something was undefined. Signals are known in POINTS of a step, of a
-# part of it, and in one place besides; behind that, by how much each changed in the last step.
-KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_NUMBERS = range(4)
+# What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), and
+# which of the integrals that a step makes itself it is (-1: none of them); and the rows of each: the value, its time
+# (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be known,
+# because something was undefined, and whether what is between the ends of this step may change it. Signals are known in
+# POINTS of a step, of a part of it, and in one place besides; behind that, by how much each changed in the last step.
+KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_NUMBERS = range(5)
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
-KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_ROWS = range(5)
+KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_OPEN, KEPT_ROWS = range(6)
 POINTS = 5
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 
@@ -86,7 +89,8 @@ class Sizes(NamedTuple):
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act; signals:
-    that are looked at for what is kept of runs as a whole.
+    that are looked at for what is kept of runs as a whole, which are so many; integrands: those that are integrated
+    by the stages of a step.
     """
 
     elements: int
@@ -115,6 +119,7 @@ class Sizes(NamedTuple):
     first_history: int = 0
     signals: int = 0
     kept: int = 0
+    integrands: int = 0
 
 
 @kernel
@@ -170,6 +175,13 @@ def acceleration_row(sizes: Sizes, stage: int) -> int:
 def series_row(sizes: Sizes) -> int:
     """The first row of the coefficients of a step, counted as that of a slope: behind all of these."""
     return acceleration_row(sizes, sizes.slopes) + 6 * sizes.elements
+
+
+@kernel
+def quadrature_row(sizes: Sizes) -> int:
+    """The first row of the integrals of a step by the weights of its stages, counted as that of a slope, where lanes
+    have a time of their own; else they are behind the verdict."""
+    return series_row(sizes) + sizes.series
 
 
 # ---------------------------------------------------------------- implicit stages, in the place of a series
@@ -335,9 +347,15 @@ def signal_row(sizes: Sizes, point: int) -> int:
 
 
 @kernel
+def gain_row(sizes: Sizes) -> int:
+    """The first row of what the step adds to integrals, as it says itself."""
+    return signal_row(sizes, 2 * POINTS + 2)
+
+
+@kernel
 def measure_rows(sizes: Sizes) -> int:
     """Of all this; none where nothing is kept."""
-    return signal_row(sizes, 2 * POINTS + 2)
+    return gain_row(sizes) + sizes.integrands
 
 
 @kernel
@@ -409,13 +427,13 @@ class Workspace(NamedTuple):
 def workspace(sizes: Sizes) -> Workspace:
     """The regions, one behind the other."""
     iterate = max(state_rows(sizes) + sizes.correction + VERDICT + sizes.chord, event_rows(sizes))
-    iterate = max(iterate, sizes.signals)
+    iterate = max(max(iterate, sizes.signals), first_slope(sizes) + sizes.integrands)
     if sizes.switches > 0:
         iterate = max(iterate, kick_rows(sizes))
     new = iterate
     slopes = new + first_slope(sizes)
     control = slopes + control_row(sizes)
-    now = slopes + max(series_row(sizes) + sizes.series, iterate)
+    now = slopes + max(quadrature_row(sizes) + sizes.integrands, iterate)
     following = now + iterate
     clock = following + iterate
     lanes = clock + CLOCK

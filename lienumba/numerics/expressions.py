@@ -33,6 +33,7 @@ HOLDS = 1e-300  # the margin of what holds where both sides are equal
 
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
 WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
+KINKED = (*WHOLE, "abs", "sign", "min", "max", "clip", "where")
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: lambda x, y: x + y,
     ast.Sub: lambda x, y: x - y,
@@ -113,6 +114,12 @@ class Formula:
     def is_line(self, state: frozenset[str]) -> bool:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
         return _degree(self._tree, state) == 1
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it has, as it is written, neither kinks nor jumps."""
+        calls = [node.func for node in ast.walk(self._tree) if isinstance(node, ast.Call)]
+        return not any(isinstance(x, ast.Name) and (x.id in KINKED or x.id in self.tables) for x in calls)
 
     def switches(self, state: frozenset[str]) -> list["Formula"]:
         """The differences of the straight lines in t that it compares; state: the names that vary in time, too."""

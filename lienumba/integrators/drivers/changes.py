@@ -36,6 +36,7 @@ from lienumba.integrators.layout import (
     RECENT,
     RECORDS,
     RELEASES,
+    SEEN,
     SETS,
     SIZE,
     SLIDE,
@@ -429,7 +430,7 @@ def _renew(
         again = again or (plan.acts[n, ACTION] >= LOCKS and _fired(sizes, first, rows, lane, n))
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
-    rows[own + STALE, lane] = 1.0
+    rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, 0.0
     rows[first.clock + layout.MEMORY, lane] = 0.0
     if t - rows[own + RECENT, lane] > WINDOW * end:
         rows[own + RECENT, lane], rows[own + MANY, lane] = t, 0.0

@@ -7,7 +7,7 @@ the extension are not needed. A series is as good everywhere.
 
 import numpy as np
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import layout
@@ -64,9 +64,9 @@ def _margins(
 ) -> Lanes:
     """What each lane SEEKS, at a fraction of the open step."""
     _all_margins(kernels, kernel, at, t, length, fraction)
-    own = first.lanes
+    own, found = first.lanes, matrix(at.following, first.following - first.now, W)
     for lane in range(W):
-        rows[own + FOUND, lane] = rows[first.following + int(rows[own + SEEKS, lane]), lane]
+        rows[own + FOUND, lane] = found[int(rows[own + SEEKS, lane]), lane]
     return load(at.lanes, FOUND)
 
 

@@ -10,10 +10,12 @@ from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4,
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.measuring.steps import begin_measures, measure_closed, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
-from lienumba.integrators.layout import ACCEPTED, ITERATIONS, STATUS, UNTIL, Sizes, T
+from lienumba.integrators.layout import ACCEPTED, FRESH, ITERATIONS, SEEN, STATUS, UNTIL, Sizes, T
 
 
 @apart
@@ -41,8 +43,8 @@ def _set_clock(clock: Address, t: Lanes, to: Lanes, begin: float, end: float, h:
 def drive(
     kernels: Integers1, nodes: Floats1, sizes: Sizes, steps: int, h: float, output_steps: Integers1, limit: int,
     tolerance: float, states: Floats3, parameters: Floats3, discontinuities: Floats3, records: Floats4,
-    statuses: Floats2, end_steps: Floats2, ends: Floats2, buffer: Floats1, passed: Integers1, progress: Integers1,
-    stop: Integers1,
+    statuses: Floats2, end_steps: Floats2, ends: Floats2, kept: Floats3, plan: Plan, buffer: Floats1,
+    passed: Integers1, progress: Integers1, stop: Integers1,
 ) -> None:  # fmt: skip
     """Integrate all blocks.
 
@@ -51,7 +53,8 @@ def drive(
     must end, those of a lane ascending, and an infinite one last;
     records (blocks, outputs, record rows, W): what is stored, at the steps `output_steps`;
     statuses (blocks, W): in, 0 for lanes that may run, out, the code; end_steps (blocks, W): the last good step; ends
-    (blocks, W): the time of the last good state (s), which is later where a step failed behind a discontinuity;
+    (blocks, W): the time of the last good state (s), which is later where a step failed behind a discontinuity; kept:
+    see `lane_queue.ChunkRuns`; plan: what of it;
     buffer: as many rows as `layout.workspace` says, and the kernels' work; passed (W,): room for the discontinuities
     that each lane has passed; progress[0]: outputs done so far;
     stop[0]: set from outside to end early; limit and tolerance: of the projections. Every array is contiguous.
@@ -64,7 +67,7 @@ def drive(
     memory = matrix(buffer.ctypes.data, first.work, W)
     table = memory[first.table : first.table + layout.table_rows(q)]
     since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
-    cuts = discontinuities.shape[1] > 1
+    cuts, measured = discontinuities.shape[1] > 1, sizes.kept > 0
     for block in range(states.shape[0]):
         state, p = states[block].ctypes.data, parameters[block].ctypes.data
         copy(x, state, rows)
@@ -79,6 +82,11 @@ def drive(
         if kernels[layout.SAMPLE] != 0:
             call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
             commit(load(status, 0) == 0.0, x, places.new, elements)
+        if measured:
+            copy(at.parameters, p, sizes.parameters)
+            store(lanes, FRESH, splat(1.0))
+            store(lanes, SEEN, splat(0.0))
+            begin_measures(kernels, sizes, at, first, memory, plan)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:
@@ -94,6 +102,9 @@ def drive(
                     call(kernels[layout.STEP], x, p, clock, 0, places.new, at.work)
                 else:
                     stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
+                if sizes.integrands > 0:
+                    made = places.new + ROW * layout.first_slope(sizes)
+                    take_gains(kernels, sizes, at, x, load(lanes, T), made)
                 store(clock, layout.TIME, load(lanes, UNTIL))
                 code = load(places.new, rows + layout.CODE)
                 margin = load(places.new, rows + layout.MARGIN)
@@ -102,6 +113,8 @@ def drive(
                     kernels, sizes, p, places, True, at, status, going, iterations, table, limit, tolerance
                 )  # fmt: skip
                 good = going & (load(status, 0) == 0.0)
+                if measured and any_lane(good):
+                    measure_closed(kernels, sizes, nodes, at, first, memory, plan, good, x, places)
                 if all_lanes(good):
                     x, places = places.new, Places(x, places.now, places.following)
                 else:
@@ -112,9 +125,11 @@ def drive(
                         others = stages.reselect(kernels, sizes, x, p, at, weak, table, x)
                         if sizes.fixed != 0:
                             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
+                        store(lanes, SEEN, choose(others, splat(0.0), load(lanes, SEEN)))
                 if landed and kernels[layout.SAMPLE] != 0:
                     call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
                     commit(good, x, places.new, elements)
+                    store(lanes, SEEN, splat(0.0))
                 store(lanes, T, choose(good, load(lanes, UNTIL), load(lanes, T)))
                 going = good & (load(lanes, T) < n * h)
             store(clock, layout.TIME, splat(n * h))
@@ -132,6 +147,8 @@ def drive(
         store(statuses[block].ctypes.data, 0, load(status, 0))
         store(end_steps[block].ctypes.data, 0, load(end_step, 0))
         store(ends[block].ctypes.data, 0, load(lanes, T))
+        if measured:
+            copy(kept[block].ctypes.data, at.measures, kept.shape[1])
         for rest in range(done, output_steps.size):
             for row in range(layout.record_rows(sizes)):
                 store(records[block, rest].ctypes.data, row, splat(np.nan))

@@ -36,7 +36,7 @@ from lienumba.integrators.drivers.lane_queue import (
     propose,
     reject,
 )  # fmt: skip
-from lienumba.integrators.drivers.measuring.steps import begin_measures, measure
+from lienumba.integrators.drivers.measuring.steps import begin_measures, measure, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
@@ -51,6 +51,7 @@ from lienumba.integrators.layout import (
     ITERATIONS,
     JUMP,
     PICKED,
+    SEEN,
     STALE,
     STATUS,
     TRIAL,
@@ -140,6 +141,9 @@ def _try(
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
         stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, new, at)
+    if sizes.integrands > 0:
+        made = at.slopes + ROW * layout.quadrature_row(sizes)
+        take_gains(kernels, sizes, at, x, load(lanes, T), made)
     if kernels[layout.DEFECT] != 0:
         call(kernels[layout.DEFECT], x, p, at.clock, at.slopes, at.slopes, at.work)
     trial = lanes + ROW * TRIAL
@@ -180,6 +184,7 @@ def _move(
         if any_lane(weak):
             others = stages.reselect(kernels, sizes, x, at.parameters, at, weak, table, x)
             store(lanes, STALE, choose(others, splat(1.0), load(lanes, STALE)))
+            store(lanes, SEEN, choose(others, splat(0.0), load(lanes, SEEN)))
             if sizes.fixed != 0:
                 store(lanes, STATUS, choose(others, splat(codes.RESELECT), load(lanes, STATUS)))
 
@@ -196,7 +201,7 @@ def _end_on_discontinuity(
         reached = rows[own + PICKED, lane] != 0.0 and pass_discontinuities(lane, rows, first, runs, queue)
         rows[own + PICKED, lane] = 1.0 if reached else 0.0
         if reached:
-            rows[own + STALE, lane] = 1.0
+            rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, 0.0
             rows[first.clock + layout.MEMORY, lane] = 0.0
     picked = load(at.lanes, PICKED) != 0.0
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):
@@ -262,7 +267,7 @@ def drive(
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
         if sizes.kept > 0 and any_lane(good):
-            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
+            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
         due, end = load(lanes, DUE), load(lanes, UNTIL)
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)

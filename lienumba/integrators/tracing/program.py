@@ -15,6 +15,8 @@
     close, end, dense  see `lienumba.integrators.tracing.extension_kernels`
     events     state -> the conditions of events and of switched constraints, and to what events set held numbers
     measure    state -> the signals of which something is kept of runs as a whole
+      slopes     as step, with the slopes of all stages, where lanes have no time of their own
+      quadrature slopes -> integrals of signals over the step, where `step` does not say them
     border     state -> what a change of modes has to know (see `lienumba.integrators.layout`)
     kick       state, impulses along the switched rows -> state, change of energy, rates
     schur      state -> S of the exchangeable rows of C (see `lienumba.integrators.drivers.row_selection`)
@@ -114,7 +116,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     kernels["observe"], observed = state_kernels.observe(tracer)
     if isinstance(tracer, JointTracer):
         kernels |= {"place": place(tracer), "read": read(tracer)}
-    if method.queued and not method.order:
+    if method.extended:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.adaptive and not method.order and not tracer.tableau.implicit:
         kernels["close"] = extension_kernels.close(tracer)
@@ -129,9 +131,13 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels[name] = kernel.hoisted_from(rows)
         rows += len(kernel.hoisted)
     tracer.close()
-    seen = sum(count for _, count in observed.values())
+    sizes = tracer.sizes._replace(
+        chord=chord, observed=sum(count for _, count in observed.values()), parameters=max(rows, 1), series=series,
+        signals=sum(len(x.signals) for x in template.measures), kept=sum(len(x.kept) for x in template.measures),
+        integrands=len(step_kernels.integrated(tracer)) if "step" in kernels or "quadrature" in kernels else 0,
+    )  # fmt: skip
     return Program(
-        tracer.sizes._replace(chord=chord, observed=seen, parameters=max(rows, 1), series=series), tracer.augmented,
+        sizes, tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
         method.queued, tracer.augmented.switches, tracer.held(), kernels,
     )  # fmt: skip

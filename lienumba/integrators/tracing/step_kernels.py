@@ -10,7 +10,9 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import PARADOX, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
-from lienumba.integrators.tracing.tracer import Tracer, flat
+from lienumba.integrators.tracing.tracer import Posture, Tracer, flat
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
@@ -30,6 +32,7 @@ class Reports:
     margin: list[Number] = field(default_factory=list)
     accelerations: list[Number] = field(default_factory=list)  # of the last stage
     history: list[Number] = field(default_factory=list)  # see `AugmentedState`
+    integrands: list[list[Number]] = field(default_factory=list)  # of each stage the signals that are integrated
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
         """Those of a stage that is known."""
@@ -49,12 +52,15 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
         used = [s for s, row in enumerate(stages) if any(row) and s != count]
         kernels = {"stage": stage, "first": _stage(tracer, first=True), "advance": _advance(tracer)}
         kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
-        return kernels | _combinations(tracer, used if queued else used[: count - 1])
-    if not queued:
-        return {"step": _inline(tracer)}
-    kernels = {"stage": stage} if tracer.tableau.more else {}
+        kernels |= {"quadrature": _quadrature(tracer)} if integrated(tracer) else {}
+        return kernels | _combinations(tracer, used if tracer.method.extended else used[: count - 1])
+    kernels = {"step": _inline(tracer, queued)}
+    if not tracer.method.extended:
+        return kernels
+    kernels |= {"stage": stage} if tracer.tableau.more else {}
     kernels |= _combinations(tracer, range(count + 1, len(stages)))
-    return kernels | {"first": _stage(tracer, first=True), "step": _inline(tracer)}
+    kernels |= {} if queued else {"slopes": _inline(tracer, True)}
+    return kernels | {"first": _stage(tracer, first=True)}
 
 
 def _clock(graph: Graph) -> tuple[Number, Number, Number]:
@@ -63,10 +69,12 @@ def _clock(graph: Graph) -> tuple[Number, Number, Number]:
     return t, h, within
 
 
-def _inline(tracer: Tracer) -> Kernel:
-    """A whole step. Where lanes have a time of their own, the slopes and the power of all stages are kept; extra:
-    these, where a tolerance chooses steps, because then the first one is known."""
+def _inline(tracer: Tracer, opened: bool) -> Kernel:
+    """A whole step, and what signals integrate to in it. Where lanes have a time of their own, the slopes and the
+    power of all stages are kept, too; else a kernel that is `opened` says nothing but these. extra: the slopes, where a
+    tolerance chooses steps, because then the first one is known."""
     graph, model = tracer.graph()
+    queued = tracer.method.queued
     sizes, augmented, reports = tracer.sizes, tracer.augmented_rows(graph), Reports()
     t, h, within = _clock(graph)
     first: tuple[Coordinates, ...] = ()
@@ -74,6 +82,9 @@ def _inline(tracer: Tracer) -> Kernel:
         every = range(tracer.elements)
         first = tuple(graph.inputs("extra", sizes.coordinates, layout.slope_row(sizes, i, 0)) for i in every)
         reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, 0)), tracer)
+        if queued and integrated(tracer):
+            at = tracer.posture(model, tracer.state(graph, "state"), augmented, t, within)
+            reports.integrands.append(_integrands(tracer, model, at))
     F = _vector_field(tracer, model, augmented, reports, h, within)
     chart = tracer.chart_of(model)
     new, rotation, square, slopes = munthe_kaas.step(
@@ -93,16 +104,55 @@ def _inline(tracer: Tracer) -> Kernel:
         code = where(sound < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
-    if not tracer.method.queued:
-        return tracer.kernel("step", outputs)
+    integrals = _integrals(tracer, h, reports.integrands)
     rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
-    for s in range(1 if first else 0, sizes.stages):
+    place = behind + (layout.quadrature_row(sizes) if queued else 0)
+    outputs, rows = [*outputs, *integrals], [*rows, *(place + n for n in range(len(integrals)))]
+    if opened and not queued:
+        outputs, rows, behind = [], [], 0
+    for s in range(1 if first else 0, sizes.stages if opened else 0):
         for i, f in enumerate(slopes):
             outputs += f[s]
             rows += [behind + layout.slope_row(sizes, i, s) + c for c in range(sizes.coordinates)]
         outputs += reports.power[s : s + 1]
         rows += [behind + layout.report_row(sizes, s) + layout.POWER] if reports.power else []
-    return tracer.kernel("step", outputs, rows)
+    return tracer.kernel("step" if queued or not opened else "slopes", outputs, rows)
+
+
+def integrated(tracer: Tracer) -> tuple[int, ...]:
+    """The numbers of the signals that a step integrates by the weights of its stages."""
+    tableau = tracer.tableau
+    return () if tableau.series or tableau.implicit or tableau.composed else quantities.integrands(tracer.template)
+
+
+def _integrands(tracer: Tracer, model: Model, posture: Posture) -> list[Number]:
+    """What the signals that are integrated are at a state."""
+    view = kinematics.still(posture.now, tuple(range(len(model.bodies))))
+    signals = [x for measure in model.measures for x in measure.signals]
+    return [quantities.evaluate(model, signals[n], view) for n in integrated(tracer)]
+
+
+def _integrals(tracer: Tracer, h: Number, stages: Sequence[Sequence[Number]]) -> list[Number]:
+    """What they integrate to in a step, of what they are in its stages."""
+    used = [(h * float(b), x) for b, x in zip(tracer.tableau.b, stages, strict=False) if b]
+    return [sum(w * x[n] for w, x in used) for n in range(len(integrated(tracer)))]
+
+
+def _quadrature(tracer: Tracer) -> Kernel:
+    """The same from the slopes of all stages; extra: these."""
+    graph, model = tracer.graph()
+    sizes, chart, tableau = tracer.sizes, tracer.chart_of(model), tracer.tableau
+    t, h, within = _clock(graph)
+    x, augmented, found = tracer.state(graph, "state"), tracer.augmented_rows(graph), []
+    for s in range(sizes.stages):
+        at, exponentials = list(x), tableau.exponentials(s)
+        for i in range(tracer.elements if any(tableau.A[s]) else 0):
+            first = layout.slope_row(sizes, i, 0)
+            slopes = [graph.inputs("extra", chart.size, first + chart.size * n) for n in range(len(exponentials[0]))]
+            at[i] = chart.moved(x[i], munthe_kaas.combination(chart, h, exponentials, slopes)[0])
+        posture = tracer.posture(model, at, augmented, t + float(tableau.c[s]) * h, within)
+        found.append(_integrands(tracer, model, posture) if tableau.b[s] else [])
+    return tracer.kernel("quadrature", _integrals(tracer, h, found))
 
 
 def _stage(tracer: Tracer, first: bool) -> Kernel:
@@ -190,6 +240,8 @@ def _vector_field(
         reports.margin.append(found.margin)
         if tracer.augmented.work:
             reports.power.append(dynamics.power(model, posture.now, found.multipliers))
+        if node is None and integrated(tracer):
+            reports.integrands.append(_integrands(tracer, model, posture))
         reports.accelerations = found.accelerations
         return moving
 

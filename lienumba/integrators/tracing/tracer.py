@@ -47,6 +47,7 @@ class Method:
     adaptive: bool = False  # whether a tolerance chooses the steps; then lanes are queued, too
     reactions: bool = True  # whether what joints and drivers do is stored
     joint_coordinates: bool = False  # whether those of the whole mechanism are stored
+    extended: bool = False  # whether what is between the ends of a step is read off its stages
     order: int = 0  # of series in time
     rho: float | None = None  # of the generalised-alpha method
 
@@ -166,7 +167,7 @@ class Tracer:
         self.structure = self._structure(model, selection, fixed)
         self.elements, self.element, self.velocities = self._elements(model)
         looped, stages = self.structure.looped, len(self.tableau.b)
-        slopes = len(self.tableau.stages) + 1 if method.queued and not method.order else stages
+        slopes = len(self.tableau.stages) + 1 if method.extended else stages
         angles = counted_angles(model, now, method.joint_coordinates)
         works = self._works(angles)
         rates = self.velocities + sum(self.law_states.sizes.values()) + works
@@ -190,7 +191,6 @@ class Tracer:
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
             work=len(angles), values=sum(len(event.numbers) for event in model.events),
-            signals=sum(len(x.signals) for x in model.measures), kept=sum(len(x.kept) for x in model.measures),
             history=self.augmented.history, first_history=self.augmented.first_history,
         )  # fmt: skip
 

@@ -30,6 +30,7 @@ from lienumba.integrators.layout import (
     KEEPS_LAST,
     KEPT_CONDITION,
     KEPT_KIND,
+    KEPT_QUADRATURE,
     KEPT_SIGNAL,
     KEPT_TIME,
     KEPT_UNDEFINED,
@@ -46,6 +47,15 @@ OUTER, INNER = 0.05, 49.0 / 180.0  # Lobatto's weights on a step of length 1, an
 CENTRE = 16.0 / 45.0
 
 
+@inlined
+def gain(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
+    """What the step itself says that it adds to an integral, NaN where it does not."""
+    place = plan.kept[n, KEPT_QUADRATURE]
+    if place < 0:
+        return splat(np.nan)
+    return load(at.measures, layout.gain_row(sizes) + place)
+
+
 @apart
 def keep_over(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, low: Lanes,
@@ -59,8 +69,11 @@ def keep_over(
             a, e = load(signals(sizes, at, part, 0), value), load(signals(sizes, at, part, 4), value)
             b, d = load(signals(sizes, at, part, 1), value), load(signals(sizes, at, part, 3), value)
             mean = OUTER * (a + e) + INNER * (b + d) + CENTRE * load(signals(sizes, at, part, 2), value)
-            known = load(kept, KEPT_VALUE)
-            store(kept, KEPT_VALUE, choose(lanes, known + mean * (end - begin), known))
+            known, gained = load(kept, KEPT_VALUE), mean * (end - begin)
+            if part == 0:
+                stepped = gain(sizes, at, plan, n)
+                gained = choose((high == 1.0) & (stepped == stepped), stepped, gained)
+            store(kept, KEPT_VALUE, choose(lanes, known + gained, known))
         store(kept, KEPT_TIME, choose(lanes, load(kept, KEPT_TIME) + (end - begin), load(kept, KEPT_TIME)))
     elif KEEPS_FIRST <= kind <= KEEPS_LAST:
         k = 0 if kind == KEEPS_FIRST else POINTS - 1

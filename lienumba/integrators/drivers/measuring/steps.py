@@ -5,15 +5,15 @@ Signals are looked at in both ends of a step, and between them only where that m
 
 import numpy as np
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.drivers.measuring.keeping import keep_over, keep_parts
+from lienumba.integrators.drivers.measuring.keeping import gain, keep_over, keep_parts
 from lienumba.integrators.drivers.measuring.points import look, look_along, may_turn, signals, truth, turn, value_of
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     COUNTS,
     FRESH,
@@ -22,15 +22,18 @@ from lienumba.integrators.layout import (
     KEEPS_LAST,
     KEPT_CONDITION,
     KEPT_KIND,
+    KEPT_OPEN,
     KEPT_SIGNAL,
     KEPT_TIME,
     KEPT_TRUE,
     KEPT_UNDEFINED,
     KEPT_VALUE,
     POINTS,
+    SEEN,
     SMALLEST,
     UNTIL,
     Sizes,
+    T,
     Workspace,
 )  # fmt: skip
 from lienumba.numerics.operations import absolute, maximum
@@ -57,7 +60,9 @@ def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
         never = choose((a <= -reach) & (b <= -reach) & (a < 0.0), splat(1.0), splat(0.0))
         open_ = choose(((a > reach) & (b > reach)) | (never == 1.0), splat(0.0), splat(1.0))
     if kind == INTEGRATES:
-        open_ = splat(1.0)
+        if value >= 0:
+            stepped = gain(sizes, at, plan, n)
+            open_ = choose(stepped == stepped, open_, 1.0)
     elif kind == KEEPS_FIRST:
         known = load(kept, KEPT_TIME)
         open_ = choose(known == known, splat(0.0), splat(1.0))
@@ -72,72 +77,140 @@ def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
 
 
 @apart
-def _keep_end(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, length: Lanes, good: Mask
-) -> None:
-    """What the end of a step alone changes."""
+def _keep_end(sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, lanes: Mask) -> None:
+    """What a step of which the ends say everything changes in these lanes."""
     condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
+    kind, value, until = plan.kept[n, KEPT_KIND], plan.kept[n, KEPT_SIGNAL], load(at.lanes, UNTIL)
     holds = splat(1.0)
     if condition >= 0:
         holds = truth(sizes, at, condition, POINTS - 1)
-        store(kept, KEPT_TRUE, choose(good, holds, load(kept, KEPT_TRUE)))
-    if plan.kept[n, KEPT_KIND] == KEEPS_LAST:
-        keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), splat(1.0), 0, good & (holds == 1.0))
+        store(kept, KEPT_TRUE, choose(lanes, holds, load(kept, KEPT_TRUE)))
+    lasting = lanes & (holds == 1.0)
+    if kind == KEEPS_LAST:
+        store(kept, KEPT_TIME, choose(lasting, until, load(kept, KEPT_TIME)))
+        store(kept, KEPT_UNDEFINED, choose(lasting, splat(0.0), load(kept, KEPT_UNDEFINED)))
+        if value >= 0:
+            store(kept, KEPT_VALUE, choose(lasting, value_of(sizes, at, value, POINTS - 1), load(kept, KEPT_VALUE)))
+    elif kind == INTEGRATES:
+        store(kept, KEPT_TIME, load(kept, KEPT_TIME) + choose(lasting, until - t, 0.0))
+        if value >= 0:
+            store(kept, KEPT_VALUE, load(kept, KEPT_VALUE) + choose(lasting, gain(sizes, at, plan, n), 0.0))
+
+
+@apart
+def _keep_within(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, whole: Lanes, lanes: Mask,
+) -> None:  # fmt: skip
+    """What a step changes in these lanes that was looked at in all of its points."""
+    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
+    if condition < 0:
+        keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, lanes)
+        return
+    held, turns, sum_ = splat(0.0), splat(-1.0), splat(0.0)
+    for k in range(POINTS):
+        held, sum_ = held + truth(sizes, at, condition, k), sum_ + value_of(sizes, at, condition, k)
+    if any_lane(lanes & may_turn(sizes, at, condition)):
+        for k in range(POINTS - 1):
+            turns = maximum(turns, turn(sizes, at, condition, k))
+    if plan.kept[n, KEPT_KIND] == COUNTS:
+        news = lanes & (truth(sizes, at, condition, 0) > load(kept, KEPT_TRUE))
+        store(kept, KEPT_VALUE, choose(news, load(kept, KEPT_VALUE) + 1.0, load(kept, KEPT_VALUE)))
+    store(kept, KEPT_TRUE, choose(lanes, truth(sizes, at, condition, POINTS - 1), load(kept, KEPT_TRUE)))
+    always = lanes & (turns <= 0.0) & (held == float(POINTS))
+    partly = lanes & ((turns > 0.0) | ((held > 0.0) & (held < float(POINTS))) | (sum_ != sum_))
+    if any_lane(always):
+        keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, always)
+    if any_lane(partly):
+        keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, whole, partly)
 
 
 @inlined
-def _note_changes(sizes: Sizes, at: Workspace, good: Mask) -> None:
-    """How much signals change in this step, for the next one."""
+def _take_ends(sizes: Sizes, at: Workspace, good: Mask, whole: Lanes) -> None:
+    """How much signals change in this step, for the next one, and what they are where that begins."""
     for signal in range(sizes.signals):
-        change = absolute(value_of(sizes, at, signal, POINTS - 1) - value_of(sizes, at, signal, 0))
-        store(signals(sizes, at, 2, 1), signal, choose(good, change, load(signals(sizes, at, 2, 1), signal)))
+        before, after = value_of(sizes, at, signal, 0), value_of(sizes, at, signal, POINTS - 1)
+        changes, change = signals(sizes, at, 2, 1), absolute(after - before)
+        store(changes, signal, choose(good, change, load(changes, signal)))
+        store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
+    store(at.lanes, SEEN, choose(good, choose(whole == 1.0, splat(1.0), 0.0), load(at.lanes, SEEN)))
+
+
+@apart
+def _open(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, closed: bool
+) -> None:
+    """What is between the ends of the step becomes known; closed: whether even the slopes of its stages are not."""
+    if closed and kernels[layout.SLOPES] != 0:
+        store(at.clock, layout.TIME, t)
+        call(kernels[layout.SLOPES], at.state, at.parameters, at.clock, 0, at.slopes, at.work)
+    elif closed:
+        for s in range(sizes.stages):
+            stages.stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
+    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
 
 
 @apart
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, t: Lanes, length: Lanes, until: Lanes,
+    good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
 ) -> None:  # fmt: skip
-    """Keep what has to be of the open step in the lanes `good`, which are left at `until`. The clock stays as it is."""
-    now = load(at.clock, layout.TIME)
+    """Keep what has to be of the open step in the lanes `good`, which are left at `until`; closed: whether the slopes
+    of its stages are not known. The clock stays as it is. Whether the step is looked into is a matter of each lane, and
+    of each thing that is kept."""
+    now, begin, end = load(at.clock, layout.TIME), signals(sizes, at, 0, 0), signals(sizes, at, 0, POINTS - 1)
     whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
-    matters = choose(whole < 1.0, splat(1.0), splat(0.0))
-    look(kernels, sizes, at, t, length, splat(0.0), signals(sizes, at, 0, 0))
-    look(kernels, sizes, at, t, length, splat(1.0), signals(sizes, at, 0, POINTS - 1))
+    unseen = good & (load(at.lanes, SEEN) == 0.0)
+    if any_lane(unseen):
+        look(kernels, sizes, at, t, length, splat(0.0), end)
+        stages.commit(unseen, begin, end, sizes.signals)
+    look(kernels, sizes, at, t, length, splat(1.0), end)
+    matters = splat(0.0)
     for n in range(sizes.kept):
-        matters = maximum(matters, _matters(sizes, at, plan, n))
-    if not any_lane(good & (matters == 1.0)):
-        for n in range(sizes.kept):
-            _keep_end(kernels, sizes, at, plan, n, t, length, good)
-        _note_changes(sizes, at, good)
-        store(at.clock, layout.TIME, now)
-        return
-    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
-    look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
+        opens = choose(whole < 1.0, splat(1.0), _matters(sizes, at, plan, n))
+        store(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN, opens)
+        matters = maximum(matters, opens)
+    open_ = good & (matters == 1.0)
+    if any_lane(open_):
+        _open(kernels, sizes, nodes, at, t, length, closed)
+        look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
     for n in range(sizes.kept):
-        condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
-        if condition < 0:
-            keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, good)
-            continue
-        held, turns, sum_ = splat(0.0), splat(-1.0), splat(0.0)
-        for k in range(POINTS):
-            held, sum_ = held + truth(sizes, at, condition, k), sum_ + value_of(sizes, at, condition, k)
-        if any_lane(good & may_turn(sizes, at, condition)):
-            for k in range(POINTS - 1):
-                turns = maximum(turns, turn(sizes, at, condition, k))
-        if plan.kept[n, KEPT_KIND] == COUNTS:
-            news = good & (truth(sizes, at, condition, 0) > load(kept, KEPT_TRUE))
-            store(kept, KEPT_VALUE, choose(news, load(kept, KEPT_VALUE) + 1.0, load(kept, KEPT_VALUE)))
-        store(kept, KEPT_TRUE, choose(good, truth(sizes, at, condition, POINTS - 1), load(kept, KEPT_TRUE)))
-        steady = turns <= 0.0
-        always = good & steady & (held == float(POINTS))
-        partly = good & ((turns > 0.0) | ((held > 0.0) & (held < float(POINTS))) | (sum_ != sum_))
-        if any_lane(always):
-            keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, always)
-        if any_lane(partly):
-            keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, whole, partly)
-    _note_changes(sizes, at, good)
+        opens = load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN)
+        if any_lane(open_ & (opens == 1.0)):
+            _keep_within(kernels, sizes, at, first, rows, plan, n, t, length, whole, good & (opens == 1.0))
+        _keep_end(sizes, at, plan, n, t, good & (opens == 0.0))
+    _take_ends(sizes, at, good, whole)
     store(at.clock, layout.TIME, now)
+
+
+@inlined
+def take_gains(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, t: Lanes, made: Address) -> None:
+    """What a step from x has just said that signals integrate to, at `made` or by its slopes."""
+    to = at.measures + ROW * layout.gain_row(sizes)
+    if kernels[layout.QUADRATURE] != 0:
+        now = load(at.clock, layout.TIME)
+        store(at.clock, layout.TIME, t)
+        call(kernels[layout.QUADRATURE], x, at.parameters, at.clock, at.slopes, to, at.work)
+        store(at.clock, layout.TIME, now)
+    else:
+        stages.copy(to, made, sizes.integrands)
+
+
+@inlined
+def measure_closed(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
+    good: Mask, x: Address, places: Places,
+) -> None:  # fmt: skip
+    """The same where states change places, of which none but the slopes' own may lie before these."""
+    now, following = places.now, places.following
+    if following == at.new:
+        now, following = following, now
+    here = Workspace(
+        x, places.new, at.slopes, at.control, now, following, at.clock, at.lanes, at.u, at.conditions, at.table,
+        at.change, at.measures, at.parameters, at.work,
+    )  # fmt: skip
+    t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
+    measure(kernels, sizes, nodes, here, first, rows, plan, good, t, length, until, True)
 
 
 @apart

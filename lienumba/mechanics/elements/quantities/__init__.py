@@ -25,6 +25,7 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     conditions,
     counted_angles,
     evaluate,
+    integrands,
     level,
     observe,
     parts,
@@ -34,5 +35,5 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
-    "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
+    "integrands",     "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
 ]  # fmt: skip

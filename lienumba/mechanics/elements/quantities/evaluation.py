@@ -4,10 +4,21 @@ from collections.abc import Iterator
 from typing import Any
 
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.quantities.base import VELOCITY, Observed, Part, joined, kind_of, owner
+from lienumba.mechanics.elements.quantities.base import OBSERVED, VELOCITY, Observed, Part, joined, kind_of, owner
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import GROUND, HELD, Coordinate, Counted, Law, Model, Quantity, Timed
+from lienumba.mechanics.mechanism.model import (
+    GROUND,
+    HELD,
+    INTEGRAL,
+    NONE,
+    Coordinate,
+    Counted,
+    Law,
+    Model,
+    Quantity,
+    Timed,
+)
 from lienumba.numerics.expressions import WITHIN, Formula
 from lienumba.numerics.number import Number, Vector
 
@@ -102,6 +113,28 @@ def level(model: Model, name: str) -> int:
     kind = kind_of(quantity)
     inner = (name for x in kind.reads(quantity, rest) if isinstance(x, Law) for name in x.quantities)
     return max([kind.level(quantity, rest), *(level(model, x) for x in inner)])
+
+
+def integrands(model: Model) -> tuple[int, ...]:
+    """Of the signals of all measures those that steps can integrate by the weights of their stages: what is smooth as
+    it is written, and needs no accelerations."""
+    found, before = dict[int, None](), 0
+    for measure in model.measures:
+        for x in measure.kept:
+            if x.kind == INTEGRAL and x.value != NONE and _smooth(model, measure.signals[x.value]):
+                found[before + x.value] = None
+        before += len(measure.signals)
+    return tuple(found)
+
+
+def _smooth(model: Model, x: Timed) -> bool:
+    """Whether a number is, as far as formulas say, and knows neither accelerations nor multipliers."""
+    names = x.quantities if isinstance(x, Law) else ()
+    formula = x.function if isinstance(x, Law) else x
+    if (isinstance(formula, Formula) and not formula.smooth) or any(level(model, name) == OBSERVED for name in names):
+        return False
+    read = [(_named(model, owner(name)[0]), owner(name)[1]) for name in names]
+    return all(_smooth(model, y) for q, rest in read if q is not None for y in kind_of(q).reads(q, rest))
 
 
 def _named(model: Model, name: str) -> Quantity | None:
