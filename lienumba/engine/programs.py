@@ -16,7 +16,7 @@ from lienumba.mechanics.tree.spanning import closing_rows
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
+from lienumba.scenario.schema.scenario import Absolute, Integrator, ModelSection, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
 if TYPE_CHECKING:
