@@ -195,6 +195,7 @@ def test_what_is_wrong_around_requirements_is_said() -> None:
     assert refusal(FALL | {"sweep": FALL["sweep"] | {"stop": {"every": 10}}}).startswith(
         "sweep.stop.variable is missing"
     )
+    assert "sweep.stop.variable is missing" in refusal(FALL | {"sweep": {"stop": {}}})
     study = {"reference": {"step": 1e-3}, "grid": [{"integrator.step": [0.01]}]}
     assert "requirements: a study compares settings and judges no runs" in refusal(FALL | {"study": study})
 

@@ -83,7 +83,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     check_requirements(lists[REQUIREMENTS], table_in(raw, "sweep"), parameters, report)
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
-        stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs")
+        stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs", 1)
         if stop is not None and isinstance(runs, int):
             check_stop(stop, sweep, runs, lists[REQUIREMENTS], report)
     study = raw.get("study")
