@@ -11,6 +11,7 @@ from lienumba.store.linear_layout import GIVEN, STORED
 from lienumba.words import listed, plural
 
 MOST = 40  # rows of a table
+UNLIKE = 0.5  # the MAC below which it is not certain that two shapes are of one mode
 STILL = 1e-3  # of the largest component of a shape: a centre that moves less does not move
 
 
@@ -26,14 +27,19 @@ class ModeRows:
 def mode_rows(ds: xr.Dataset) -> Iterator[ModeRows]:
     """A row for each mode: medians over the runs, with the range from 5 to 95 % where there are several."""
     many = ds.sizes["run"] > 1
-    spread = ["5 %", "95 %"] if many else []
-    headings = ["Hz", *spread, "damping", *spread, "growth 1/s", *(["unstable"] if many else [])]
+
+    def spread(what: str) -> list[str]:
+        return [what, f"{what} 5 %", f"{what} 95 %"] if many else [what]
+
+    headings = [*spread("Hz"), *spread("damping"), "growth 1/s", *(["unstable"] if many else [])]
     why = str(ds["origin"].attrs.get("comment", "")) if "origin" in ds else ""
     for time in ds["time"].values:
         own = ds.sel(time=time)
         there = own["status"] == 0
+        fastest = float(np.nanmax(np.hypot(own["growth"].values, own["angular_frequency"].values), initial=0.0))
         rows = [
-            [str(mode), _moving(own, mode), *_numbers(own.sel(mode=mode), many)] for mode in ds["mode"].values[:MOST]
+            [str(mode), _moving(own, mode), *_numbers(own.sel(mode=mode), many, fastest)]
+            for mode in ds["mode"].values[:MOST]
         ]
         runs = plural(int(there.sum()), "run", "runs")
         headline, notes = f"t = {time:g} s: {runs}", list(_notes(own, int(there.sum()), many))
@@ -89,24 +95,28 @@ def _notes(own: xr.Dataset, there: int, many: bool) -> Iterator[str]:
             yield f"mode {mode} does not swing in {still:,} of {has:,} runs: there its pair has become two real ones"
         if has < there:
             yield f"mode {mode} is there in {has:,} of {there:,} runs"
+        unlike = int((own["mac"].values[:, n] < UNLIKE).sum()) if "mac" in own else 0
+        if unlike:
+            yield f"mode {mode} has a shape of its own in {plural(unlike, 'run', 'runs')}: it may be another mode there"
     if own.sizes["mode"] > MOST:
         yield f"{own.sizes['mode'] - MOST} more modes are in the dataset"
     if missing := own.sizes["run"] - there:
         yield f"{plural(missing, 'run is', 'runs are')} not there at this time, or cannot be linearised"
 
 
-def _numbers(own: xr.Dataset, many: bool) -> list[str]:
+def _numbers(own: xr.Dataset, many: bool, fastest: float) -> list[str]:
+    """fastest: the largest eigenvalue of all modes."""
     grows = [f"{int(own['grows'].sum()):,}"] if many else []
     frequency = _quantiles(own["frequency_quantiles"].values, ".6g", many)
-    damping = _quantiles(own["damping_ratio_quantiles"].values, ".4g", many)
+    damping = _quantiles(own["damping_ratio_quantiles"].values, ".4g", many, 1.0)
     growth = own["growth"].values[np.isfinite(own["growth"].values)]
     median = float(np.median(growth)) if len(growth) else float("nan")
-    return [*frequency, *damping, number_text(median, ".4g"), *grows]
+    return [*frequency, *damping, number_text(median, ".4g", fastest), *grows]
 
 
-def _quantiles(own: np.ndarray, digits: str, many: bool) -> list[str]:
-    """The median, and the range, of one that is not there in any run NaN."""
-    low, middle, high = (number_text(float(x), digits) for x in own)
+def _quantiles(own: np.ndarray, digits: str, many: bool, scale: float = 0.0) -> list[str]:
+    """The median, and the range, of one that is not there in any run NaN; scale: see `number_text`."""
+    low, middle, high = (number_text(float(x), digits, scale) for x in own)
     return [middle, low, high] if many else [middle]
 
 

@@ -60,7 +60,9 @@ def plot(
 
 
 def animate(
-    file: FileArgument,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A dataset (.nc); with --mode also a scenario.", show_default=False)
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -78,6 +80,12 @@ def animate(
         str | None,
         typer.Option("--worst", metavar="NAME", help="Beside it the run with the largest |NAME|, such as tip."),
     ] = None,
+    mode: Annotated[
+        int | None,
+        typer.Option(
+            "--mode", metavar="N", help="This vibration mode over one period (default of a dataset of modes: 1)."
+        ),
+    ] = None,
     duration: Annotated[
         float | None,
         typer.Option("--duration", metavar="S", help="How long it takes to watch in s (default: real time, 4 to 8 s)."),
@@ -86,17 +94,29 @@ def animate(
     allow_code: AllowCodeOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres."""
+    """Draw the mechanism in motion: bodies of equivalent inertia, joints, and the paths of mass centres; or one of its
+    vibration modes."""
     with console.exit_codes():
-        from lienumba.figures.animate import claimed_film, draw, runs_of
-        from lienumba.scene import scene
+        from lienumba.figures.animate import claimed_film, draw, one_run, runs_of
+        from lienumba.scenario.resolve import resolve
+        from lienumba.scene import mode_scene, scene
         from lienumba.store.files import reading
+        from lienumba.store.linear_layout import MODES, is_modes
 
         target = output if output is not None else Path(file.stem + ".gif")
         with claimed_film(target) as own:
-            with reading(file) as (dataset, where):
-                labels = runs_of(runs, worst)
-                with console.progress(quiet) as report:
+            labels, modes = runs_of(runs, worst), mode is not None
+            if modes and file.suffix == ".toml":
+                title = resolve(file, allow_code=allow_code).data.title
+            else:
+                with reading(file, (MODES,)) as (dataset, _):
+                    modes, title = modes or is_modes(dataset), str(dataset.attrs.get("title", ""))
+            if modes:
+                chosen = 1 if mode is None else mode
+                seen = mode_scene(file, modes=chosen, run=one_run(labels, worst), allow_code=allow_code)
+                title = ": ".join(filter(None, [title, seen.runs[0].label]))
+            else:
+                with reading(file) as (dataset, where), console.progress(quiet) as report:
                     seen = scene(
                         dataset,
                         where,
@@ -106,13 +126,13 @@ def animate(
                         allow_code=allow_code,
                         tell=report,
                     )
-                title = str(dataset.attrs.get("title", ""))
-            if not quiet:
+            if not quiet and not modes:
                 console.print_warnings(list(seen.remarks))
             with console.drawing(quiet) as frame:
                 draw(seen, own, title, fps, duration, frame)
         if not quiet:
-            console.say(f"written to {target}: {', '.join(run.label for run in seen.runs)}")
+            remark = "".join(f"; {sentence}" for sentence in seen.remarks if modes)
+            console.say(f"written to {target}: {', '.join(run.label for run in seen.runs)}{remark}")
 
 
 def report(

@@ -39,6 +39,14 @@ def runs_of(text: str | None, worst: str | None) -> list[int]:
     return list(dict.fromkeys(label for part in ranges for label in part))
 
 
+def one_run(labels: list[int], worst: str | None) -> int | None:
+    """The run whose mode is asked for, if it is named."""
+    if worst is not None or len(labels) > 1:
+        given = f"--worst {worst}" if worst is not None else f"--run {','.join(map(str, labels))}"
+        raise ScenarioError(f"{given}: a mode is that of one run; give one label with --run")
+    return labels[0] if labels else None
+
+
 @contextmanager
 def claimed_film(target: str | os.PathLike[str]) -> Iterator[Output]:
     """Own a film, from before anything is drawn."""

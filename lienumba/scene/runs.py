@@ -57,7 +57,7 @@ def shown_runs(
         return [ShownRun(run, _status(ds, run)) for run in runs]
     labels, moved = ds["run"].values, ds["end_time"].values > 0.0
     good = moved & np.isin(ds["status"].values, GOOD)
-    first = _usual(ds, good)
+    first = usual(ds, good)
     found = [first] if first is not None else []
     if name is not None:
         found.append(ShownRun(worst(ds, name).run, f"largest |{name}|"))
@@ -82,7 +82,7 @@ def _status(ds: "xr.Dataset", run: int) -> str:
     return "" if code == SUCCESS else f"{NAMES[code]} at {float(ds['end_time'].sel(run=run)):.4g} s".replace("_", " ")
 
 
-def _usual(ds: "xr.Dataset", which: np.ndarray) -> ShownRun | None:
+def usual(ds: "xr.Dataset", which: np.ndarray) -> ShownRun | None:
     """The nominal run, or the one whose samples are nearest to the medians, in units of their spread."""
     labels = ds["run"].values
     if not which.any():

@@ -50,6 +50,8 @@ class MovingRun:
         (T, k, 3, 3), body to global.
     switching : Switching, optional
         What is locked, open or closed, of a mechanism that changes.
+    name : str
+        What it is called, where it is no run but a mode of one.
     """
 
     run: int
@@ -60,10 +62,13 @@ class MovingRun:
     positions: np.ndarray
     rotations: np.ndarray
     switching: Switching | None = None
+    name: str = ""
 
     @property
     def label(self) -> str:
         """What the run is called."""
+        if self.name:
+            return self.name
         if self.why == NOMINAL:
             return "nominal run"
         return f"run {self.run}" + (f" ({self.why})" if self.why else "")
@@ -102,7 +107,9 @@ class Scene:
     followed : bool
         Whether positions are relative to the mass centre of the mechanism, which travels far.
     remarks : tuple of str
-        Sentences on runs that were simulated again and came out otherwise.
+        Sentences on runs that were simulated again and came out otherwise, or on how modes are drawn.
+    cycles : bool
+        Whether its runs are modes, which begin again where they end.
     """
 
     runs: tuple[MovingRun, ...]
@@ -110,6 +117,7 @@ class Scene:
     high: np.ndarray
     followed: bool
     remarks: tuple[str, ...]
+    cycles: bool = False
 
 
 def scene(

@@ -18,15 +18,16 @@ SHOWN = {
     SYSTEMS: "xarray.open_dataset reads it",
 }
 MODE = ("run", "time", "mode")
-SHAPE = (*MODE, "body", "axis", "part")
+SHAPE, PLACE = (*MODE, "body", "axis", "part"), ("body", "axis")
 NEEDED = {
     "growth": MODE, "angular_frequency": MODE, "frequency": MODE, "damping_ratio": MODE, "grows": MODE,
     "stable": MODE[:2], "status": MODE[:2], "frequency_quantiles": ("quantile", *MODE[1:]),
     "damping_ratio_quantiles": ("quantile", *MODE[1:]),
 }  # fmt: skip
 SHAPES = {
-    "translation": SHAPE, "turn": SHAPE, "mac": MODE, "crossed": MODE, "position": (*MODE[:2], "body", "axis"),
-    "rotation": (*MODE[:2], "body", "axis", "body_axis"),
+    "translation": SHAPE, "turn": SHAPE, "mac": MODE, "crossed": MODE, "position": (*MODE[:2], *PLACE),
+    "rotation": (*MODE[:2], *PLACE, "body_axis"), "start_position": (MODE[0], *PLACE),
+    "start_rotation": (MODE[0], *PLACE, "body_axis"),
 }  # fmt: skip
 GIVEN, STORED, SIMULATED = range(3)
 ORIGINS = ("start", "stored", "simulated")  # of the states at a time

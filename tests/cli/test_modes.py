@@ -62,6 +62,20 @@ def test_a_dataset_of_modes_is_answered_by_every_command(tmp_path: Path) -> None
     assert "is of static equilibria, not of runs over time" in lienumba("info", str(data)).stderr
 
 
+def test_modes_of_scenarios_and_datasets_as_pictures_and_pages(tmp_path: Path) -> None:
+    data, drawn, page = tmp_path / "mounts.nc", tmp_path / "mode.png", tmp_path / "mounts.html"
+    mounts, film = str(SCENARIOS / "machine_on_mounts.toml"), ("-o", str(drawn))
+    told = lienumba("animate", mounts, "--mode", "3", *film).stdout
+    assert f"written to {drawn}: mode 3: 16.86 Hz, damping 0.0212; nominal run at t = 0 s, moving by at most " in told
+    library.modes(mounts, overrides={"sweep.runs": 3}).to_netcdf(data)
+    assert "mode 2: " in lienumba("animate", str(data), "--mode", "2", "--run", "1", *film).stdout
+    several = lienumba("animate", str(data), "--run", "0,1", *film).stderr
+    assert several == "error: --run 0,1: a mode is that of one run; give one label with --run\n"
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+    assert lienumba("report", str(data), "-o", str(page)).exit_code == 0
+    assert "Modes at t = 0 s" in page.read_text(encoding="utf-8")
+
+
 def test_a_selection_of_modes_says_what_it_has_lost() -> None:
     found = library.modes(SCENARIOS / "top_over_spin.toml", overrides={"sweep.runs": 3})
     assert figure(found.sel(mode=[1])).axes

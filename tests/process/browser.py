@@ -15,6 +15,7 @@ NEEDED = "LIENUMBA_NEEDS_BROWSER"  # set where a browser must be there
 # What Chromium says whatever plotly.js draws: how fast WebGL is in software, and how its labels are rendered.
 DRIVER = ("GL Driver Message", "willReadFrequently")
 WIDTHS = {1280: 800, 390: 844}  # and their heights
+HEIGHTS = WIDTHS | {768: 1024}
 PATIENCE = 60_000  # ms: what is drawn in software waits for its turn on a busy machine
 DRAWN = """(run) => {
   const stage = document.getElementById("stage"), { traces, dataScale } = stage._fullLayout.scene._scene;
@@ -44,7 +45,7 @@ class Seen:
 
     def __init__(self, browser: Any, file: Path, width: int, theme: str = "light") -> None:
         narrow = width < 640
-        size = {"width": width, "height": WIDTHS[width]}
+        size = {"width": width, "height": HEIGHTS[width]}
         self.context = browser.new_context(viewport=size, color_scheme=theme, has_touch=narrow, is_mobile=narrow)
         self.page, self.width = self.context.new_page(), width
         self.page.set_default_timeout(PATIENCE)
@@ -83,7 +84,7 @@ class Seen:
     def look_at_all(self) -> None:
         """Scroll down, so that all charts are drawn."""
         self.ask("document.documentElement.style.scrollBehavior = 'auto'")
-        for top in range(0, self.ask("document.scrollingElement.scrollHeight"), WIDTHS[self.width] // 2):
+        for top in range(0, self.ask("document.scrollingElement.scrollHeight"), HEIGHTS[self.width] // 2):
             self.ask(f"scrollTo(0, {top})")
             self.page.wait_for_timeout(60)
         self.page.wait_for_selector("[data-chart] .xtick text", state="attached")

@@ -14,6 +14,7 @@ from lienumba.engine.linear.states import Asked, At
 from lienumba.engine.linear.systems import Recorded, Systems
 from lienumba.engine.linear.tracking import Tracked, crossings, tracked, weights_of
 from lienumba.errors import ScenarioError
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.store.linear_layout import MODE, MODES, SHAPE, SHAPES
@@ -82,7 +83,8 @@ def modes(
             poses.append(states.bodies(tracer, prepared.model)[:, :, :POSE])
     if not any(np.isfinite(x.values).any() for x in found):
         raise ScenarioError("no run has modes at these times: it fails before, or nothing of it can move")
-    ds = _dataset(asked, model, found, poses)
+    start = np.asarray(prepared.states).reshape(len(asked.labels), -1, ELEMENT)[:, :, :POSE]
+    ds = _dataset(asked, model, found, poses and [start, *poses])
     ds.attrs["rotation"] = list(turning(rotation))
     return ds.assign(asked.origins(origins, tracer, prepared))
 
@@ -166,15 +168,15 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         parts = np.stack([shape.real, shape.imag], axis=-1).reshape(*shape.shape[:3], -1, 2, 3, 2)
         variables["translation"] = (SHAPE, parts[:, :, :, :, 0], {"units": "m", "frame": "global"})
         variables["turn"] = (SHAPE, parts[:, :, :, :, 1], {"units": "rad", "frame": "global"})
-        places = whole([x.place for x in found], 0).swapaxes(0, 1)
         likeness = "likeness to the shape it was compared with"
         variables["mac"] = (dims, whole([x.mac for x in found]), {"units": "1", "long_name": likeness})
-        crossed = np.stack([crossings(values[:, n], x) for n, x in enumerate(places)], axis=1)
+        crossed = np.stack([crossings(x) for x in values.swapaxes(0, 1)], axis=1)
         variables["crossed"] = (dims, crossed, {"long_name": "stands elsewhere among the frequencies of its run"})
-        pose = np.stack(poses, axis=1)
-        position, rotation = pose[..., :3], pose[..., 3:].reshape(*pose.shape[:3], 3, 3)
-        variables["position"] = (SHAPES["position"], position, {"units": "m", "frame": "global"})
-        variables["rotation"] = (SHAPES["rotation"], rotation, {"units": "1", "frame": "body to global"})
+        for prefix, pose in (("start_", poses[0]), ("", np.stack(poses[1:], axis=1))):
+            position, turned = prefix + "position", prefix + "rotation"
+            axes = pose[..., 3:].reshape(*pose.shape[:-1], 3, 3)
+            variables[position] = (SHAPES[position], pose[..., :3], {"units": "m", "frame": "global"})
+            variables[turned] = (SHAPES[turned], axes, {"units": "1", "frame": "body to global"})
         coordinates |= {"body": [body.name for body in model.bodies], "axis": list("xyz"), "part": list(PARTS)}
         coordinates["body_axis"] = list("xyz")
     return xr.Dataset(variables, coordinates, asked.attributes(MODES))

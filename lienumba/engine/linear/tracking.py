@@ -18,6 +18,7 @@ from lienumba.mechanics.mechanism.model import Model
 
 Array = npt.NDArray[Any]
 AT_ONCE = 2048  # runs
+EQUAL = 1e-9  # of the largest frequency: two that differ by less are equal
 NEARNESS = 1e-3  # what equal eigenvalues count, where equal shapes count 1
 
 
@@ -27,13 +28,12 @@ def _none() -> Array:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k) whose largest component is 1, MAC with the mode of the run
-    it was compared with, and where each mode stands among the frequencies of its run."""
+    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k) whose largest component is 1, and MAC with the mode of the
+    run it was compared with."""
 
     values: Array
     shapes: Array = field(default_factory=_none)
     mac: Array = field(default_factory=_none)
-    place: Array = field(default_factory=_none)
 
 
 def weights_of(model: Model) -> Array:
@@ -69,25 +69,25 @@ def tracked(values: Array, moved: Array, weights: Array, samples: Mapping[str, A
     shapes = np.take_along_axis(moved, place[:, :, None], axis=1)
     largest = np.take_along_axis(shapes, np.abs(np.nan_to_num(shapes)).argmax(axis=2)[:, :, None], axis=2)
     shapes /= np.where(np.abs(largest) > 0.0, largest, 1.0)
-    return Tracked(values, shapes, np.where(np.isnan(values.real), np.nan, mac), place)
+    return Tracked(values, shapes, np.where(np.isnan(values.real), np.nan, mac))
 
 
-def crossings(values: Array, place: Array) -> Array:
-    """Whether a mode (runs, modes) is on the other side, among the frequencies, of some mode than in the first run that
-    has both."""
-    there = np.isfinite(values.real)
-    found = np.zeros(there.shape, bool)
-    for n in range(place.shape[1]):
-        both = there & there[:, n : n + 1]
-        above = place > place[:, n : n + 1]
-        first = both.argmax(axis=0)
-        other = both & (above != above[first, np.arange(len(first))])
-        found |= other
+def crossings(values: Array) -> Array:
+    """Whether the frequency of a mode (runs, modes) is on the other side of that of some mode than in the first run
+    where these two differ."""
+    frequency = values.imag
+    least = EQUAL * np.nanmax(np.abs(frequency), axis=1, initial=0.0)[:, None]
+    found = np.zeros(frequency.shape, bool)
+    for n in range(frequency.shape[1]):
+        above = np.nan_to_num(frequency - frequency[:, n : n + 1])
+        side = np.where(np.abs(above) > least, np.sign(above), 0.0)
+        first = (side != 0.0).argmax(axis=0)
+        found |= side * side[first, np.arange(len(first))] < 0.0
     return found
 
 
 def _paired(values: Array, moved: Array, weights: Array, runs: Array, others: Array) -> tuple[Array, Array]:
-    """MAC of each mode of others with that of runs which is most likely the same, and which that is."""
+    """MAC of each mode of others (NaN of none) with that of runs which is most likely the same, and which that is."""
     from scipy.optimize import linear_sum_assignment
 
     one, two = _unit(moved[others], weights), _unit(moved[runs], weights)
@@ -99,7 +99,8 @@ def _paired(values: Array, moved: Array, weights: Array, runs: Array, others: Ar
     places = np.arange(pairs.shape[1])
     for run in np.flatnonzero((np.sort(pairs, axis=1) != places).any(axis=1)):
         pairs[run] = linear_sum_assignment(-score[run])[1]
-    return np.take_along_axis(alike, pairs[:, :, None], axis=2)[:, :, 0], pairs
+    mac = np.take_along_axis(alike, pairs[:, :, None], axis=2)[:, :, 0]
+    return np.where(np.isnan(values[others].real), np.nan, mac), pairs
 
 
 def _unit(moved: Array, weights: Array) -> Array:

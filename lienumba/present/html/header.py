@@ -14,17 +14,19 @@ from lienumba.present.html import verdict
 from lienumba.present.html.markup import Markup, element, join, number
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import written_tables
+from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
 
 
-def header(ds: xr.Dataset) -> Markup:
-    """Title, verdict, and what the runs are of."""
+def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
+    """Title, verdict, and what the runs are of; told: the verdict, where it is not one of runs or of a study."""
     failed = int((~ds["status"].isin(GOOD)).sum())
     button = element("button", "Theme", id="theme", type="button", title="light or dark")
     top = element("div", element("span", "lienumba report", class_="brand"), button, class_="top")
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
-    told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
+    if told is None:
+        told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
     ran = element("p", told, class_="verdict failed" if failed else "verdict")
     return join([top, title, *verdict.headline(ds), ran, element("p", " · ".join(_size(ds)), class_="quiet")])
 
@@ -82,7 +84,7 @@ def _size(ds: xr.Dataset) -> Iterator[str]:
             yield plural(len(model[key]), one, many)
     if is_study(ds):
         yield f"a grid over {listed(grid_of(ds))}"
-    else:
+    elif not is_modes(ds):
         yield method(integrator)
     inputs = sum(x.attrs.get("role") == "input" for x in ds.coords.values())
     if inputs:

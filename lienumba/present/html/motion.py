@@ -34,6 +34,7 @@ BYTES = 3_000_000  # of all frames
 MOST_FRAMES = 600  # of a run that turns slowly
 LARGEST_TURN = 0.4  # rad between frames, where the course has such times
 MOST_RUNS = 8
+CYCLE = 2.0  # s that a mode takes
 UNIT = 32767  # of the integers of a quaternion
 POSE = 3 * 4 + 4 * 2  # bytes of a body in a frame
 VIEW = (0.9, 1.7, 0.75)  # to the right, to the front and up: from where one looks
@@ -68,7 +69,7 @@ def _stage(found: Scene) -> list[Markup]:
     slider = element("input", id="time", type="range", min="0", max="1000", value="0", step="1", aria_label="time")
     track = element("div", play, slider, element("output", id="clock"), class_="track")
     speed = element("label", "speed ", element("select", id="speed"))
-    run = element("label", "run ", element("select", id="run"))
+    run = element("label", "mode " if found.cycles else "run ", element("select", id="run"))
     other = [element("label", "beside ", element("select", id="beside"))] if len(found.runs) > 1 else []
     place = element("div", class_="plot", id="stage", role="img", aria_label="the mechanism, moving")
     mechanism = found.runs[0].mechanism
@@ -86,7 +87,11 @@ def _stage(found: Scene) -> list[Markup]:
 
 
 def data(found: Scene, gravity: Sequence[float | str]) -> Json:
-    """What the page needs to draw the runs of a scene; gravity: three numbers or formulas."""
+    """What the page needs to draw the runs of a scene, of which modes take equally long; gravity: three numbers or
+    formulas."""
+    if found.cycles:
+        runs = (replace(run, times=CYCLE * (run.times / run.times[-1])) for run in found.runs)
+        found = replace(found, runs=tuple(runs))
     low, high = found.low, found.high
     margin = 0.04 * float((high - low).max())
     per_run = BYTES // len(found.runs)
@@ -106,6 +111,7 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
             _run(run, per_run) | {"figure": [*figures].index(key)} for run, key in zip(found.runs, keys, strict=True)
         ],
         "duration": float(max(run.times[-1] for run in found.runs)),
+        **({"cycles": True} if found.cycles else {}),
     }
 
 

@@ -41,7 +41,7 @@ def report(
     Parameters
     ----------
     dataset : xarray.Dataset or path
-        What `lienumba.run` returned, or its file.
+        What `lienumba.run` or `lienumba.modes` returned, or its file.
     output : path
         The HTML file, replaced if it exists.
     allow_code : bool
@@ -56,11 +56,12 @@ def report(
         Where the dataset is none of lienumba, or plotly is not installed.
     """
     from lienumba.store.files import reading
+    from lienumba.store.linear_layout import MODES
     from lienumba.store.outputs import whole
     from lienumba.store.targets import claimed
 
     with claimed(output, "page", ENDINGS) as own:
-        with reading(dataset) as (ds, where):
+        with reading(dataset, (MODES,)) as (ds, where):
             name = Path(where).name if isinstance(dataset, str | os.PathLike) else "dataset.nc"
             text = page(ds, name, allow_code, progress or (lambda event: None))
         with whole(own) as partial:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
+import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import unit_label
@@ -12,6 +13,7 @@ from lienumba.present.html.chart import Section, section
 from lienumba.present.html.header import method, scenario_of
 from lienumba.present.html.markup import Markup, element, facts, folded, join, table
 from lienumba.scenario.base.toml import Tables
+from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import plural, show
 
@@ -52,6 +54,8 @@ def _runs(ds: xr.Dataset) -> str:
     """How many there are."""
     if is_study(ds):
         return f"{ds.sizes['run']:,} at each point of the grid"
+    if is_modes(ds):
+        return f"{ds.sizes['run']:,}"
     ran = counts(ds)
     return f"{ran.runs:,}{ran.beside}"
 
@@ -102,11 +106,20 @@ def _inputs(ds: xr.Dataset, data: Tables) -> Iterator[Markup]:
 
 def _repeat(ds: xr.Dataset, name: str) -> Iterator[Markup]:
     commands = [f"lienumba run scenario.toml -o {name}    # the scenario below"]
-    if "time_per_run" not in ds:
+    if is_modes(ds):
+        turning = [f"--rotation {_row(ds.attrs['rotation'])} "] if np.any(ds.attrs.get("rotation", 0.0)) else []
+        times = f"--at {_row(ds['time'].values)} "
+        commands = [f"lienumba modes scenario.toml {times}{''.join(turning)}-o {name}    # the scenario below"]
+        commands.append(f"lienumba animate {name} --mode {int(ds['mode'].values[0])}    # one mode as a film")
+    elif "time_per_run" not in ds:
         commands.append(f"lienumba replay {name} --run {int(ds['run'].values[0])}    # one run, with its whole course")
     commands.append(f"lienumba report {name}    # this page")
     yield element("h3", "To repeat it")
     yield element("pre", "\n".join(commands))
+
+
+def _row(numbers: Iterable[float]) -> str:
+    return ",".join(f"{float(x):g}" for x in numbers)
 
 
 def _scenario(ds: xr.Dataset) -> Iterator[Markup]:

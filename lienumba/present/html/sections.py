@@ -8,11 +8,23 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from lienumba.analysis.weights import as_drawn
-from lienumba.present.html import changes, chart, histograms, motion, sensitivity, study, summary, time_series, verdict
+from lienumba.present.html import (
+    changes,
+    chart,
+    histograms,
+    modes,
+    motion,
+    sensitivity,
+    study,
+    summary,
+    time_series,
+    verdict,
+)
 from lienumba.present.html.chart import Json, Section
 from lienumba.present.html.header import header, scenario_of
 from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.provenance import provenance
+from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import is_study
 
 if TYPE_CHECKING:
@@ -23,10 +35,14 @@ if TYPE_CHECKING:
 def sections_of(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> tuple[Markup, list[Section], Json]:
     """The header of the page, its sections, and what its scripts need beside the charts, by the name of the script."""
     extra: Json = {}
-    found = [
-        *(study.sections(ds) if is_study(ds) else _of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra))
-    ]
-    return header(ds), [*found, provenance(ds, name)], extra
+    if is_modes(ds):
+        found = [*modes.sections(ds, name, extra)]
+    elif is_study(ds):
+        found = [*study.sections(ds)]
+    else:
+        found = [*_of_runs(ds, motion.seen(ds, name, allow_code, tell), name, extra)]
+    told = modes.headline(ds) if is_modes(ds) else None
+    return header(ds, told), [*found, provenance(ds, name)], extra
 
 
 def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Iterator[Section]:

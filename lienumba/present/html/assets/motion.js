@@ -279,7 +279,7 @@ async function showMotion(data) {
   };
   const looked = () => drawn(data, shown(), motion.time).map((trace) => (trace.meta.part ? trace : painted(trace)));
   const tell = () => {
-    clock.textContent = `${motion.time.toFixed(digits)} s`;
+    clock.textContent = data.cycles ? `${Math.round(360 * motion.time / data.duration)}°` : `${motion.time.toFixed(digits)} s`;
     if (document.activeElement !== slider || motion.playing) slider.value = motion.time;
     play.textContent = motion.playing ? "Pause" : "Play";
   };
@@ -289,7 +289,8 @@ async function showMotion(data) {
     if (!motion.playing || !visible) return;
     const passed = Math.min((now - before) / 1000, 0.1);
     before = now;
-    if (motion.time < data.duration) motion.time = Math.min(motion.time + passed * motion.speed, data.duration);
+    if (data.cycles) motion.time = (motion.time + passed * motion.speed) % data.duration;
+    else if (motion.time < data.duration) motion.time = Math.min(motion.time + passed * motion.speed, data.duration);
     else if (!ended) ended = now;
     else if (now - ended > 900) { motion.time = 0; ended = 0; }
     move();
@@ -302,9 +303,9 @@ async function showMotion(data) {
     if (on) requestAnimationFrame(tick);
   };
 
-  const speeds = speedsFor(data.duration);
+  const speeds = data.cycles ? [0.1, 0.25, 0.5, 1, 2, 4] : speedsFor(data.duration);
   const speed = document.getElementById("speed"), run = document.getElementById("run"), beside = document.getElementById("beside");
-  offer(speed, speeds.map((x) => (x === 1 ? "real time" : `${x} ×`)));
+  offer(speed, speeds.map((x) => (x === 1 && !data.cycles ? "real time" : `${x} ×`)));
   speed.value = 3;
   motion.speed = speeds[3];
   offer(run, runs.map((x) => x.label));
