@@ -29,7 +29,9 @@ ALIASES = {
     "world": "ground global", "earth": "ground global", "inertial": "global", "local": "body",
     "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
 }  # fmt: skip
-SIMILAR, VERY_SIMILAR = 0.5, 0.8  # of two words, as difflib measures
+SIMILAR, ALIKE, VERY_SIMILAR = 0.5, 0.6, 0.8  # of two words, as difflib measures
+MOST_NEAR, AS_LIKE = 3, 0.1  # names that are like a word, and how much less like it they are than the first
+MOST_KNOWN = 30  # names of a list
 LINE = 80  # characters of a value in a message
 
 
@@ -41,26 +43,33 @@ def alias(word: str, known: Iterable[str]) -> str | None:
 
 def nearest(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str | None:
     """The known name most like a word, or None if none is like it."""
+    return next(iter(near(word, known, cutoff)), None)
+
+
+def near(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> list[str]:
+    """The few known names most like a word, the nearest first; none if none is like it."""
     import difflib
 
     names = list(known)
     same = alias(word, names) or alias(word.lower(), names)
     if same is not None:
-        return same
+        return [same]
     folded = {name.lower(): name for name in names}
-    close = difflib.get_close_matches(word.lower(), list(folded), n=1, cutoff=cutoff)
-    return folded[close[0]] if close else None
+    close = difflib.get_close_matches(word.lower(), list(folded), n=MOST_NEAR, cutoff=cutoff)
+    like = [difflib.SequenceMatcher(None, name, word.lower()).ratio() for name in close]
+    return [folded[name] for name, x in zip(close, like, strict=True) if x > like[0] - AS_LIKE]
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
+def suggestion(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str:
     """The remedy for an unknown name: the nearest known one, or the list of them."""
     names = list(known)
-    close = nearest(word, names)
+    close = nearest(word, names, cutoff)
     if close is not None:
         return f'the nearest known name is "{close}"'
     if not names:
         return "none is known here"
-    return "known here are " + ", ".join(f'"{name}"' for name in names)
+    more = f" and {len(names) - MOST_KNOWN} more" if len(names) > MOST_KNOWN else ""
+    return "known here are " + ", ".join(f'"{name}"' for name in names[:MOST_KNOWN]) + more
 
 
 def printable(text: str) -> str:

@@ -44,8 +44,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
-        {"deflate", "layout", "provenance"}, {"components", "linear_layout", "study_layout", "windows"}, {"form"},
-        {"files"}, {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
+        {"deflate", "layout", "provenance"}, {"linear_layout", "study_layout", "windows"}, {"form"}, {"files", "names"},
+        {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
@@ -61,7 +61,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"runner", "prepared"}, {"rare"},
     ],
     "integrators": [{"codes", "layout"}, {"methods"}, {"drivers"}, {"tracing"}],
-    "cli": [{"options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
+    "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table", "weights"}, {"labels", "outcomes"},
         {"mode_rows", "summary", "summary_rows", "summary_text"}, {"sensitivities", "statistics", "studies"},

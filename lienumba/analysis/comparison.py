@@ -14,12 +14,13 @@ import xarray as xr
 
 from lienumba.analysis.requirements.verdict import verdicts_of
 from lienumba.analysis.sensitivities import outputs
-from lienumba.analysis.sensitivities.outputs import FAILED, Output
+from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.paths import PLACES
 from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MET
+from lienumba.store.names import FAILED
 from lienumba.store.study_layout import is_study
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, proportion
@@ -82,6 +83,8 @@ def compare(
     found = [list(_read(ds, which, chosen, time, sampled)) for ds, which in ((one, "first"), (other, "second"))]
     in_both = {x.name for x in found[1]}
     pairs = [(a, next(b for b in found[1] if b.name == a.name)) for a in found[0] if a.name in in_both]
+    if not pairs:
+        raise ScenarioError(f"{listed(map(show, names))}: is of other numbers in both; name one that both have")
     weights = _weights(one, other)
     rows = [_difference(a, b, weights) for a, b in pairs]
     data = {

@@ -14,9 +14,9 @@ from typing import Annotated
 import typer
 
 from lienumba.cli.checking import doctor, info, sample, schema, validate
+from lienumba.cli.commands import Command, Group
 from lienumba.cli.importing import import_
 from lienumba.cli.linear import equilibrium, modes
-from lienumba.cli.options import Command, Group
 from lienumba.cli.rare import rare, worst
 from lienumba.cli.running import merge, replay, run
 from lienumba.cli.showing import analyse, animate, compare, list_, plot, report, table

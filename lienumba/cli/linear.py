@@ -130,4 +130,4 @@ def _labels(runs: str | None) -> Any:
         return None
     from lienumba.scenario.base.arguments import parse_ranges
 
-    return [label for part in parse_ranges(runs, "--runs") for label in part]
+    return [label for part in parse_ranges(runs, "--runs ") for label in part]

@@ -1,29 +1,9 @@
 """Arguments and options that commands share."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperCommand, TyperGroup
-
-
-class _Flags:
-    """Options without a value stand in the help without one, `--help` too."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        found: list[Any] = super().get_params(ctx)  # type: ignore[misc]
-        for option in (option for option in found if getattr(option, "is_flag", False)):
-            option.metavar = ""
-        return found
-
-
-class Command(_Flags, TyperCommand):
-    """A command."""
-
-
-class Group(_Flags, TyperGroup):
-    """All commands."""
-
 
 ScenarioArgument = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="The scenario, a TOML file.", show_default=False)

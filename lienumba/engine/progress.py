@@ -12,18 +12,21 @@ from typing import Any, Protocol, TextIO
 from lienumba.errors import ScenarioError
 
 LINE_INTERVAL = 30.0  # s between progress lines, where there is no terminal
+PATIENCE = 5.0  # s that checks may take before lines say so: what is refused at once is told alone
 SILENCE = 60.0  # s after which a line appears even if nothing has been reported
 DELAY = 1.0  # s that a run called from Python may take before it shows anything
 CELL_INTERVAL = 0.25  # s between two looks of a notebook's line
 STAGES = {
+    "prepare": "checking how runs start",
     "compile": "compiling the mechanism (kept for the next time)",
     "run": "simulating",
     "write": "writing the dataset",
 }
+BEFORE = ("prepare", "compile")  # which no run is done in
 
 
 class Event(Protocol):
-    """What the runner reports: the stage ("compile", "run", "write"), and runs done and failed."""
+    """What the runner reports: the stage ("prepare", "compile", "run", "write"), and runs done and failed."""
 
     stage: str
     done: int
@@ -121,7 +124,7 @@ def bar() -> Iterator[Show]:
         TimeRemainingColumn(elapsed_when_finished=True),
     )
     with Progress(*columns, console=Console(stderr=True)) as display:
-        task = display.add_task("checking", total=None, failed=0)
+        task = display.add_task(STAGES["prepare"], total=None, failed=0)
 
         def show(event: Event) -> None:
             text = STAGES.get(event.stage, event.stage)
@@ -144,7 +147,7 @@ def cell() -> Iterator[Show]:
         nonlocal last, updated
         now, changed = time.monotonic(), last is None or event.stage != last.stage
         last = event
-        text = clock.state(event) if event.stage != "compile" else STAGES["compile"]
+        text = clock.state(event) if event.stage not in BEFORE else STAGES[event.stage]
         if changed or now - updated >= CELL_INTERVAL:
             updated = now
             value = f' value="{event.done}" max="{event.total}"' if event.stage == "run" else ""
@@ -192,7 +195,7 @@ class ProgressLines:
         self.stream, self.clock = stream, clock
         self.event: Event | None = None
         self.since = Clock(clock)
-        self.printed = clock()
+        self.printed, self.told = clock(), False
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._watch = threading.Thread(target=self._break_silence, daemon=True)
@@ -209,7 +212,7 @@ class ProgressLines:
         with self._lock:
             before, self.event = self.event, event
             changed, text = event.stage != self.since.stage, self.since.state(event)
-            if changed:
+            if changed and event.stage != "prepare":
                 self._print(STAGES.get(event.stage, event.stage))
             elif self.clock() - self.printed >= LINE_INTERVAL or (_is_over(event) and not _is_over(before)):
                 self._print(text)
@@ -217,8 +220,12 @@ class ProgressLines:
     def _break_silence(self) -> None:
         while not self._over.wait(1.0):
             with self._lock:
-                if self.event is not None and self.clock() - self.printed >= SILENCE:
-                    self._print(self.since.state(self.event))
+                event, waited = self.event, self.clock() - self.printed
+                if event is not None and event.stage == "prepare" and PATIENCE <= waited < SILENCE and not self.told:
+                    self.told = True
+                    self._print(STAGES["prepare"])
+                elif event is not None and waited >= SILENCE:
+                    self._print(self.since.state(event))
 
     def _print(self, text: str) -> None:
         self.printed = self.clock()

@@ -1,22 +1,22 @@
 """Whether each run meets what is wanted of it, by which margin, and what that says of all of them."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from lienumba.batch.statuses import GOOD
-from lienumba.errors import Problem, ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.scenario.base.paths import REQUIREMENTS
 from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.store.layout import MARGIN, MET, VERDICT, VERDICTS, WEIGHT
+from lienumba.store.names import Names, find_one
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, judge
-from lienumba.words import suggestion
 
 Place = tuple[str, tuple[int, ...]]
 NEVER = "event_time"  # which is later than any limit where an event did not happen
@@ -73,18 +73,16 @@ class Judges:
         return {one.requirement.name: one.units for one in self.judged}
 
 
-def judges_of(resolved: Scenario, numbers: Mapping[str, Place], unit: Callable[[Place], str]) -> Judges:
-    """Those of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
+def judges_of(resolved: Scenario, names: Names) -> Judges:
+    """Those of a scenario; a ScenarioError if one is about none of these names."""
     found, problems = [], []
     for requirement in resolved.data.model.requirements:
         measured = requirement.name in resolved.parameters.measures and is_formula(requirement.value)
-        at = numbers.get(requirement.name if measured else requirement.value)
-        if at is None:
-            place, known = f"{REQUIREMENTS}.{requirement.name}.value", suggestion(requirement.value, numbers)
-            rule = f"is not a number that the dataset has for each run; {known}"
-            problems.append(Problem(place, f"{rule}, or ask for it in output.summary", value=requirement.value))
-        else:
-            found.append(Judged(requirement, at, unit(at)))
+        try:
+            number = find_one(requirement.name if measured else requirement.value, names)
+            found.append(Judged(requirement, (number.variable, number.place), number.units))
+        except BadValueError as error:
+            problems.append(error.at(f"{REQUIREMENTS}.{requirement.name}.value", requirement.value))
     if problems:
         raise ScenarioError(*problems)
     return Judges(tuple(found))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,11 +25,13 @@ from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES, UNITS
 from lienumba.mechanics.system.output_variables import MODE, kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
 from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable
+from lienumba.store.names import INPUT, NOT_OF_A_NAME, Name, Names, kind_of, names_in, with_failed
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
@@ -80,7 +82,7 @@ class Results:
         else:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
             self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
-        self.judges = judges_of(resolved, self.numbers, self._units)
+        self.judges = judges_of(resolved, self.names)
         wanted = (len(self.judges.judged),)
         follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
@@ -91,7 +93,7 @@ class Results:
         """The same of a scenario that differs from this one in numbers of the model alone."""
         other = copy(self)
         other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
-        other.judges = judges_of(resolved, self.numbers, self._units)
+        other.judges = judges_of(resolved, self.names)
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:
@@ -237,32 +239,37 @@ class Results:
         return {name: runs[self.in_full(runs)] if name == FULL else runs for name in self.tables}
 
     @property
-    def numbers(self) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """The numbers that there is one of for each run, by their names: in which variable they are, and where."""
+    def names(self) -> Names:
+        """What the dataset will have."""
+        coordinates, wanted = self.layout.coordinates, self.resolved.data.model.requirements
         labels = {
             "event": [event.name for event in self.model.events],
             "body": [body.name for body in self.model.bodies],
+            "joint": [joint.name for joint in self.model.joints],
+            "constraint": self.layout.constraints,
+            "effort": self.layout.efforts,
+            "change": [*map(str, range(self.changes))],
+            "requirement": [x.name for x in wanted],
             "switch": self.layout.switches,
-            "coordinate": [*self.layout.coordinates],
+            "coordinate": [*coordinates],
+            "coordinate_units": [*coordinates.values()],
             **dict.fromkeys(("axis", "body_axis"), XYZ),
         }
-        found = {}
-        for field in self.tables["run"]:
-            if field.name != "status" and all(dim in labels for dim in field.spec.dims[1:]):
-                each = [enumerate(labels[dim]) for dim in field.spec.dims[1:]]
-                for place in product(*each):
-                    found[".".join([field.name, *(label for _, label in place)])] = (
-                        field.name,
-                        tuple(n for n, _ in place),
-                    )
-        return found
-
-    def _units(self, at: tuple[str, tuple[int, ...]]) -> str:
-        """Of one of these numbers."""
-        field = next(field for field in self.tables["run"] if field.name == at[0])
-        if field.spec.dims[1:2] == ("coordinate",) and at[0].removeprefix("last_") in UNITS:
-            return UNITS[at[0].removeprefix("last_")][list(self.layout.coordinates.values())[at[1][0]]]
-        return field.spec.units
+        every = [
+            x
+            for field in chain(*self.tables.values())
+            for x in names_in(
+                field.name,
+                [dim for dim in field.spec.dims if dim not in NOT_OF_A_NAME],
+                labels,
+                field.spec.units,
+                kind_of(field.name, field.spec.dims, field.spec.measure is not None),
+            )
+        ]
+        data = self.resolved.data
+        inputs = [Name(path, path, (), INPUT, units(path, dict(data.model))) for path in data.sweep.vary]
+        values = {x.name: "" if is_formula(x.value) else x.value for x in wanted}
+        return Names(with_failed([*every, *inputs]), [*values], values.__getitem__)
 
     def dtype(self, table: str) -> np.dtype[Any]:
         """Of the records of a table."""

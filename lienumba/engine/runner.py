@@ -97,6 +97,7 @@ def run(
         For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
+    from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
     from lienumba.store.outputs import write
     from lienumba.store.shards import Shards
@@ -122,6 +123,7 @@ def run(
     with ExitStack() as stack:
         own = None if output is None else stack.enter_context(claimed_dataset(output, overwrite, resume))
         tell = stack.enter_context(shown(progress))
+        tell(Progress("prepare", 0, len(labels), 0))  # of redundant loops that may take longer than simulating them
         if resolved.plan is not None:
             dataset = study.run(resolved, labels, workers, tell)
             for sentence in study.doubts(dataset) if told else ():
@@ -176,7 +178,7 @@ def in_memory(
     from lienumba.engine.stopping import stopping_of
 
     results, memory = results or Results(resolved, runs.nominal), Memory(runs.labels.tolist())
-    enough = stopping_of(resolved, results.numbers)
+    enough = stopping_of(resolved, results.names)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):
             memory.take(piece)
@@ -225,7 +227,7 @@ def on_disk(
             warnings.warn(f"{shards.named}: {files} damaged; their runs are simulated again", stacklevel=3)
         every = np.union1d(finished, labels).astype(np.int64).tolist()
         runs = there.samples(runs_of(resolved, every, results.nominal))
-        enough = stopping_of(resolved, results.numbers)
+        enough = stopping_of(resolved, results.names)
         enough.know(finished, there.column)
         missing = runs.part(~np.isin(runs.labels, finished) & enough.kept(runs.labels))
         shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)

@@ -10,29 +10,32 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.store.components import components, dims_of, matching
-from lienumba.store.layout import FULL, RUN, remedy
+from lienumba.store.layout import FULL, MARGIN, MET
+from lienumba.store.names import OUTCOME, SOME, SUMMARY, Name, Names, dims_of, hint, known, match, names_of
 from lienumba.store.windows import windows
-from lienumba.words import plural, show
+from lienumba.words import listed, plural, show
 
-PEAKS = ("_max", "_min")
+PEAKS, WHEN = ("_max", "_min"), "_time_of_max"
+FEW = 4  # names that are told
 
 
 @dataclass(frozen=True)
 class SelectedRun:
-    """A run, and the sentence that says why it is this one, if it was not named."""
+    """A run, and the sentence that says why it is this one, if it was not named; why: the same in a few words."""
 
     run: int
     sentence: str = ""
+    why: str = ""
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest absolute value of a variable, and the labels of its place."""
+    """The largest absolute value of a number, and the labels of its place."""
 
     size: float
     place: dict[str, Any]
     variable: str
+    units: str
 
 
 def select_run(ds: "xr.Dataset", where: str, run: int | None, name: str | None) -> SelectedRun:
@@ -76,74 +79,109 @@ def check_run(ds: "xr.Dataset", where: str, run: int) -> None:
 
 
 def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
-    """The run in which the largest absolute value of a variable occurs, of all that have one, failed ones too."""
-    names = _variables(ds, name)
-    peak = max((_peak(ds, variable) for variable in names), key=lambda found: found.size)
+    """The run in which the largest absolute value of a number occurs, of all that have one, failed ones too; of a
+    requirement the one that misses it by most, or comes nearest to that."""
+    every = known(ds)
+    found = match(name, every)
+    if name in every.requirements or (found and found[0].variable in (MARGIN, MET)):
+        return _missing(ds, found[0] if found and found[0].variable in (MARGIN, MET) else None, name)
+    names = _where(name, found, every)
+    peak = max((found for variable in _variables(names) for found in _peaks(ds, variable)), key=lambda x: x.size)
     if peak.size < 0.0:
         raise ScenarioError(f"--worst {name}: no run has a value of it; choose another variable, or a run with --run")
-    dim = str(ds[_whole(ds, names[0])].dims[0])
-    time = _time(ds, name, peak)
+    dim = str(ds[names[0].variable].dims[0])
+    time = _time(ds, peak)
     rest = [str(label) for key, label in peak.place.items() if key not in (dim, "time")]
-    unit = str(ds[peak.variable].attrs.get("units", "1"))
-    value = f"{peak.size:.6g}" + ("" if unit == "1" else f" {unit}")
     number = plural(ds.sizes[dim], "run", "runs") + (" whose course is stored" if dim == FULL else "")
     run = int(peak.place[dim])
     return SelectedRun(
         run,
-        f"run {run} has the largest |{name}| of {number}: {value}"
+        f"run {run} has the largest |{name}| of {number}: {_amount(peak.size, peak.units)}"
         + (f" ({', '.join(rest)})" if rest else "")
         + ("" if isnan(time) else f", at t = {time:g} s"),
+        f"largest |{name}|",
     )
 
 
-def _variables(ds: "xr.Dataset", name: str) -> list[str]:
-    """The variables in which the largest value of `name` is: its course in every run, its extremes, or its course in
-    some runs."""
-    peaks = [name + end for end in PEAKS if name + end in ds]
-    names = [str(x) for x in ds.variables if x not in ds.dims and ds[x].dims[:1] in (RUN, (FULL,))]
-    if name == "status":
-        raise ScenarioError("--worst status: says how a run ended, not how large something is; choose with --run")
-    if name in names and not (peaks and ds[name].dims[0] == FULL):
-        return [name]
-    if not peaks and any(name.startswith(f"{x}.") for x in names):
-        return [name]  # a component, or several
-    if not peaks:
-        stems = [x.removesuffix(end) for x in names for end in PEAKS if x.endswith(end)]
-        raise ScenarioError(f"--worst {show(name)}: the dataset has no such variable; {remedy(name, [*names, *stems])}")
-    return peaks
+def _missing(ds: "xr.Dataset", margin: Name | None, name: str) -> SelectedRun:
+    """The run with the least margin of a requirement; margin: of which, if that is not its name."""
+    requirements = [*map(str, ds["requirement"].values)]
+    if margin is None:
+        which = requirements.index(name)
+    elif name in (MARGIN, MET) and len(requirements) > 1:
+        raise ScenarioError(f"--worst {name}: is of {len(requirements)} requirements; give one, such as {margin.name}")
+    else:
+        (which,) = margin.place
+    own, asked = ds[MARGIN].isel(requirement=which), requirements[which]
+    margins = own.values.astype(float)
+    if np.isnan(margins).all():
+        raise ScenarioError(f"--worst {show(name)}: no run has a margin of it; choose a run with --run")
+    least, run = float(np.nanmin(margins)), int(ds["run"].values[np.nanargmin(margins)])
+    (units,) = (x.units for x in names_of(ds[MARGIN]) if x.place == (which,))
+    number = plural(len(margins), "run", "runs")
+    if least > 0.0:
+        why = f"comes nearest to missing {show(asked)}"
+        return SelectedRun(run, f"run {run} of {number} {why}: its margin is {_amount(least, units)}", why)
+    why = f"misses {show(asked)} by most"
+    return SelectedRun(run, f"run {run} of {number} {why}: by {_amount(-least, units)}", why)
 
 
-def _peak(ds: "xr.Dataset", variable: str) -> Peak:
-    """Where a variable is largest; of equals the first."""
-    return max(_peaks(ds, variable), key=lambda found: found.size)
+def _amount(x: float, units: str) -> str:
+    return f"{x:.6g}" + ("" if units == "1" else f" {units}")
 
 
-def _whole(ds: "xr.Dataset", name: str) -> str:
-    """The variable of this name, or of which this is a component."""
-    return name if name in ds else max((str(x) for x in ds if name.startswith(f"{x}.")), key=len)
+def _where(asked: str, found: list[Name], every: Names) -> list[Name]:
+    """Where the largest value of what is asked for is: its course in every run, its extremes, or its course in some
+    runs."""
+    if found and found[0].kind == OUTCOME:
+        raise ScenarioError(f"--worst {asked}: says how a run ended, not how large something is; choose with --run")
+    extremes = {end: match(asked, _extremes(every, end)) for end in PEAKS if not found or found[0].kind == SOME}
+    names = [x for own in extremes.values() for x in own] or found
+    if not names:
+        raise ScenarioError(f"--worst {show(asked)}: {every.whose} has no such variable; {hint(asked, every)}")
+    of = {x.variable.removesuffix(end) for end, own in extremes.items() for x in own} or {x.variable for x in found}
+    if len(of) > 1:
+        told = listed((show(x) for x in sorted(of)[:FEW]), "or")
+        raise ScenarioError(f"--worst {show(asked)}: is of {len(of)} things that cannot be compared; give {told}")
+    return names
 
 
-def _peaks(ds: "xr.Dataset", name: str) -> Iterator[Peak]:
-    """That of each window of runs; below 0 where all are NaN. name: of a variable, or of components of one."""
-    variable = _whole(ds, name)
-    dims, every = [str(dim) for dim in ds[variable].dims], components(ds[variable])
-    wanted = [*every] if name == variable else matching(name, {variable: every}, "variable")
-    others = [n for n, component in enumerate(every) if component not in wanted]
-    first = len(dims) - len(dims_of(ds[variable]))
+def _extremes(every: Names, end: str) -> Names:
+    """Largest or smallest values by the names of what they are of."""
+    found = {}
+    for x in every.every.values():
+        if x.kind == SUMMARY and x.variable.endswith(end) and not x.variable.endswith(WHEN):
+            found[x.variable.removesuffix(end) + x.name.removeprefix(x.variable)] = x
+    return Names(found)
+
+
+def _variables(names: list[Name]) -> Iterator[list[Name]]:
+    """Names by their variables."""
+    for variable in dict.fromkeys(x.variable for x in names):
+        yield [x for x in names if x.variable == variable]
+
+
+def _peaks(ds: "xr.Dataset", names: list[Name]) -> Iterator[Peak]:
+    """That of each window of runs; below 0 where all are NaN. names: of one variable; of equals the first."""
+    variable, by_place = names[0].variable, {x.place: x for x in names}
+    dims = [str(dim) for dim in ds[variable].dims]
+    own = dims_of(ds[variable])
+    first = len(dims) - len(own)
+    wanted = np.zeros([ds.sizes[dim] for dim in own], bool)
+    wanted[tuple(np.transpose([x.place for x in names]))] = True
     for window in windows(ds, [variable], dims[0]):
         sizes = abs(window[variable].values.astype(float))
         sizes[np.isnan(sizes)] = -1.0
-        sizes.reshape(*sizes.shape[:first], -1)[..., others] = -1.0
+        sizes = np.where(wanted, sizes, -1.0)
         place = np.unravel_index(int(sizes.argmax()), sizes.shape)
-        labels = {dim: window[dim].values[n] for dim, n in zip(dims, place, strict=True)}
-        yield Peak(float(sizes[place]), labels, variable)
+        labels = {dim: window[dim].values[n] if dim in window.coords else n for dim, n in zip(dims, place, strict=True)}
+        units = by_place.get(tuple(map(int, place[first:])), names[0]).units
+        yield Peak(float(sizes[place]), labels, variable, units)
 
 
-def _time(ds: "xr.Dataset", name: str, peak: Peak) -> float:
+def _time(ds: "xr.Dataset", peak: Peak) -> float:
     """When it was (s); NaN if that is not known."""
     if "time" in peak.place:
         return float(peak.place["time"])
-    times = f"{name}_time_of_max"
-    if peak.variable != f"{name}_max" or times not in ds:
-        return nan
-    return float(ds[times].sel(peak.place))
+    times = peak.variable.removesuffix(PEAKS[0]) + WHEN
+    return float(ds[times].sel(peak.place)) if times in ds else nan

@@ -26,8 +26,8 @@ PORTION = 2**15  # runs of one body that are prepared at a time
 
 @dataclass(frozen=True)
 class Progress:
-    """What a progress callable receives: the stage ("compile" where that is needed, "run", "write"), and runs done and
-    failed of total; those that go again are not yet done."""
+    """What a progress callable receives: the stage ("prepare", "compile" where needed, "run", "write"), and runs
+    done and failed of total; those that go again are not yet done."""
 
     stage: str
     done: int

@@ -1,24 +1,24 @@
 """Ends a sweep where it has runs enough: decided after every so many runs in the order of their labels, whatever order
 they finish in, so that the same sweep always ends at the same run."""
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from math import inf
 from typing import Any
 
 import numpy as np
 
 from lienumba.engine.results import Piece
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.stop import Stop
 from lienumba.store.layout import MET, WEIGHT
+from lienumba.store.names import Names, find_one
 from lienumba.store.shards import LABEL
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, ranks
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.verdicts import Wanted, looks
 from lienumba.sweep.weighted import Interval
-from lienumba.words import show, suggestion
 
 
 class Stopping:
@@ -101,7 +101,8 @@ class Stopping:
             self.verdict = looks(self.wanted, values, weights, self.most_weight)
             return self.verdict is not None
         assert self.rule.width is not None
-        self.interval = interval(values, self.rule, weights)
+        counting = np.where(values < 0.0, np.nan, values) if self.variable == MET else values
+        self.interval = interval(counting, self.rule, weights)
         return self.interval.width <= self.rule.width
 
     def sentence(self) -> str:
@@ -118,8 +119,8 @@ class Stopping:
         )
 
 
-def stopping_of(resolved: Scenario, numbers: Mapping[str, tuple[str, tuple[int, ...]]]) -> Stopping:
-    """The rule of a scenario; a ScenarioError if the dataset has none of these numbers (see `Results`) for each run."""
+def stopping_of(resolved: Scenario, names: Names) -> Stopping:
+    """The rule of a scenario; a ScenarioError if it is about none of these names."""
     data = resolved.data
     rule, most = data.sweep.stop, SAMPLERS[data.sweep.sampler].most_weight
     if rule is None:
@@ -130,12 +131,11 @@ def stopping_of(resolved: Scenario, numbers: Mapping[str, tuple[str, tuple[int, 
         wanted = Wanted(asked[n].name, asked[n].probability, asked[n].confidence)
         return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most)
     assert rule.variable is not None
-    if rule.variable not in numbers:
-        raise ScenarioError(
-            f"sweep.stop.variable = {show(rule.variable)}: is not a number that the dataset has for each run; "
-            f"{suggestion(rule.variable, numbers)}, or ask for it in output.summary"
-        )
-    return Stopping(rule, data.sweep.runs, data.sweep.nominal, numbers[rule.variable], None, most)
+    try:
+        found = find_one(rule.variable, names)
+    except BadValueError as error:
+        raise ScenarioError(error.at("sweep.stop.variable", rule.variable)) from None
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal, (found.variable, found.place), None, most)
 
 
 def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) -> Interval:

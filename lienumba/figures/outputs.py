@@ -17,9 +17,8 @@ from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
 from lienumba.figures.canvas import COLORS
-from lienumba.store.layout import RUN
+from lienumba.store.names import INPUT, known, one_of
 from lienumba.sweep.confidence import half_width, proportion
-from lienumba.words import show, suggestion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,10 +33,9 @@ COLUMNS = 3
 
 def scatter(ds: xr.Dataset, names: Sequence[str], inputs: Sequence[str]) -> Figure:
     """Each output (rows) over each of these inputs (columns), with its mean over groups of neighbours."""
-    known = [str(name) for name, x in ds.coords.items() if x.attrs.get("role") == "input" and x.dims == RUN]
+    sampled = [x.name for x in known(ds).every.values() if x.kind == INPUT]
     for name in inputs:
-        if name not in known:
-            raise ScenarioError(f"the dataset has no input {show(name)}; {suggestion(name, known)}")
+        one_of(name, sampled, "the dataset", "input", "its sweep varies nothing")
     found = _read(ds, names, MOST_PANELS // len(inputs))
     drawn, axes = canvas.blank(len(found), len(inputs))
     for row, output in zip(axes, found, strict=True):
@@ -75,7 +73,9 @@ def convergence(ds: xr.Dataset, names: Sequence[str]) -> Figure:
         ax.fill_between(n, low, high, color=COLORS[0], alpha=0.25, lw=0, label="95 % interval")
         ax.plot(n, mean, color=COLORS[0], lw=1.3, label="mean")
         last = len(n) // 10  # where there are few runs, intervals are far wider than what matters
-        ax.set_ylim(min(mean.min(), low[last:].min()), max(mean.max(), high[last:].max()))
+        ends = min(mean.min(), low[last:].min()), max(mean.max(), high[last:].max())
+        if ends[0] < ends[1]:
+            ax.set_ylim(*ends)
         ax.set(xscale="log", xlabel="runs", ylabel=_label(output))
         ax.grid(True, lw=0.4, alpha=0.5)
     for ax in flat[len(found) :]:

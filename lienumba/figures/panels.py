@@ -22,10 +22,11 @@ from lienumba.analysis.panels.quantiles import (
     time_series,
 )
 from lienumba.analysis.panels.run_windows import reached, shown_runs
-from lienumba.analysis.panels.select_panels import STATUS, Panel
+from lienumba.analysis.panels.select_panels import Panel
 from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.figures.canvas import COLORS, STYLES, Style
 from lienumba.mechanics.system.output_variables import MODE
+from lienumba.store.names import STATUS
 from lienumba.words import plural
 
 if TYPE_CHECKING:

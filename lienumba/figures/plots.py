@@ -14,7 +14,6 @@ from lienumba.analysis.outcomes import counts
 from lienumba.analysis.panels.quantiles import PanelSeries
 from lienumba.analysis.panels.run_windows import nominal_run
 from lienumba.analysis.panels.select_panels import (
-    STATUS,
     Panel,
     SelectedPanels,
     default_panels,
@@ -27,9 +26,10 @@ from lienumba.figures import canvas
 from lienumba.figures.panels import draw, explain
 from lienumba.store.files import reading
 from lienumba.store.linear_layout import MODES, is_modes
+from lienumba.store.names import STATUS, one_of
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed
-from lienumba.words import listed, plural, show, suggestion
+from lienumba.words import listed, plural, show
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,11 +125,8 @@ def _figure(ds: xr.Dataset, names: Sequence[str]) -> Figure:
         return _of_runs(ds, named_panels(ds, names) if names else default_panels(ds))
     from lienumba.figures.study import study_figure
 
-    for name in names:
-        if name not in ds.variables or not set(ds[name].dims) - {name}:
-            drawable = [str(x) for x in (*ds.data_vars, *ds.coords) if str(x) not in ds.dims]
-            raise ScenarioError(f"the dataset has no variable {show(name)}; {suggestion(name, drawable)}")
-    return study_figure(ds, names)
+    drawable = [str(x) for x in ds.variables if set(ds[x].dims) - {x}]
+    return study_figure(ds, [one_of(name, drawable, "the dataset", "variable", "it has none") for name in names])
 
 
 def _of_runs(ds: xr.Dataset, choice: SelectedPanels) -> Figure:

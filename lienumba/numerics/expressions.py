@@ -6,7 +6,6 @@ named operations, so that it runs on floats, arrays, jets and symbols. Nothing i
 
 import ast
 import copy
-import difflib
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
@@ -20,6 +19,7 @@ from lienumba.numerics import operations
 from lienumba.numerics.functions import FUNCTIONS, floor
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import maximum, minimum, power, where
+from lienumba.words import ALIKE, suggestion
 
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0, "rpm": math.pi / 30.0}
 LONGEST = 2000  # characters
@@ -189,7 +189,8 @@ class _Names:
         below = sorted(x for x in self.allowed if x.startswith(f"{name}."))
         if below:
             raise ExpressionError(f'uses "{name}", which has several numbers', f"write {' or '.join(below)}")
-        raise ExpressionError(f'has the unknown name "{name}"', _known(name, [*self.allowed, *CONSTANTS]))
+        known = sorted([*self.allowed, *CONSTANTS])
+        raise ExpressionError(f'has the unknown name "{name}"', suggestion(name, known, ALIKE))
 
 
 class _Binding(ast.NodeTransformer):
@@ -273,7 +274,7 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
             below = list(args)
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
             functions = [*FUNCTIONS, *names.tables]
-            raise ExpressionError(f'calls the unknown function "{name}"', _known(name, functions))
+            raise ExpressionError(f'calls the unknown function "{name}"', suggestion(name, sorted(functions), ALIKE))
         case _:
             raise NotAFormulaError(
                 f'contains "{_text(node)}", which is not allowed',
@@ -331,11 +332,6 @@ def _need_conditions(nodes: list[ast.expr]) -> None:
     for node in nodes:
         if not is_condition(node):
             raise ExpressionError(f'needs a condition instead of "{_text(node)}"', "write one such as t > 1")
-
-
-def _known(name: str, names: list[str]) -> str:
-    close = [x for x in names if x.lower() == name.lower()] or difflib.get_close_matches(name, names, 1)
-    return f'did you mean "{close[0]}"?' if close else f"known are {', '.join(sorted(names))}"
 
 
 def _whole(node: ast.AST) -> float:

@@ -60,7 +60,8 @@ def shown_runs(
     first = usual(ds, good)
     found = [first] if first is not None else []
     if name is not None:
-        found.append(ShownRun(worst(ds, name).run, f"largest |{name}|"))
+        chosen = worst(ds, name)
+        found.append(ShownRun(chosen.run, chosen.why))
     elif first is not None and good.sum() > 1:
         label = _farthest(ds, scenario, first.run, good)
         found += [] if label is None else [ShownRun(label, f"farthest from {first.why}")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,6 @@ from lienumba.mechanics.system.output_variables import (
     kept_at_end,
     kept_largest,
 )
-from lienumba.words import suggestion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,14 +101,6 @@ def course(x: OutputVariable) -> Variable:
     """An output variable as the dataset has it."""
     dtype = "int32" if x.count else "float64"
     return Variable((*SERIES, *x.dims), x.units, x.long_name, x.frame, dtype, x.count, x.reaction, x.flags, 0, x.since)
-
-
-def remedy(name: str, known: Collection[str]) -> str:
-    """What to do where a dataset has no such variable, but these."""
-    variable = name.partition(".")[0]
-    if variable in OUTPUT_VARIABLES and variable not in known:
-        return f'it is stored where a scenario asks for it: give output.also = ["{variable}"]'
-    return suggestion(name, known)
 
 
 _derive()

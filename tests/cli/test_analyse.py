@@ -115,7 +115,8 @@ def test_refused(out, tmp_path):
         (own / "other.nc",): f"{own / 'other.nc'} is a netCDF file but not of lienumba; give one that lienumba run "
         "wrote",
         (own / "study.nc",): "the dataset is that of a study, which compares settings; give one of a sweep alone",
-        (out, "x"): 'the dataset has no output "x"; known here are "failed", "y", "z"',
+        (out, "x"): 'the dataset has no output "x"; it has courses such as "y", numbers of the whole run such as "z" '
+        'and inputs such as "a"',
         (out, "y", "--time", 2): "time = 2: lies outside the stored times; give one from 0 to 1 s",
         (out, "-o", own / "t.txt"): f"output = {own / 't.txt'}: is no table; give a name that ends in .csv or .nc",
         (out, "-o", own / "there.csv"): f"output = {own / 'there.csv'}: exists already; choose another name, or delete "

@@ -16,7 +16,8 @@ def stages(**more):
     events = []
     settings = {"integrator.end_time": 0.01, "output.every": 0.01, **more}
     lienumba.run("scenarios/heavy_top.toml", overrides=settings, progress=events.append)
-    return list(dict.fromkeys(event.stage for event in events))
+    assert events[0].stage == "prepare"
+    return list(dict.fromkeys(event.stage for event in events))[1:]
 
 stages()  # loads the driver
 os.environ["LIENUMBA_CACHE_DIR"] = sys.argv[1]

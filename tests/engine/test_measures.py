@@ -280,7 +280,7 @@ WRONG = {
     "max(mean(p.z))": "has mean(p.z) inside of max, but that is one number for the whole run; compute with it outside "
     "of max",
     "at(p.z, hitt)": 'has "hitt", which is no event and no number; the nearest known name is "hit"',
-    "max(p.zz)": 'has the unknown name "p.zz"; did you mean "p.z"?',
+    "max(p.zz)": 'has the unknown name "p.zz"; the nearest known name is "p.z"',
     "count(p.z)": 'gives count the number "p.z", it takes a condition; compare it, such as in pointing.angle > 0.1',
     "max(p.z > 1)": 'gives max the condition "p.z > 1" where it takes a number; write max(pointing.angle, t > 5); how '
     "long one holds is time_when(condition)",

@@ -19,11 +19,10 @@ from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.text_table import ROUNDING
 from lienumba.batch.statuses import GOOD
 from lienumba.mechanics.system.output_variables import MODE, kept_largest
-from lienumba.store.components import components, dims_of, matching, places, unit
 from lienumba.store.layout import FULL, VARIABLES
+from lienumba.store.names import INPUT, OVER_TIME, STATUS, Name, dims_of, find, known, names_of
 from lienumba.words import plural
 
-STATUS = "status"
 ROTATIONS = ("rotation", "last_rotation")
 ENERGIES = {"energy": "total", "kinetic_energy": "kinetic", "potential_energy": "potential"}
 VIOLATIONS = {"position_violation": "position", "velocity_violation": "velocity"}
@@ -102,13 +101,12 @@ def default_panels(ds: xr.Dataset) -> SelectedPanels:
 
 def named_panels(ds: xr.Dataset, names: Sequence[str]) -> SelectedPanels:
     """Panels of variables, inputs, `status`, or components such as `position.top` and `position.top.z`."""
-    by_variable = {str(x): components(ds[x]) for x in ds.variables if _has_runs(ds, str(x))}
     found: list[Panel] = []
-    for name in names:
-        wanted = matching(name, by_variable, "variable")
-        for variable in dict.fromkeys(x for x, each in by_variable.items() for y in each if y in wanted):
-            whole = [n for n, component in enumerate(by_variable[variable]) if component in wanted]
-            found += [_input(ds[variable])] if variable in ds.coords else _panels(ds[variable], whole)
+    every = known(ds)
+    for own in (find(name, every, "variable") for name in names):
+        for variable in dict.fromkeys(x.variable for x in own):
+            part = [x for x in own if x.variable == variable]
+            found += [_input(ds[variable])] if part[0].kind == INPUT else _panels(ds[variable], part)
     shown = [panel for n, panel in enumerate(found) if panel not in found[:n]]
     return SelectedPanels(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))
 
@@ -118,11 +116,6 @@ def good_runs(ds: xr.Dataset) -> np.ndarray:
     good: np.ndarray = ds[STATUS].isin(GOOD).values
     spread: np.ndarray = good & of_sweep(ds)
     return spread if spread.any() else good
-
-
-def _has_runs(ds: xr.Dataset, name: str) -> bool:
-    dims = ds[name].dims
-    return name not in ds.dims and bool({"run", FULL} & set(dims)) and ds[name].dtype.kind in "biuf"
 
 
 def _left_out(panels: Sequence[Panel], inputs: int) -> str:
@@ -137,9 +130,9 @@ def _left_out(panels: Sequence[Panel], inputs: int) -> str:
 def _over_time(ds: xr.Dataset) -> Iterator[Panel]:
     """Of the scenario's own quantities, of efforts, and of the state: bodies from the last on, which is the tip of a
     chain."""
-    timed = [str(x) for x in ds.data_vars if "time" in ds[x].dims and _has_runs(ds, str(x))]
-    known = [name for name in ("driver_effort", MODE.name) if name in timed]
-    for name in [*(name for name in timed if name not in VARIABLES), *known]:
+    timed = [*dict.fromkeys(x.variable for x in known(ds).every.values() if x.kind in OVER_TIME)]
+    forced = [name for name in ("driver_effort", MODE.name) if name in timed]
+    for name in [*(name for name in timed if name not in VARIABLES), *forced]:
         yield from _panels(ds[name])
     last, *others = [*_bodies(ds, timed)][::-1] or [[]]
     yield from last[: len(POSE)]
@@ -199,12 +192,10 @@ def _worst(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _results(ds: xr.Dataset) -> Iterator[Panel]:
     """What each run came to, if not all to the same: one number to a panel, at the last time, or once in a run."""
-    by_variable = {str(x): components(ds[x]) for x in ds.data_vars if _has_runs(ds, str(x)) and "run" in ds[x].dims}
     for output in outputs.read(ds, outputs.default_outputs(ds), None, good_runs(ds)):
         values = output.values[np.isfinite(output.values)]
-        if len(values) and np.ptp(values) > ROUNDING * output.scale:
-            variable = next(x for x, each in by_variable.items() if output.name in each)
-            panel = next(_panels(ds[variable], [by_variable[variable].index(output.name)]))
+        if output.of is not None and len(values) and np.ptp(values) > ROUNDING * output.scale:
+            panel = next(_panels(ds[output.of.variable], [output.of]))
             yield replace(panel, title=panel.title + (" at the end" if panel.over_time else ""), over_time=False)
 
 
@@ -241,29 +232,28 @@ def _dim(variable: xr.DataArray) -> str:
     return FULL if FULL in variable.dims else "run"
 
 
-def _panels(variable: xr.DataArray, wanted: Iterable[int] | None = None) -> Iterator[Panel]:
-    """A panel for each body or joint of these components, and for each unit; of a whole rotation its angles."""
-    at, dims = list(places(variable)), dims_of(variable)
-    chosen = range(len(at)) if wanted is None else list(wanted)
+def _panels(variable: xr.DataArray, wanted: Iterable[Name] | None = None) -> Iterator[Panel]:
+    """A panel for each body or joint of these names, and for each unit; of a whole rotation its angles."""
+    dims = dims_of(variable)
     each = dims.index(next((dim for dim in EACH if dim in dims), "")) if set(EACH) & set(dims) else None
-    groups: dict[tuple[int, str], list[tuple[int, ...]]] = {}
-    for n in chosen:
-        groups.setdefault((0 if each is None else at[n][each], unit(variable, at[n])), []).append(at[n])
+    groups: dict[tuple[int, str], list[Name]] = {}
+    for x in names_of(variable) if wanted is None else wanted:
+        groups.setdefault((0 if each is None else x.place[each], x.units), []).append(x)
     for (item, _), group in groups.items():
         of = "" if each is None else f" of {variable[dims[each]].values[item]}"
         yield _panel(variable, group, dims, each, of)
 
 
-def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str], each: int | None, of: str) -> Panel:
+def _panel(variable: xr.DataArray, group: list[Name], dims: list[str], each: int | None, of: str) -> Panel:
     name = str(variable.name)
     over_time = "time" in variable.dims
     if name in ROTATIONS and len(group) == 9:
         end = "" if over_time else " at the end"
-        lines = [PanelLine(name, axis, {"body": group[0][0], "body_axis": n}) for n, axis in enumerate("xyz")]
+        lines = [PanelLine(name, axis, {"body": group[0].place[0], "body_axis": n}) for n, axis in enumerate("xyz")]
         return Panel(f"attitude{of}{end}", "", tuple(lines), _dim(variable), over_time, angles=True)
     lines = []
-    for place in group:
-        index = dict(zip(dims, place, strict=True))
+    for x in group:
+        index = dict(zip(dims, x.place, strict=True))
         label = "".join(str(variable[dim].values[n]) for dim, n in index.items() if dims.index(dim) != each)
         alone = f", {label}" if len(group) == 1 and label else ""
         lines.append(PanelLine(name, label if len(group) > 1 else "", index))
@@ -271,7 +261,7 @@ def _panel(variable: xr.DataArray, group: list[tuple[int, ...]], dims: list[str]
     more = f", the first {MOST_LINES} of {len(lines)}" if len(lines) > MOST_LINES else ""
     return Panel(
         f"{words(name)}{of}{alone}{frame}{more}",
-        axis_label(name, unit(variable, group[0])),
+        axis_label(name, group[0].units),
         tuple(lines[:MOST_LINES]),
         _dim(variable),
         over_time,

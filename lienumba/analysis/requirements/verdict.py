@@ -16,9 +16,10 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.form import damaged, scenario_tables
 from lienumba.store.layout import MARGIN, MET
+from lienumba.store.names import one_of
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
-from lienumba.words import listed, plural, show, suggestion
+from lienumba.words import listed, plural, show
 
 LIMITS = ("below", "above", "between")
 EVEN = ("sobol", "halton", "latin_hypercube")  # samplers whose runs are spread more evenly than by chance
@@ -117,11 +118,8 @@ def rules(ds: xr.Dataset) -> dict[str, Tables]:
 
 def requirement_in(ds: xr.Dataset, name: str) -> int:
     """The place of a requirement of this name."""
-    known = [*map(str, ds["requirement"].values)] if MET in ds else []
-    if name not in known:
-        remedy = suggestion(name, known) if known else "its scenario has no [[requirements]]"
-        raise ScenarioError(f"the dataset has no requirement {show(name)}; {remedy}")
-    return known.index(name)
+    own = [*map(str, ds["requirement"].values)] if MET in ds else []
+    return own.index(one_of(name, own, "the dataset", "requirement", "its scenario has no [[requirements]]"))
 
 
 def limit_text(rule: Tables) -> str:

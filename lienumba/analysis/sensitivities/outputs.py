@@ -16,19 +16,31 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.store.components import components, dims_of, matching, places, unit
-from lienumba.store.layout import MET, VARIABLES
+from lienumba.store.layout import FULL, MET, VARIABLES
+from lienumba.store.names import (
+    COURSE,
+    FAILED,
+    INPUT,
+    LAST,
+    OUTCOME,
+    OVER_TIME,
+    SOME,
+    STATUS,
+    Name,
+    Names,
+    dims_of,
+    find,
+    known,
+)
 
-FAILED = "failed"
-STATUS = "status"
-LAST = "last_"  # of the name of a state that each run has once
 MOST = 6  # outputs that are chosen where none is asked for
 NEAR = 1e-9  # relative: a time nearer than this to a stored one is that
 
 
 @dataclass(frozen=True)
 class Output:
-    """values (runs,): NaN where a run has none; time (s): of a series; scale: the largest value of its variable."""
+    """values (runs,): NaN where a run has none; time (s): of a series; scale: the largest value of its variable; of:
+    which number of the dataset it is."""
 
     name: str
     units: str
@@ -36,6 +48,7 @@ class Output:
     values: np.ndarray
     time: float = nan
     scale: float = 1.0
+    of: Name | None = None
 
 
 def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.ndarray) -> Iterator[Output]:
@@ -43,54 +56,43 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
 
     sampled: bool (runs,).
     """
+    every = known(ds)
     good = ds[STATUS].isin(GOOD).values & sampled
-    by_variable = {FAILED: [FAILED]} | _by_variable(ds)
-    asked = [output for name in names for output in _matching(name, by_variable)]
+    asked = [found for name in names for found in _find(name, every)]
     if not names:
-        asked = _default_outputs(ds, by_variable, time)
-        asked += [FAILED] if time is None and good.any() and not good[sampled].all() and FAILED not in ds else []
-    for name, wanted in _asked(asked, by_variable):
-        if name in ds:
-            kept = sampled if name == MET else good  # failed runs may fail requirements
-            yield from _of_variable(ds, name, by_variable[name], wanted, time, kept)
-        elif time is None:
-            values = np.where(sampled, (~good).astype(float), nan)
-            yield Output(FAILED, "1", "whether the run failed", values)
+        asked = _default_outputs(every, time)
+        failed = every.every[FAILED]
+        asked += [failed] if time is None and good.any() and not good[sampled].all() and failed.kind == OUTCOME else []
+    for variable, wanted in _by_variable(asked):
+        if variable == STATUS:
+            if time is not None:
+                raise _timeless(FAILED, time)
+            yield Output(FAILED, "1", "whether the run failed", np.where(sampled, (~good).astype(float), nan))
         else:
-            raise _timeless(name, time)
+            kept = sampled if variable == MET else good  # failed runs may fail requirements
+            yield from _of_variable(ds, wanted, time, kept)
 
 
 def of_every_run(ds: xr.Dataset, names: Sequence[str], time: float | None) -> Iterator[Output]:
     """The outputs of these names, or all that a run has once, of all runs, however they ended; time (s): a stored one,
     or the last, of series."""
-    by_variable = _by_variable(ds)
-    once = [output for name, each in by_variable.items() if "time" not in ds[name].dims for output in each]
-    asked = [output for name in names for output in _matching(name, by_variable)] or once
-    for name, wanted in _asked(asked, by_variable):
-        at = time if "time" in ds[name].dims else None
-        yield from _of_variable(ds, name, by_variable[name], wanted, at, np.ones(ds.sizes["run"], bool))
+    every = known(ds)
+    once = [x for x in every.every.values() if x.kind not in (*OVER_TIME, INPUT, OUTCOME)]
+    everywhere = np.ones(ds.sizes["run"], bool)
+    for variable, wanted in _by_variable([found for name in names for found in _find(name, every)] or once):
+        if variable == STATUS:
+            failed = (~ds[STATUS].isin(GOOD).values).astype(float)
+            yield Output(FAILED, "1", "whether the run failed", failed)
+        else:
+            yield from _of_variable(ds, wanted, time if wanted[0].kind in OVER_TIME else None, everywhere)
 
 
-def _by_variable(ds: xr.Dataset) -> dict[str, list[str]]:
-    return {str(name): components(x) for name, x in ds.data_vars.items() if _is_output(x)}
-
-
-def _asked(outputs: Iterable[str], by_variable: dict[str, list[str]]) -> Iterator[tuple[str, list[str]]]:
-    """Outputs by their variables, in the order of the first of each."""
-    found: dict[str, list[str]] = {}
-    for output in dict.fromkeys(outputs):
-        found.setdefault(_variable_of(output, by_variable), []).append(output)
+def _by_variable(names: Iterable[Name]) -> Iterator[tuple[str, list[Name]]]:
+    """Names by their variables, in the order of the first of each."""
+    found: dict[str, list[Name]] = {}
+    for name in dict.fromkeys(names):
+        found.setdefault(name.variable, []).append(name)
     yield from found.items()
-
-
-def _of_variable(
-    ds: xr.Dataset, name: str, names: list[str], wanted: Iterable[str], time: float | None, kept: np.ndarray
-) -> Iterator[Output]:
-    """Outputs of a variable, NaN of runs that are not kept."""
-    in_time = "time" in ds[name].dims
-    if time is not None and not in_time:
-        raise _timeless(name, time)
-    yield from _read(ds[name], names, wanted, _stored(ds, time) if in_time else 0, kept)
 
 
 def _timeless(name: str, time: float) -> ScenarioError:
@@ -99,41 +101,33 @@ def _timeless(name: str, time: float) -> ScenarioError:
 
 def default_outputs(ds: xr.Dataset) -> list[str]:
     """The names of the outputs that say most."""
-    return _default_outputs(ds, _by_variable(ds), None)
+    return [x.name for x in _default_outputs(known(ds), None)]
 
 
-def _is_output(variable: xr.DataArray) -> bool:
-    return variable.name != STATUS and "run" in variable.dims and variable.dtype.kind in "biuf"
-
-
-def _variable_of(output: str, by_variable: dict[str, list[str]]) -> str:
-    return next(name for name, components in by_variable.items() if output in components)
-
-
-def _matching(asked: str, by_variable: dict[str, list[str]]) -> list[str]:
+def _find(asked: str, every: Names) -> list[Name]:
     """The outputs of this name."""
     if asked == STATUS:
         raise ScenarioError(f'the output "{STATUS}" is a code, not a number; ask for "{FAILED}"')
-    return matching(asked, by_variable, "output")
+    return find(asked, every)
 
 
-def _default_outputs(ds: xr.Dataset, by_variable: dict[str, list[str]], time: float | None) -> list[str]:
+def _default_outputs(every: Names, time: float | None) -> list[Name]:
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
-    names = [name for name in by_variable if name in ds and (time is None or "time" in ds[name].dims)]
-    own = [name for name in names if name.removeprefix(LAST) not in VARIABLES or name == "event_time"]
-    own.sort(key=lambda name: ("time" in ds[name].dims, name in VARIABLES))
-    outputs = [output for name in own for output in by_variable[name]]
-    if not outputs:
-        where = [name for name in (f"{LAST}position", "position") if name in names] or names
-        outputs = by_variable[where[0]][-3:] if where else []
-    if not outputs:
+    names = [x for x in every.but(INPUT, OUTCOME, SOME).every.values() if time is None or x.kind == COURSE]
+    own = [x for x in names if x.variable.removeprefix(LAST) not in VARIABLES or x.variable == "event_time"]
+    own.sort(key=lambda x: (x.kind == COURSE, x.variable in VARIABLES))
+    if not own:
+        there = {x.variable for x in names}
+        where = [name for name in (f"{LAST}position", "position") if name in there]
+        own = [x for x in names if x.variable == (where or [names[0].variable])[0]][-3:] if names else []
+    if not own:
         raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
-    return outputs[:MOST]
+    return own[:MOST]
 
 
-def _stored(ds: xr.Dataset, time: float | None) -> int:
+def _stored(variable: xr.DataArray, time: float | None) -> int:
     """The index of a stored time."""
-    times = ds["time"].values
+    times = variable["time"].values
     if time is None:
         return len(times) - 1
     index = int(abs(times - time).argmin())
@@ -146,20 +140,27 @@ def _stored(ds: xr.Dataset, time: float | None) -> int:
     )
 
 
-def _read(
-    variable: xr.DataArray, names: list[str], wanted: Iterable[str], at: int, good: np.ndarray
-) -> Iterator[Output]:
-    """These components of a variable; only what they need of it is read."""
-    time = float(variable["time"].values[at]) if "time" in variable.dims else nan
-    here = variable.isel(time=at) if "time" in variable.dims else variable
-    at_place = dict(zip(names, places(variable), strict=True))
-    needed = [sorted({at_place[name][k] for name in wanted}) for k in range(len(dims_of(variable)))]
-    part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(dims_of(variable), needed, strict=True)})
-    values = part.transpose("run", ...).values
-    if not good.all():
-        values = np.where(good.reshape(-1, *(1 for _ in needed)), values, nan)
+def _of_variable(ds: xr.Dataset, wanted: Sequence[Name], time: float | None, kept: np.ndarray) -> Iterator[Output]:
+    """These numbers of one variable, NaN of runs that are not kept and of those whose course is not stored; only what
+    they need of it is read."""
+    variable = ds[wanted[0].variable]
+    in_time = "time" in variable.dims
+    if time is not None and not in_time:
+        raise _timeless(str(variable.name), time)
+    at = _stored(variable, time) if in_time else 0
+    when = float(variable["time"].values[at]) if in_time else nan
+    here, dims = variable.isel(time=at) if in_time else variable, dims_of(variable)
+    needed = [sorted({x.place[k] for x in wanted}) for k in range(len(dims))]
+    part = here.isel({dim: slice(x[0], x[-1] + 1) for dim, x in zip(dims, needed, strict=True)})
+    values = part.transpose(FULL if FULL in part.dims else "run", ...).values
+    if FULL in part.dims:
+        _, own, there = np.intersect1d(ds["run"].values, ds[FULL].values, return_indices=True)
+        some, values = values, np.full((len(kept), *values.shape[1:]), nan)
+        values[own] = some[there]
+    if not kept.all():
+        values = np.where(kept.reshape(-1, *(1 for _ in needed)), values, nan)
     scale = float(np.nanmax(abs(values), initial=0.0))
     long_name = str(variable.attrs.get("long_name", ""))
-    for name in wanted:
-        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(at_place[name], needed, strict=True)))
-        yield Output(name, unit(variable, at_place[name]), long_name, values[place], time, scale)
+    for one in wanted:
+        place: tuple[Any, ...] = (..., *(n - x[0] for n, x in zip(one.place, needed, strict=True)))
+        yield Output(one.name, one.units, long_name, values[place], when, scale, one)

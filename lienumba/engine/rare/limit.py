@@ -15,13 +15,14 @@ from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store import provenance
 from lienumba.store.layout import MARGIN
+from lienumba.store.names import one_of
 from lienumba.store.shards import LABEL
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.normal import probability
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import names_of
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST
-from lienumba.words import show, suggestion
+from lienumba.words import show
 
 
 @dataclass
@@ -41,9 +42,7 @@ class Limit:
 
     def __post_init__(self) -> None:
         data, names = self.scenario.data, [x.name for x in self.scenario.data.model.requirements]
-        if self.requirement not in names:
-            remedy = suggestion(self.requirement, names) if names else "the scenario has no [[requirements]]; give one"
-            raise ScenarioError(f"requirement {show(self.requirement)}: is not known; {remedy}")
+        one_of(self.requirement, names, "the scenario", "requirement", "write one as [[requirements]]")
         sampler = SAMPLERS[data.sweep.sampler]
         if sampler.from_table or any(isinstance(kind, Column) for kind in data.sweep.vary.values()):
             raise ScenarioError("sweep.table: samples that are given have no distribution; give sweep.vary instead")
@@ -119,6 +118,8 @@ class Limit:
 def named(resolved: Scenario, requirement: str | None) -> str:
     """The requirement that is meant: the only one where none is named."""
     names: Sequence[str] = [x.name for x in resolved.data.model.requirements]
+    if not names:
+        raise ScenarioError("the scenario has no requirements, so nothing can fail; write one as [[requirements]]")
     if requirement is None and len(names) > 1:
         raise ScenarioError(f"there are {len(names)} requirements; name one of {', '.join(map(show, names))}")
-    return requirement if requirement is not None else (list(names) or [""])[0]
+    return requirement if requirement is not None else names[0]

@@ -75,9 +75,9 @@ def rare(
     if method not in METHODS:
         raise ScenarioError(f"method = {show(method)}: is not known; {suggestion(str(method), METHODS)}")
     if runs is not None and (isinstance(runs, bool) or not isinstance(runs, int) or runs < 40):
-        raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least 40")
+        raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least 40; give such as 1000")
     if not 0.0 < confidence < 1.0:
-        raise ScenarioError(f"confidence = {show(confidence)}: must be between 0 and 1")
+        raise ScenarioError(f"confidence = {show(confidence)}: must be between 0 and 1; give such as 0.95")
     with shown(progress) as tell:
         runs = runs or RUNS[method]
         expected = int(EXPECTED[method] * runs)

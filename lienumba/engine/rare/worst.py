@@ -67,9 +67,9 @@ def worst(
     resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     check_workers(workers)
     if isinstance(runs, bool) or not isinstance(runs, int) or runs < FEWEST:
-        raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least {FEWEST}")
+        raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least {FEWEST}; give such as 2000")
     if not 0.0 < within < 1.0:
-        raise ScenarioError(f"within = {show(within)}: must be between 0 and 1")
+        raise ScenarioError(f"within = {show(within)}: must be between 0 and 1; give such as 0.9973")
     with shown(progress) as tell:
         limit = Limit(resolved, named(resolved, requirement), workers or usable_cores(), tell, runs)
         size = max(5 * limit.dimensions, 16)

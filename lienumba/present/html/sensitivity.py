@@ -16,6 +16,7 @@ from lienumba.analysis.text_table import NONE
 from lienumba.errors import ScenarioError
 from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.markup import Markup, element, sentence, text_table
+from lienumba.store.names import FAILED
 
 MOST_POINTS = 1500  # of the scatter
 MOST_NUMBERS = 40_000  # of all columns together
@@ -58,9 +59,7 @@ def columns(ds: xr.Dataset) -> Columns:
         read = list(outputs.read(ds, (), None, np.ones(len(labels), bool)))
     except ScenarioError:  # nothing of runs is stored
         read = []
-    found = [
-        Column(x.name, unit_label(x.units), time_label(x.time), x.values) for x in read if x.name != outputs.FAILED
-    ]
+    found = [Column(x.name, unit_label(x.units), time_label(x.time), x.values) for x in read if x.name != FAILED]
     return Columns(labels, inputs, found)
 
 

@@ -27,6 +27,7 @@ from lienumba.scenario.reading.sample_table import sampled
 from lienumba.scenario.reading.start_file import located
 from lienumba.scenario.reading.toml_text import parse_value, read_toml
 from lienumba.scenario.schema.tables import inlined
+from lienumba.sweep.distributions.registry import follows_nominal
 from lienumba.words import printable, show, suggestion
 
 LONGEST = 300  # characters of a setting in a message
@@ -96,7 +97,7 @@ def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem
             setting = plain_value(parse_value(value) if isinstance(value, str) else value, path)
             tokens = tokens_of(path)
             _refuse_gridded(data, tokens)
-            put_setting(data, tokens, setting, overrides)
+            put_setting(data, tokens, setting, overrides, followed=True)
         except paths.PathError as error:
             problems.append(error.of(path).inside(said))
         except BadValueError as error:
@@ -112,10 +113,17 @@ def tokens_of(path: str) -> list[paths.Token]:
     return ["model", *tokens] if tokens[0] in MODEL_KEYS else tokens
 
 
-def put_setting(data: Keys, tokens: list[paths.Token], value: object, beside: Container[str] = frozenset()) -> None:
+def put_setting(
+    data: Keys,
+    tokens: list[paths.Token],
+    value: object,
+    beside: Container[str] = frozenset(),
+    *,
+    followed: bool = False,
+) -> None:
     """Set one value, in place, and remove the keys whose place it takes, unless they are set beside it (paths); a
-    PathError where it would change nothing, or where there is nothing."""
-    _refuse_varied(data, tokens)
+    PathError where it would change nothing, or where there is nothing. followed: also what samples follow."""
+    _refuse_varied(data, tokens, followed)
     _refuse_unknown_parameter(data, tokens)
     paths.put(data, tokens, value)
     section = paths.get(data, tokens[:-1])
@@ -161,20 +169,23 @@ def _refuse_unknown_parameter(data: Keys, tokens: list[paths.Token]) -> None:
         raise paths.PathError("is no input of the scenario", suggestion(str(tokens[2]), inputs))
 
 
-def _refuse_varied(data: Keys, tokens: list[paths.Token]) -> None:
-    """A number that the sweep varies has no single value to set."""
+def _refuse_varied(data: Keys, tokens: list[paths.Token], followed: bool) -> None:
+    """A number that the sweep varies has no single value to set; followed: unless its samples follow that."""
     if tokens[0] not in ("model", "parameters"):
         return
     sweep = data.get("sweep")
     varied = sweep.get("vary") if isinstance(sweep, dict) else None
     setting = _named(tokens, data)
-    for path in varied if isinstance(varied, dict) else ():
+    for path, entry in varied.items() if isinstance(varied, dict) else ():
         other = _named(path, data)
         shared = min(len(other), len(setting))
-        if other and other[:shared] == setting[:shared]:
+        if other and other[:shared] == setting[:shared] and not (followed and follows_nominal(entry)):
+            keys = [x for x in entry if x not in ("distribution", "relative")] if isinstance(entry, dict) else []
+            own = next((x for x in ("mean", "median", "mode", *keys) if x in keys), "")
+            why = "whose samples do not follow it" if followed else "so it cannot be set"
             raise paths.PathError(
-                f'is varied by sweep.vary."{path}", so it cannot be set',
-                f"set the distribution (sweep.vary.{path}.mean=...) or take it out of sweep.vary",
+                f'is varied by sweep.vary."{path}", {why}',
+                f"set {'.'.join(filter(None, ['sweep.vary', path, own]))}, or take it out of sweep.vary",
             )
 
 

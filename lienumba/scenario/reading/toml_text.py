@@ -12,7 +12,8 @@ from lienumba.words import nearest, printable
 
 LARGEST = 256 * 2**20  # bytes of a file
 TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
-NO_TOML = "is not TOML", "give a number, a list in [] or a text in quotes (a bare word needs none)"
+NO_TOML = "is not TOML", "give a number, a list in [] or a text in quotes (bare words need none)"
+WORDS = re.compile(r"[A-Za-z_][\w.-]*( [\w.-]+)*|-?\d+:\d+(,-?\d+(:\d+)?)*")  # texts that need no quotes
 
 
 def read_toml(path: Path) -> Keys:
@@ -29,7 +30,7 @@ def read_toml(path: Path) -> Keys:
 
 
 def parse_value(text: str) -> Any:
-    """The value of `--set path=text`: TOML, or a bare word as a string."""
+    """The value of `--set path=text`: TOML; or words, a name with dots, or a range such as 0:20, as a string."""
     try:
         parsed = tomllib.loads(f"value = {text}")
         if list(parsed) == ["value"]:
@@ -37,7 +38,7 @@ def parse_value(text: str) -> Any:
     except RecursionError:
         raise BadValueError("", TOO_DEEP[1], verb=TOO_DEEP[0]) from None
     except ValueError:
-        if re.fullmatch(r"[A-Za-z_][\w-]*", text.strip()):
+        if WORDS.fullmatch(text.strip()):
             return text.strip()
     raise BadValueError("", NO_TOML[1], verb=NO_TOML[0])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -48,6 +48,11 @@ class Distribution(BaseModel):
     def shape(self) -> str:
         return self.leads_to
 
+    @classmethod
+    def follows(cls, given: Mapping[str, object]) -> bool:
+        """Whether samples follow the nominal value; given: its keys, as they are written."""
+        return cls.leads_to != NUMBER
+
     def words(self, unit: str) -> str:
         """What a citation says of it; unit: behind the numbers of the input, with a blank before it."""
         raise NotImplementedError
@@ -59,9 +64,15 @@ class Distribution(BaseModel):
 
 
 class Scalar(Distribution):
-    """The distribution of a number."""
+    """The distribution of a number. middle: the key whose place the nominal value takes where it is omitted."""
+
+    middle: ClassVar[str] = ""
 
     relative: StrictBool = Field(default=False, description="true (multiples of the nominal value) or false")
+
+    @classmethod
+    def follows(cls, given: Mapping[str, object]) -> bool:
+        return given.get("relative") is True or bool(cls.middle and cls.middle not in given)
 
     def scale(self, nominal: float) -> float:
         """What the numbers of the distribution are multiples of."""

@@ -55,4 +55,10 @@ def class_of(entry: Mapping[str, object]) -> type[Distribution]:
     return DISTRIBUTIONS[form_of(entry) or ""]
 
 
+def follows_nominal(entry: object) -> bool:
+    """Whether the samples of an entry of `vary`, which may be a wrong one, follow the nominal value."""
+    form = form_of(entry)
+    return form is not None and isinstance(entry, dict) and DISTRIBUTIONS[form].follows(entry)
+
+
 AnyDistribution = Annotated[Distribution, OneOf(DISTRIBUTIONS, form_of)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -95,6 +95,10 @@ class RotationUniform(Distribution):
     leads_to: ClassVar[str] = ROTATION
 
     distribution: Literal["rotation_uniform"]
+
+    @classmethod
+    def follows(cls, given: Mapping[str, object]) -> bool:
+        return False
 
     def words(self, unit: str) -> str:
         return "uniform on SO(3)"

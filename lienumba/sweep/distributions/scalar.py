@@ -23,6 +23,8 @@ MEAN = Field(default=None, description="the mean (or omit it: the nominal value)
 class Normal(Scalar):
     """Normal distribution; with `relative`, `mean` and `std` are multiples of the nominal value."""
 
+    middle: ClassVar[str] = "mean"
+
     distribution: Literal["normal"]
     mean: Finite | None = MEAN
     std: Spread = Field(description="the standard deviation, 0 or above")
@@ -59,6 +61,8 @@ class Uniform(Scalar):
 
 class TruncatedNormal(Scalar):
     """Normal distribution between bounds; with `relative`, all its numbers are multiples of the nominal value."""
+
+    middle: ClassVar[str] = "mean"
 
     distribution: Literal["truncated_normal"]
     mean: Finite | None = MEAN
@@ -107,6 +111,8 @@ class TruncatedNormal(Scalar):
 class Lognormal(Scalar):
     """median exp(sigma z) with z standard normal; with `relative`, `median` is a multiple of the nominal value."""
 
+    middle: ClassVar[str] = "median"
+
     distribution: Literal["lognormal"]
     median: Finite | None = Field(default=None, description="the median (or omit it: the nominal value)")
     sigma: Spread = Field(description="the standard deviation of the logarithm, 0 or above")
@@ -128,6 +134,8 @@ class Lognormal(Scalar):
 
 class Triangular(Scalar):
     """Triangular distribution; with `relative`, `low`, `mode` and `high` are multiples of the nominal value."""
+
+    middle: ClassVar[str] = "mode"
 
     distribution: Literal["triangular"]
     low: Finite = Field(description="the lowest value")

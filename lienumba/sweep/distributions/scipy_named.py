@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +9,7 @@ from pydantic import ConfigDict, Field, StrictStr, model_validator
 
 from lienumba.errors import BadValueError
 from lienumba.sweep.distributions.base import Finite, Scalar
-from lienumba.words import Written, number
+from lienumba.words import ALIKE, Written, number, suggestion
 
 
 class SciPy(Scalar):
@@ -32,16 +31,15 @@ class SciPy(Scalar):
             kinds = (stats.rv_continuous, stats.rv_discrete)
             names = [name for name in dir(stats) if isinstance(getattr(stats, name), kinds)]
             raise BadValueError(
-                "is no distribution of a number in scipy.stats", _nearest(self.scipy, names), "scipy", self.scipy
+                "is no distribution of a number in scipy.stats", suggestion(self.scipy, names), "scipy", self.scipy
             )
         shapes = [name.strip() for name in found.shapes.split(",")] if found.shapes else []
         known = [*shapes, "loc", *(["scale"] if isinstance(found, stats.rv_continuous) else [])]
         given = self.__pydantic_extra__ or {}
         for name in given:
             if name not in known:
-                raise BadValueError(
-                    f"{self.scipy} has no such parameter", _nearest(name, known), name, Written(f"{given[name]:g}")
-                )
+                rule, remedy = f"{self.scipy} has no such parameter", suggestion(name, known, ALIKE)
+                raise BadValueError(rule, remedy, name, Written(f"{given[name]:g}"))
         missing = [name for name in shapes if name not in given]
         if missing:
             raise BadValueError(f"needs {' and '.join(missing)}", f"give {missing[0]} = ...", "scipy", self.scipy)
@@ -63,8 +61,3 @@ class SciPy(Scalar):
         found: Any = getattr(stats, self.scipy)
         samples = np.asarray(found.ppf(u, **(self.__pydantic_extra__ or {})), float) * self.scale(nominal)
         return samples
-
-
-def _nearest(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name.lower(), known, 1)
-    return f'the nearest is "{close[0]}"' if close else f"known are such as {', '.join(known[:5])}"

@@ -109,7 +109,7 @@ REFUSED = {
     "an unknown output": (observed, ["positon"], {},
         'the dataset has no output "positon"; the nearest known name is "position"'),
     "an unknown label": (observed, ["tip.q"], {},
-        'the dataset has no output "tip.q"; the nearest known name is "tip.z"'),
+        'the dataset has no output "tip.q"; the nearest known names are "tip.x", "tip.y" and "tip.z"'),
     "the status": (observed, ["status"], {},
         'the output "status" is a code, not a number; ask for "failed"'),
     "failures that are none": (lambda: made(named(X)), ["failed"], {},

@@ -88,7 +88,7 @@ def test_the_worst_of_a_box_is_its_corner() -> None:
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"requirement": "neer"}, 'requirement "neer": is not known; the nearest known name is "near"'),
+    ({"requirement": "neer"}, 'the scenario has no requirement "neer"; the nearest known name is "near"'),
     ({"method": "magic"}, 'method = "magic": is not known'),
     ({"runs": 3}, "runs = 3: must be a whole number, at least 40"),
     ({"confidence": 1.5}, "confidence = 1.5: must be between 0 and 1"),
@@ -105,7 +105,7 @@ def test_what_is_wrong_is_told(given: dict[str, Any], message: str) -> None:
 def test_a_scenario_without_requirements_or_inputs() -> None:
     data = flight(9.0)
     del data["requirements"]
-    with pytest.raises(ScenarioError, match=r"the scenario has no \[\[requirements\]\]; give one"):
+    with pytest.raises(ScenarioError, match=r"the scenario has no requirements, so nothing can fail; write one as"):
         lienumba.worst(data)
     data = flight(9.0)
     data["sweep"] = {}

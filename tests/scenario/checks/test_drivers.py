@@ -189,15 +189,16 @@ DRIVERS = {
 FORMULAS = {
     "unknown name": (
         value("0.1*sin(om*t)"),
-        'model.drivers.drive.value = "0.1*sin(om*t)": has the unknown name "om"; known are deg, pi, rpm, t',
+        'model.drivers.drive.value = "0.1*sin(om*t)": has the unknown name "om"; '
+        'known here are "deg", "pi", "rpm", "t"',
     ),
     "unknown function": (
         value("0.1*sine(t)"),
-        'model.drivers.drive.value = "0.1*sine(t)": calls the unknown function "sine"; did you mean "sin"?',
+        'model.drivers.drive.value = "0.1*sine(t)": calls the unknown function "sine"; the nearest known name is "sin"',
     ),
     "unknown function, upper case": (
         value("Sin(t)"),
-        'model.drivers.drive.value = "Sin(t)": calls the unknown function "Sin"; did you mean "sin"?',
+        'model.drivers.drive.value = "Sin(t)": calls the unknown function "Sin"; the nearest known name is "sin"',
     ),
     "wrong number of arguments": (
         value("atan2(t)"),
@@ -213,8 +214,8 @@ FORMULAS = {
     "an import": (
         value("__import__('os')"),
         'model.drivers.drive.value = "__import__(\'os\')": calls the unknown function "__import__"; known '
-        "are abs, acos, asin, atan, atan2, ceil, clip, cos, cosh, exp, floor, hypot, log, max, min, mod, sign, sin, "
-        "sinc, sinh, sqrt, tan, tanh, where",
+        'here are "abs", "acos", "asin", "atan", "atan2", "ceil", "clip", "cos", "cosh", "exp", "floor", "hypot", '
+        '"log", "max", "min", "mod", "sign", "sin", "sinc", "sinh", "sqrt", "tan", "tanh", "where"',
     ),
     "an index": (
         value("t[0]"),
@@ -294,7 +295,7 @@ FORMULAS = {
     ),
     "in a list": (
         rig(driver('body = "arm"', 'motion = "point"', 'value = [0, "2*x", 0]')),
-        'model.drivers.drive.value[1] = "2*x": has the unknown name "x"; known are deg, pi, rpm, t',
+        'model.drivers.drive.value[1] = "2*x": has the unknown name "x"; known here are "deg", "pi", "rpm", "t"',
     ),
     "in a force": (
         rig(force('type = "force"', 'body = "arm"', 'value = [0, "1/t", 0]')),

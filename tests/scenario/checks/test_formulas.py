@@ -11,8 +11,8 @@ from tests.scenario.checks.refusal import driver, force, refused_by_both, rig
 
 POINTED = 'joint = "pivot"'
 SORTED = (
-    "abs, acos, asin, atan, atan2, ceil, clip, cos, cosh, exp, floor, hypot, log, max, min, mod, sign, sin, sinc, "
-    "sinh, sqrt, tan, tanh, where"
+    '"abs", "acos", "asin", "atan", "atan2", "ceil", "clip", "cos", "cosh", "exp", "floor", "hypot", "log", "max", '
+    '"min", "mod", "sign", "sin", "sinc", "sinh", "sqrt", "tan", "tanh", "where"'
 )
 
 
@@ -58,16 +58,16 @@ ONE_NUMBER = "is one number for the whole run; use parameters only, or put it in
 FORMULAS = {
     "unknown quantity": (
         rig(POINTING, torque("-2*pointin.y")),
-        f'{AT}"-2*pointin.y": has the unknown name "pointin.y"; did you mean "pointing.y"?',
+        f'{AT}"-2*pointin.y": has the unknown name "pointin.y"; the nearest known name is "pointing.y"',
     ),
     "unknown component": (
         rig(POINTING, torque("pointing.w")),
-        f'{AT}"pointing.w": has the unknown name "pointing.w"; did you mean "pointing.z"?',
+        f'{AT}"pointing.w": has the unknown name "pointing.w"; the nearest known name is "pointing.z"',
     ),
     "a coordinate that the joint has not": (
         rig(SWING, torque("swing.displacement")),
-        f'{AT}"swing.displacement": has the unknown name "swing.displacement"; known are deg, pi, rpm, swing.angle, '
-        "swing.rate, t",
+        f'{AT}"swing.displacement": has the unknown name "swing.displacement"; '
+        'known here are "deg", "pi", "rpm", "swing.angle", "swing.rate", "t"',
     ),
     "no component": (
         rig(POINTING, torque("-2*pointing")),
@@ -76,16 +76,16 @@ FORMULAS = {
     ),
     "unknown function": (
         rig(POINTING, torque("sine(pointing.y)")),
-        f'{AT}"sine(pointing.y)": calls the unknown function "sine"; did you mean "sin"?',
+        f'{AT}"sine(pointing.y)": calls the unknown function "sine"; the nearest known name is "sin"',
     ),
     "a quantity as a function": (
         rig(POINTING, torque("pointing(t)")),
-        f'{AT}"pointing(t)": calls the unknown function "pointing"; known are {SORTED}',
+        f'{AT}"pointing(t)": calls the unknown function "pointing"; known here are {SORTED}',
     ),
     "unknown parameter": (
         rig(PARAMETERS, POINTING, torque("-kq*pointing.y*kp")),
-        f'{AT}"-kq*pointing.y*kp": has the unknown name "kq"; known are deg, kp, pi, pointing.angle, pointing.x, '
-        "pointing.y, pointing.z, rpm, t",
+        f'{AT}"-kq*pointing.y*kp": has the unknown name "kq"; known here are "deg", "kp", "pi", '
+        '"pointing.angle", "pointing.x", "pointing.y", "pointing.z", "rpm", "t"',
     ),
     "two in a circle": (
         rig(expression("a", "b + 1"), expression("b", "2*a"), torque("a")),
@@ -101,11 +101,11 @@ FORMULAS = {
     ),
     "an attribute of Python": (
         rig(POINTING, torque("pointing.__class__")),
-        f'{AT}"pointing.__class__": has the unknown name "pointing.__class__"; did you mean "pointing.z"?',
+        f'{AT}"pointing.__class__": has the unknown name "pointing.__class__"; the nearest known name is "pointing.z"',
     ),
     "an attribute of a component": (
         rig(POINTING, torque("pointing.y.real")),
-        f'{AT}"pointing.y.real": has the unknown name "pointing.y.real"; did you mean "pointing.y"?',
+        f'{AT}"pointing.y.real": has the unknown name "pointing.y.real"; the nearest known name is "pointing.y"',
     ),
     "a force reads a reaction": (
         rig(LOAD, torque("load.force.x")),
@@ -174,7 +174,7 @@ FORMULAS = {
     ),
     "unknown table": (
         rig(table(), torque("psh(t)")),
-        f'{AT}"psh(t)": calls the unknown function "psh"; did you mean "push"?',
+        f'{AT}"psh(t)": calls the unknown function "psh"; the nearest known name is "push"',
     ),
 }
 TRICKS = [

@@ -12,7 +12,7 @@ from tests.rigs.inputs import at_hinge, wheel
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "unknown": (
         {"a": "inputs.bb", "b": 1},
-        'inputs.a = "inputs.bb": has the unknown name "inputs.bb"; did you mean "inputs.b"?',
+        'inputs.a = "inputs.bb": has the unknown name "inputs.bb"; the nearest known name is "inputs.b"',
     ),
     "no number, which a formula reads": (
         {"a": float("nan"), "b": 1},

@@ -83,7 +83,7 @@ CASES = {
     ),
     "an event of an unknown quantity": (
         event('name = "far"', 'when = "top.x > 1"'),
-        'events.far.when = "top.x > 1": has the unknown name "top.x"; did you mean "tip.x"?',
+        'events.far.when = "top.x > 1": has the unknown name "top.x"; the nearest known name is "tip.x"',
     ),
     "an event that never changes": (
         event('name = "far"', 'when = "1 > 2"'),

@@ -394,7 +394,7 @@ TABLES = {
     ),
     "gravity with a formula of x": (
         rig(model='[model]\ngravity = [0, 0, "-9.81*x"]\n'),
-        'model.gravity[2] = "-9.81*x": has the unknown name "x"; known are deg, pi, rpm, t',
+        'model.gravity[2] = "-9.81*x": has the unknown name "x"; known here are "deg", "pi", "rpm", "t"',
     ),
     "gravity that begins infinite": (
         rig(model='[model]\ngravity = [0, 0, "1/t"]\n'),

@@ -383,17 +383,15 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
     ("options", "message"),
     [
         (
-            ["--set", "bodies.top.mass=3"],
+            ["--set", "sweep.vary.bodies.top.mass.mean=15", "--set", "bodies.top.mass=3"],
             '--set bodies.top.mass=3: the path bodies.top.mass is varied by sweep.vary."bodies.top.mass", '
-            "so it "
-            "cannot be set; set the distribution (sweep.vary.bodies.top.mass.mean=...) or take it out of "
-            "sweep.vary",
+            "whose samples do not follow it; set sweep.vary.bodies.top.mass.mean, or take it out of sweep.vary",
         ),
         (
-            ["--set", "model.bodies.top.mass=3"],
+            ["--set", "sweep.vary.bodies.top.mass.mean=15", "--set", "model.bodies.top.mass=3"],
             "--set model.bodies.top.mass=3: the path model.bodies.top.mass is varied by "
-            'sweep.vary."bodies.top.mass", so it cannot be set; set the distribution '
-            "(sweep.vary.bodies.top.mass.mean=...) or take it out of sweep.vary",
+            'sweep.vary."bodies.top.mass", whose samples do not follow it; set '
+            "sweep.vary.bodies.top.mass.mean, or take it out of sweep.vary",
         ),
         (
             ["--set", "bodies.tpo.position=[0, 1, 0]"],
@@ -408,7 +406,7 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
             ["--set", "integrator.step=1 ms"],
             "--set integrator.step=1 ms: the value 1 ms is not TOML; give a number, a list in [] or a text "
             "in "
-            "quotes (a bare word needs none)",
+            "quotes (bare words need none)",
         ),
         (
             ["--set", "integrator.step"],

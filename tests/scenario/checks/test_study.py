@@ -160,11 +160,11 @@ REFERENCES = {
     ),
     "an unknown function": (
         formulas('position = { arm = ["sn(t)", 0, 0] }'),
-        'study.reference.position.arm[0] = "sn(t)": calls the unknown function "sn"; did you mean "sin"?',
+        'study.reference.position.arm[0] = "sn(t)": calls the unknown function "sn"; the nearest known name is "sin"',
     ),
     "an unknown name": (
         formulas('rotation = { arm = { axis = [0, 1, 0], angle = "w*t" } }'),
-        'study.reference.rotation.arm.angle = "w*t": has the unknown name "w"; known are deg, pi, rpm, t',
+        'study.reference.rotation.arm.angle = "w*t": has the unknown name "w"; known here are "deg", "pi", "rpm", "t"',
     ),
     "two numbers": (
         formulas('velocity = { arm = ["t", 1] }'),
@@ -206,7 +206,7 @@ def test_what_is_swept_cannot_be_gridded(tmp_path: Path) -> None:
     text = rig(study('"bodies.arm.mass" = [1, 2]'), SWEEP)
     assert refused_by_both(tmp_path, text) == [
         'study.grid[0]."bodies.arm.mass": the path bodies.arm.mass is varied by sweep.vary."bodies.arm.mass", so it '
-        "cannot be set; set the distribution (sweep.vary.bodies.arm.mass.mean=...) or take it out of sweep.vary"
+        "cannot be set; set sweep.vary.bodies.arm.mass.std, or take it out of sweep.vary"
     ]
 
 

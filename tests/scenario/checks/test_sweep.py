@@ -94,11 +94,11 @@ CASES = {
     "unknown name of scipy": (
         sweep('"bodies.top.mass" = { scipy = "lognrom", s = 1 }'),
         'sweep.vary."bodies.top.mass".scipy = "lognrom": is no distribution of a number in scipy.stats; the '
-        'nearest is "lognorm"',
+        'nearest known name is "lognorm"',
     ),
     "unknown parameter of scipy": (
         sweep('"bodies.top.mass" = { scipy = "lognorm", s = 1, std = 1 }'),
-        'sweep.vary."bodies.top.mass".std = 1: lognorm has no such parameter; known are such as s, loc, scale',
+        'sweep.vary."bodies.top.mass".std = 1: lognorm has no such parameter; known here are "s", "loc", "scale"',
     ),
     "missing parameter of scipy": (
         sweep('"bodies.top.mass" = { scipy = "beta", a = 1 }'),
@@ -188,7 +188,7 @@ CASES = {
     "formula of nothing known": (
         sweep(MASS, '"bodies.top.inertia[0]" = { expression = "0.01*bodies.top.mas" }'),
         'sweep.vary."bodies.top.inertia[0]".expression = "0.01*bodies.top.mas": has the unknown name '
-        '"bodies.top.mas"; did you mean "bodies.top.mass"?',
+        '"bodies.top.mas"; the nearest known name is "bodies.top.mass"',
     ),
     "formula of itself": (
         sweep('"bodies.top.mass" = { expression = "1 + bodies.top.mass" }'),

@@ -18,7 +18,8 @@ def told(**more: object) -> str:
 
 @pytest.mark.parametrize("text", ["nan", "inf"])
 def test_an_input_is_no_text_that_python_reads_as_a_number(text: str) -> None:
-    assert told(inputs={"u": text}) == f'inputs.u = "{text}": has the unknown name "{text}"; known are deg, pi, rpm, t'
+    known = '"deg", "pi", "rpm", "t"'
+    assert told(inputs={"u": text}) == f'inputs.u = "{text}": has the unknown name "{text}"; known here are {known}'
 
 
 @pytest.mark.parametrize(("key", "place"), [("times", "times[0]"), ("values", "values[0]")])

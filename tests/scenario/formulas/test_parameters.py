@@ -160,8 +160,11 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         "parameters: damped and kp depend on one another in a circle; give a number for damped",
     ),
     "itself": (servo(kp="kp + 1"), "parameters: kp depends on itself in a circle; give a number for kp"),
-    "unknown name": (servo(kp="2*mm"), 'parameters.kp = "2*mm": has the unknown name "mm"; did you mean "m"?'),
-    "time": (servo(kp="2*t"), 'parameters.kp = "2*t": has the unknown name "t"; known are '),
+    "unknown name": (
+        servo(kp="2*mm"),
+        'parameters.kp = "2*mm": has the unknown name "mm"; the nearest known name is "m"',
+    ),
+    "time": (servo(kp="2*t"), 'parameters.kp = "2*t": has the unknown name "t"; known here are '),
     "reserved": (servo(pi=3), 'parameters.pi: has a meaning in formulas already; give another name'),
     "no name": (servo(**{"k-p": 3}), 'parameters.k-p: is no valid name: a letter, then letters, digits or "_"'),
     "list": (servo(kp=[1, 2]), "parameters.kp = [1, 2]: must be a number or a formula of other parameters; "),
@@ -185,7 +188,7 @@ def test_bad_parameters(case):
 @pytest.mark.parametrize(
     ("place", "text", "sentence"),
     [
-        ("mass", "2*mm", 'model.bodies.rod.mass = "2*mm": has the unknown name "mm"; did you mean "m"?'),
+        ("mass", "2*mm", 'model.bodies.rod.mass = "2*mm": has the unknown name "mm"; the nearest known name is "m"'),
         ("mass", "m*t", "model.bodies.rod.mass = \"m*t\" = \"2.0 * t\": must be a number, not a formula, because it "),
         ("mass", "1/(m - 2)", 'model.bodies.rod.mass = "1/(m - 2)": is inf with the nominal parameters; it must be '),
         ("mass", "m - 5", 'model.bodies.rod.mass = "m - 5" = -3.0: must be above 0; give the mass in kg, above 0'),

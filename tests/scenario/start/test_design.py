@@ -272,3 +272,18 @@ def test_drawing_needs_no_compiler_and_plain_names_no_scipy(tmp_path: Path) -> N
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    ("vary", "expected"),
+    [
+        ({"distribution": "normal", "std": 0.0}, 3.0),
+        ({"distribution": "uniform", "low": 2.0, "high": 2.0 + 1e-12, "relative": True}, 6.0),
+        ({"distribution": "lognormal", "sigma": 0.0}, 3.0),
+    ],
+)
+def test_what_samples_follow_may_be_set(vary: dict[str, Any], expected: float) -> None:
+    data = example()
+    data["sweep"]["vary"] = {"bodies.top.mass": vary}
+    scenario = resolve(data, overrides={"bodies.top.mass": 3})
+    np.testing.assert_allclose(draw(scenario, range(3))["bodies.top.mass"], expected, rtol=1e-9)

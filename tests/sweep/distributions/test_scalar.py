@@ -96,7 +96,7 @@ def test_bounds_hold_to_the_last_bit():
         ),
         ({"distribution": "choice", "values": [1], "weights": [0]}, "are all 0; give at least one above 0"),
         ({"distribution": "choice", "values": [1], "weights": [-1]}, "greater than or equal to 0"),
-        ({"scipy": "lognrom"}, 'scipy = "lognrom": is no distribution of a number in scipy.stats; the nearest is'),
+        ({"scipy": "lognrom"}, 'is no distribution of a number in scipy.stats; the nearest known name is "lognorm"'),
         ({"scipy": "lognorm"}, 'scipy = "lognorm": needs s; give s = ...'),
         ({"scipy": "norm", "std": 1}, "std = 1: norm has no such parameter"),
         ({"scipy": "norm", "scale": -1}, 'scipy = "norm": does not exist with scale = -1'),
