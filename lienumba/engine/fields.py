@@ -9,9 +9,12 @@ from lienumba.batch.changes import NONE
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.statuses import GOOD
 from lienumba.integrators.tracing.program import Outline
+from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.switches import switches_of
 from lienumba.scenario.formulas.measure_formula import MeasureFormula
+from lienumba.scenario.formulas.measures import REDUCERS
+from lienumba.scenario.formulas.units import units_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.layout import RUN, VARIABLES, Variable
 
@@ -56,12 +59,14 @@ def fates(model: Model, changes: int) -> Iterator[Field]:
         yield _plain("last_mode", switches, lambda chunk: chunk.modes, "i1")
 
 
-def measured(resolved: Scenario) -> Iterator[Field]:
+def measured(resolved: Scenario, model: Model) -> Iterator[Field]:
     """Formulas of whole runs."""
-    units, before = {x.name: x.units for x in resolved.data.model.measures}, 0
+    given, before = {x.name: x.units for x in resolved.data.model.measures}, 0
+    names, reducers = quantities.units(model), {name: reducer.unit for name, reducer in REDUCERS.items()}
     for name, formula in resolved.parameters.measures.items():
         own = slice(before, before + len(formula.kept))
-        spec = Variable(RUN, units.get(name) or "1", f"{name} of the run", measure=formula.text)
+        units = given.get(name) or units_of(formula.text, names, reducers)
+        spec = Variable(RUN, units, f"{name} of the run", measure=formula.text)
         yield Field(name, spec, (), _of(formula, own))
         before = own.stop
 

@@ -169,7 +169,7 @@ class Results:
         events = self._named("output.at_events", self._at_events(), taken)
         summaries = self._summaries([*taken, *(field.name for field in events)])
         others = [*taken, *(field.name for field in (*events, *summaries))]
-        return [*events, *summaries, *self._named("measures", measured(self.resolved), others)]
+        return [*events, *summaries, *self._named("measures", measured(self.resolved, self.model), others)]
 
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
         """Each once, if it is asked for in two ways."""

@@ -189,7 +189,7 @@ def test_each_run_of_a_sweep_has_its_own() -> None:
     np.testing.assert_allclose(ds.m5 % 1.0, 0.5, atol=1e-6)
     np.testing.assert_allclose(ds.m6, -1.0, rtol=1e-9)
     np.testing.assert_allclose(ds.m7, 3.0, rtol=1e-12)
-    assert ds.m0.attrs == {"units": "1", "long_name": "m0 of the run", "measure": "max(x.x, t > 1)"}
+    assert ds.m0.attrs == {"units": "m", "long_name": "m0 of the run", "measure": "max(x.x, t > 1)"}
     assert "time" not in ds.m0.dims
     assert "x" not in ds
 

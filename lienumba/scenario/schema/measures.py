@@ -29,4 +29,6 @@ class Measure(Section):
         description='a formula with reducers, such as "max(pointing.angle, t > 5)" or "last_time(pointing.angle > '
         '0.1*deg)"'
     )
-    units: str | None = Field(default=None, max_length=40, description='its units, such as "rad" (or omit it)')
+    units: str | None = Field(
+        default=None, max_length=40, description='its units, such as "rad" (or omit it: they follow from the formula)'
+    )

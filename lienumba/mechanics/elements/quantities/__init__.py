@@ -30,10 +30,11 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     observe,
     parts,
     rows,
+    units,
 )
 
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
-    "integrands",     "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched",
+    "integrands", "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched", "units",
 ]  # fmt: skip

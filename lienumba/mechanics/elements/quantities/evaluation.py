@@ -63,6 +63,14 @@ def components(model: Model, quantity: Quantity) -> list[str]:
     return [name for part in parts(model, quantity) for name in part.components]
 
 
+def units(model: Model) -> dict[str, str]:
+    """Those of every component, by its name in formulas, but for formulas of which nobody says them."""
+    said = (
+        (q, part) for q in model.quantities for part in parts(model, q) if part.units != "1" or not callable(q.value)
+    )
+    return {joined(q.name, name): part.units for q, part in said for name in part.components}
+
+
 def observe(model: Model, now: Instant, observed: Observed | None) -> Iterator[tuple[str, list[Number]]]:
     """The rows of every variable that quantities give, by its name."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
