@@ -10,6 +10,7 @@ from scipy.signal import StateSpace
 import lienumba
 from lienumba.analysis.mode_rows import mode_rows
 from lienumba.errors import ScenarioError
+from tests.documents.pages import ROOT
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.5}}
@@ -206,6 +207,25 @@ def test_inputs_and_outputs_go_into_scipy_in_one_line() -> None:
     below = inertia * s * s + M * G * A
     np.testing.assert_allclose(found[0], [1 / below, 0.0, M * A / below], rtol=1e-12, atol=1e-15)
     assert system.A.shape == (2, 2)
+
+
+def test_inputs_and_outputs_go_into_control_by_the_line_of_the_documents() -> None:
+    """A damped pendulum with a torque: stable, with the closed form's response, and held upright by its LQR."""
+    control = pytest.importorskip("control")
+    line = 'control.ss(*(one[name].values for name in "ABCD"))'
+    assert f"`{line}`" in (ROOT / "docs" / "linearise.md").read_text(encoding="utf-8")
+    motor = {"name": "motor", "type": "actuator", "joint": "pivot", "value": "0.0*t", "damping": 0.3}
+    swing = {"name": "swing", "type": "joint", "joint": "pivot"}
+    inertia, s = J + M * A * A, 2.0j
+    for down in (1.0, -1.0):
+        scenario = pendulum(down, forces=[motor], quantities=[swing])
+        one = lienumba.linearise(scenario, outputs=["swing.angle"]).isel(run=0, time=0)
+        system = eval(line, {"control": control, "one": one})
+        found = complex(np.squeeze(system(s)))
+        assert found == pytest.approx(1 / (inertia * s * s + 0.3 * s + down * M * G * A), rel=1e-12)
+        assert (system.poles().real < 0).all() == (down > 0)
+        gain, _, _ = control.lqr(system, np.eye(2), np.eye(1))
+        assert (np.linalg.eigvals(system.A - system.B @ gain).real < 0).all()
 
 
 def test_modes_keep_their_number_where_frequencies_cross() -> None:
