@@ -29,7 +29,7 @@ from lienumba.integrators.layout import (
     T,
     Workspace,
 )  # fmt: skip
-from lienumba.numerics.operations import absolute, maximum
+from lienumba.numerics.operations import absolute, maximum, minimum
 
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
@@ -125,12 +125,14 @@ def _see(
         call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
     for s in range(sizes.switches):
         noise = maximum(noise, SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS)))
+    noise = choose(noise > 0.0, noise, 0.0)
     for n in range(count):
         if n >= sizes.events and plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == BILATERAL:
             store(times, n, splat(NEVER))
             continue
-        least = choose(noise > 0.0, noise, 0.0) if n >= sizes.events else splat(0.0)
-        turned = good & (load(new, n) > least) & (choose(load(at.conditions, n) > least, 1.0, 0.0) == 0.0)
+        if n >= sizes.events:  # what is noise now is not true, whatever is noise at the end of the next step
+            store(new, n, choose(load(new, n) > noise, load(new, n), minimum(load(new, n), splat(0.0))))
+        turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
         time = choose(turned, splat(SOUGHT), splat(NEVER))
         if n < sizes.events and any_lane(jumps):
             behind = load(at.following, n)
