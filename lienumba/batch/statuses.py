@@ -35,9 +35,9 @@ STATUSES = (
     Status(
         ROTATION,
         "rotation_too_large",
-        "a body turned too far in one step: by nearly a full turn, or by a quarter of one where the angle of a joint "
-        "is counted, or its angles did in a gimbal lock; try a smaller step or other coordinates, or see whether a "
-        "driver wants more than the mechanism can reach",
+        "a body turned too far in one step: by nearly a full turn, by a quarter of one where the angle of a joint is "
+        "counted, or by 1 rad where a contact turns with it, or its angles did in a gimbal lock; try a smaller step "
+        "or other coordinates, or see whether a driver wants more than the mechanism can reach",
     ),
     Status(
         NOT_ASSEMBLED,

@@ -1,5 +1,7 @@
 """How a step says whether it is good."""
 
+from math import pi
+
 from lienumba.groups.so3 import LARGEST_STEP
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import kernel, where
@@ -23,6 +25,15 @@ LOCKED, RELEASED, ENGAGED, SET, IMPACT, CLOSED, OPENED, STUCK, SLID, KINDS = ran
 
 HUGE = 1e300  # a sum of squares below this is finite
 LARGEST_STAGE = LARGEST_STEP  # |u|^2 (rad^2) of a stage's rotation
+QUARTER, SWING = 0.5 * pi, 1.0  # rad: see `strict`
+
+
+def strict(rotation: Number, counts: bool, swings: bool) -> Number:
+    """A squared rotation of a body in a step (rad^2), made so much larger where that may be less that the limit is
+    another one. counts: the turns of a joint; a quarter of a turn then keeps two bodies from turning by half a turn
+    relative to each other. swings: gaps with the bodies; by so little that none closes and opens unseen."""
+    most = SWING if swings else QUARTER
+    return rotation * (LARGEST_STAGE / most**2) if counts or swings else rotation
 
 
 @kernel

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import pi
 from typing import Any, NamedTuple, Protocol
 
 from lienumba.compiler.emit import Kernel
@@ -19,6 +18,7 @@ from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
 from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
+from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
@@ -227,9 +227,9 @@ class Tracer:
         return bool(self.augmented.accelerations) and not self.chart.plain
 
     def strict(self, rotation: Number) -> Number:
-        """A squared rotation of a body in a step (rad^2). Where turns are counted, it is made so much larger that the
-        limit is a quarter of a turn: two bodies then turn by less than half a turn relative to each other."""
-        return rotation * (codes.LARGEST_STAGE / (0.5 * pi) ** 2) if self.augmented.angles else rotation
+        """A squared rotation of a body in a step (rad^2) as `codes.strict` has it."""
+        contacts = self.template.contacts
+        return codes.strict(rotation, bool(self.augmented.angles), any(CONTACTS[x.type].turns(x) for x in contacts))
 
     def expected(self, augmented: Vector, node: Number, h: Number) -> list[Number] | None:
         """The accelerations to be expected in a stage at t + node h; None if they are not carried on."""

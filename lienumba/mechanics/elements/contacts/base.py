@@ -107,6 +107,11 @@ class ContactType(Section):
         return cls.place(contact, a, b).gap
 
     @classmethod
+    def turns(cls, contact: m.Contact) -> bool:
+        """Whether its gap may change as one of its bodies turns."""
+        return True
+
+    @classmethod
     def rates(cls, contact: m.Contact, a: Motion, b: Motion) -> Vector:
         """The velocity (m/s) of the first body against the second where they touch, along two tangents."""
         return slip(cls.place(contact, a, b), a, b)

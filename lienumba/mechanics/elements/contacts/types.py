@@ -12,7 +12,8 @@ from lienumba.keys.types import Positive
 from lienumba.mechanics.elements.contacts.base import CONTACTS, ContactType, OnPlane, Radius, WithAxis
 from lienumba.mechanics.elements.contacts.geometry import Place, height, unit
 from lienumba.mechanics.mechanism.kinematics import Motion
-from lienumba.mechanics.mechanism.model import Contact, Number, Vec3
+from lienumba.mechanics.mechanism.model import GROUND, Contact, Number, Vec3
+from lienumba.numerics.operations import is_zero
 
 Radii = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
@@ -44,6 +45,10 @@ class SpherePlane(Radius, OnPlane):
         radius = contact.numbers["radius"]
         return Place(above - radius, so3.axpy(-radius, up, centre), contact.normal)
 
+    @classmethod
+    def turns(cls, contact: Contact) -> bool:
+        return contact.bodies[1] != GROUND or not all(map(is_zero, contact.points[0]))
+
 
 @CONTACTS.add
 class SphereSphere(ContactType):
@@ -62,6 +67,11 @@ class SphereSphere(ContactType):
         up, distance = unit(so3.subtract(centre, b.point(contact.points[1])))
         first, second = contact.numbers["first_radius"], contact.numbers["second_radius"]
         return Place(distance - first - second, so3.axpy(-first, up, centre), so3.rotate_back(b.R, up))
+
+    @classmethod
+    def turns(cls, contact: Contact) -> bool:
+        own = (p for body, p in zip(contact.bodies, contact.points, strict=True) if body != GROUND)
+        return not all(is_zero(x) for p in own for x in p)
 
 
 @CONTACTS.add
