@@ -11,7 +11,7 @@ from lienumba.compiler.lanes import Mask, any_lane, call, choose, load, splat, s
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers import complementarity, reactions, stages
+from lienumba.integrators.drivers import complementarity, impacts, reactions, stages
 from lienumba.integrators.drivers.acting import HOLDS, engages, follow, follow_one, hold, pass_over, sift, turns
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
@@ -127,8 +127,13 @@ def change(
             if forces and (sizes.values > 0 or any_lane(hits)):  # of locks and joints alone nothing is asked again
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
+                rows[first.lanes + PICKED, lane] = 0.0
                 if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
                     _go_on(r, sizes, first, rows, runs, queue, lane, forces)
+            begins = load(lanes, PICKED) != 0.0
+            if any_lane(begins):
+                call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
+                stages.commit(begins, x, at.now, layout.state_rows(sizes))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
         hold(sizes, at, at.following)
         for lane in range(W):
@@ -317,7 +322,7 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
         if p.switches[s, SWITCH_KIND] == UNILATERAL:
             touches = on or reactions.touches(rows, first, sizes, lane, s, row)
             hit = hit or (touches and r.rates[row] < -still)
-    if hit and reactions.impulses(r, rows, first, sizes, lane) != complementarity.SOLVED:
+    if hit and impacts.impulses(r, rows, first, sizes, lane) != complementarity.SOLVED:
         rows[first.lanes + STATUS, lane] = codes.UNSOLVED
     for i in range(sizes.switched):
         rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
@@ -339,8 +344,8 @@ def _tell(
                 tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
                 for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
                     if not _told(sizes, first, rows, plan, lane, event, plan.targets[n]):
-                        impulse += reactions.impulse(r, plan.targets[n])
-                        energy += reactions.energy_lost(r, plan.targets[n])
+                        impulse += impacts.impulse(r, plan.targets[n])
+                        energy += impacts.energy_lost(r, plan.targets[n])
             _book(rows, first, runs, queue, lane, tells, event, impulse, energy)
     p, largest = r.problem, 0.0
     for i in range(sizes.switched):
@@ -348,7 +353,7 @@ def _tell(
     for s in range(sizes.switches):
         hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > SLIGHT * largest
         if hit:  # and not by rounding, where something else is
-            impulse, energy = reactions.impulse(r, s), reactions.energy_lost(r, s)
+            impulse, energy = impacts.impulse(r, s), impacts.energy_lost(r, s)
             _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
 
 
@@ -368,6 +373,10 @@ def _go_on(
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
     reactions.choose_rows(r, rows, first, sizes, lane)
+    if said == complementarity.SOLVED and reactions.heads(r, rows, first, sizes, lane):
+        rows[first.lanes + PICKED, lane] = 1.0
+        for i in range(sizes.switched):
+            rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
     if said != complementarity.SOLVED:
         paradox = said == complementarity.PARADOX
         rows[first.lanes + STATUS, lane] = codes.PARADOX if paradox else codes.UNSOLVED

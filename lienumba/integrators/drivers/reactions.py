@@ -1,5 +1,5 @@
-"""What switched constraints do at a change, of one run: impulses, which contacts close, stick or slide, and which of
-the rows that say the same are used. Read from what the kernel `border` wrote."""
+"""What switched constraints do at a change, of one run: which contacts close, stick or slide, and which of the rows
+that say the same are used. Read from what the kernel `border` wrote; see `impacts` for impulses."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,6 @@ from lienumba.integrators.drivers.complementarity import (
     HOLDS,
     PRESSES,
     SLIDES,
-    SOLVED,
     Problem,
     eliminate,
     size,
@@ -32,8 +31,6 @@ from lienumba.integrators.layout import (
     KINETIC_EFFORT,
     LEAN,
     OFF,
-    REST_SPEED,
-    RESTITUTION,
     SIZE,
     SLIDE,
     SPEED,
@@ -52,20 +49,23 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
-SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
+RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
+HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
 FIRM, BARE, SHARED, TANGENT, PHASES = range(5)  # rows, in the order in which they are taken
 INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
 
 
 class Reactions(NamedTuple):
-    """rates (q,): of the switched rows before; on, taken (q,): which of the rows may be used, and which are."""
+    """rates (q,): of the switched rows before; wanted, taken (q,): which of the rows may be used, and which are;
+    begins (s,): whether and how sliding begins from rest."""
 
     problem: Problem
     rates: np.ndarray
     wanted: np.ndarray
     taken: np.ndarray
+    begins: np.ndarray
 
 
 @apart
@@ -79,7 +79,7 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
         v[q + 8], v[q + 9], v[q + 10], v[q + 11], system,
     )  # fmt: skip
-    return Reactions(p, v[q + 12], v[q + 13], v[q + 14])
+    return Reactions(p, v[q + 12], v[q + 13], v[q + 14], v[q + 15][:s])
 
 
 @apart
@@ -94,7 +94,7 @@ def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
         r.rates[i] = rows[first.change + layout.border_rates(sizes) + i, lane]
         p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
     for s in range(sizes.switches):
-        p.law[s], p.friction[s], p.bound[s] = float(FREE), 0.0, 0.0
+        p.law[s], p.friction[s], p.bound[s], r.begins[s] = float(FREE), 0.0, 0.0, RESTS
 
 
 @inlined
@@ -125,87 +125,28 @@ def still(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) ->
 
 
 @apart
-def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
-    """Of what is hit or closed, to x; see `complementarity.solve`."""
-    p, on = r.problem, first.state + layout.on_row(sizes)
-    for s in range(sizes.switches):
-        kind, row, closed = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
-        if kind == BILATERAL and closed:
-            p.law[s] = float(HOLDS)
-        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, s, row)):
-            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, KINETIC)
-            rebound = -number(rows, first, sizes, lane, s, RESTITUTION) * p.free[row]
-            comes = p.free[row] < -still(rows, first, sizes, lane, s)
-            if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
-                p.free[row] -= rebound
-    said = solve(p)
-    if said == SOLVED:
-        _come_to_rest(r, rows, first, sizes, lane)
-    return said
-
-
-@apart
-def _come_to_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """What touches and would leave so slowly that its way would be rounding stays: without that, what rocks from one
-    contact to another would do so for ever. Impulses are added that end these rates, and keep all that has ended."""
-    p, slow = r.problem, False
-    for i in range(sizes.switched):
-        r.wanted[i] = 0.0
-    for s in range(sizes.switches):
-        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
-        rest = still(rows, first, sizes, lane, s)
-        stays = p.law[s] == PRESSES and p.free[row] >= r.rates[row] and p.rates[row] <= SLOW / STILL * rest
-        if p.law[s] == HOLDS or stays:
-            slow = slow or (stays and p.rates[row] > rest)
-            sticks = p.law[s] == HOLDS or (tangents > 0 and _along(r, s, p.rates) <= rest)
-            for i in range(row, row + (p.switches[s, SWITCH_ROWS] if sticks else 1)):
-                r.wanted[i] = 1.0
-    if slow:
-        n = 0
-        for i in range(sizes.switched):
-            if r.wanted[i] != 0.0:
-                m = 0
-                for j in range(sizes.switched):
-                    if r.wanted[j] != 0.0:
-                        p.matrix[n, m] = p.S[i, j]
-                        m += 1
-                p.matrix[n, m] = -p.rates[i]
-                n += 1
-        eliminate(p.matrix, n, p.step)
-        n = 0
-        for i in range(sizes.switched):
-            if r.wanted[i] != 0.0:
-                p.x[i] += p.step[n]
-                n += 1
+def spread(r: Reactions) -> None:
+    """Impulses, added to x, that change the rates of the wanted rows by what is in `free`."""
+    p, n = r.problem, 0
+    for i in range(p.free.size):
+        if r.wanted[i] != 0.0:
+            m = 0
+            for j in range(p.free.size):
+                if r.wanted[j] != 0.0:
+                    p.matrix[n, m] = p.S[i, j]
+                    m += 1
+            p.matrix[n, m] = p.free[i]
+            n += 1
+    eliminate(p.matrix, n, p.step)
+    n = 0
+    for i in range(p.free.size):
+        if r.wanted[i] != 0.0:
+            p.x[i] += p.step[n]
+            n += 1
 
 
 @inlined
-def energy_lost(r: Reactions, switch: int) -> float:
-    """(J), by the impulses of a switch."""
-    p, total = r.problem, 0.0
-    for i in range(
-        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
-    ):
-        after = r.rates[i]
-        for j in range(p.free.size):
-            after += p.S[i, j] * p.x[j]
-        total -= 0.5 * p.x[i] * (r.rates[i] + after)
-    return total
-
-
-@inlined
-def impulse(r: Reactions, switch: int) -> float:
-    """(N s or N m s), of a switch: the length of those of its rows."""
-    p, total = r.problem, 0.0
-    for i in range(
-        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
-    ):
-        total += p.x[i] * p.x[i]
-    return np.sqrt(total)
-
-
-@inlined
-def _along(r: Reactions, switch: int, x: np.ndarray) -> float:
+def along(r: Reactions, switch: int, x: np.ndarray) -> float:
     """The length of what is along the tangents of a switch."""
     p, total = r.problem, 0.0
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
@@ -228,7 +169,7 @@ def _on_edge(r: Reactions, switch: int) -> bool:
     most = p.bound[switch]
     if p.law[switch] != BOUNDED:
         most = p.friction[switch] * p.x[p.switches[switch, SWITCH_FIRST]]
-    return _along(r, switch, p.x) > (1.0 - EDGE) * most
+    return along(r, switch, p.x) > (1.0 - EDGE) * most
 
 
 @apart
@@ -239,7 +180,7 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
     for s in range(sizes.switches):
         kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
-        closed, speed, rest = rows[on + s, lane] != OFF, _along(r, s, r.rates), still(rows, first, sizes, lane, s)
+        closed, speed, rest = rows[on + s, lane] != OFF, along(r, s, r.rates), still(rows, first, sizes, lane, s)
         if kind == BILATERAL and closed:
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
@@ -278,7 +219,7 @@ def _slips(r: Reactions, switch: int, largest: float) -> bool:
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
         scale += p.S[i, i]
-    return _along(r, switch, p.rates) > SLIGHT * largest * scale
+    return along(r, switch, p.rates) > SLIGHT * largest * scale
 
 
 @apart
@@ -289,23 +230,38 @@ def modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     for i in range(sizes.switched):
         if p.S[i, i] > 0.0:
             largest = max(largest, size(p.free[i]) / p.S[i, i])
-    for _ in range(sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
+    for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
         said = solve(p)
         if said != 0:
             return said
-        slipped = False
-        for s in range(sizes.switches):
-            resting = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
-            pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
-            if resting and pressed and _slips(r, s, largest):
-                _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / _along(r, s, p.rates))
-                slipped = True
-            elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
-                _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / _along(r, s, p.x))
-                slipped = True
-        if not slipped and not _settle(r, rows, first, sizes, lane, SLIGHT * largest):
+        if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
+            r, rows, first, sizes, lane, SLIGHT * largest
+        ):
             break
     return 0
+
+
+@apart
+def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float) -> bool:
+    """What was at rest begins to slide, along its acceleration, once everything that begins has its kinetic friction;
+    returns whether anything has changed by that."""
+    p, less, slid = r.problem, False, False
+    for s in range(sizes.switches):
+        rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
+        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        kinetic = number(rows, first, sizes, lane, s, KINETIC)
+        if rests and pressed and p.law[s] == PRESSES and p.friction[s] > kinetic and _slips(r, s, largest):
+            p.friction[s], less = kinetic, True
+    for s in range(0 if less else sizes.switches):
+        rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
+        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        if rests and pressed and _slips(r, s, largest):
+            _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / along(r, s, p.rates))
+            r.begins[s], slid = AT_ONCE, True
+        elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
+            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+            slid = True
+    return less or slid
 
 
 @apart
@@ -345,8 +301,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES and tangents > 0 and p.x[row] > slight
         if begins and rests and _on_edge(r, s):
-            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / _along(r, s, p.x))
-            slid = True
+            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+            r.begins[s], slid = SMOOTHLY, True
         if rows[on + s, lane] == LEAN:
             for i in range(row + 1, row + 1 + tangents):
                 p.direction[i] = -p.x[i] / (p.friction[s] * p.x[row])
@@ -360,6 +316,33 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
                 measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
                 rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
     return slid
+
+
+@apart
+def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
+    """What begins to slide in a plane gets a speed, below that of rest, along its direction: what rounding has left of
+    its speed points anywhere, and where it points back friction would push it on. Impulses that do this, and keep all
+    rows in use as they are, to x, with the masks that `choose_rows` left; returns whether there are any. Together
+    with what accelerates at once, so that the speeds of one body fit each other."""
+    p, some, time, longest = r.problem, False, 0.0, np.inf
+    for s in range(sizes.switches):
+        if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
+            some, a, rest = True, along(r, s, p.rates), still(rows, first, sizes, lane, s)
+            if r.begins[s] == AT_ONCE:
+                time, longest = max(time, HEADS * rest / a), min(longest, CREEPS * rest / a)
+    if not some:
+        return False
+    for i in range(sizes.switched):
+        p.x[i], r.wanted[i], p.free[i] = 0.0, r.taken[i], 0.0
+    for s in range(sizes.switches):
+        row = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS] - p.switches[s, SWITCH_TANGENTS]
+        if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
+            rest = still(rows, first, sizes, lane, s)
+            for i in range(row, row + 2):
+                fast = p.rates[i] * min(time, longest) if r.begins[s] == AT_ONCE else CREEPS * rest * p.direction[i]
+                r.wanted[i], p.free[i] = 1.0, fast - r.rates[i]
+    spread(r)
+    return True
 
 
 @inlined

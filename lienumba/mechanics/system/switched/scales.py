@@ -50,12 +50,16 @@ def lasting(model: Model, now: Instant, accelerations: Sequence[Number]) -> list
 
 
 def speeds(model: Model, now: Instant, rates: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
-    """Of every switch (m/s or rad/s). rates, accelerations: of all switched rows, these without their reactions."""
+    """Of every switch (m/s or rad/s), in metres that of a fall by the length at least. rates, accelerations: of all
+    switched rows, these without their reactions."""
     size, speed = lengths(model, now), constraints.sizes(model, now)[2][constraints.permanent_rows(model) :]
+    metres = [kind == "m" for kind in _kinds(model)]
     found = []
     for switch in switches_of(model):
         largest: Any = 0.0
         for i in range(switch.first, switch.first + switch.rows):
+            if metres[i]:
+                largest = maximum(largest, sqrt(weight(model, now) * size[i]))
             largest = maximum(largest, maximum(absolute(rates[i]), sqrt(absolute(accelerations[i]) * size[i])))
             largest = maximum(largest, FAST * speed[i])
         found.append(largest)
@@ -65,9 +69,18 @@ def speeds(model: Model, now: Instant, rates: Sequence[Number], accelerations: S
 def rest(model: Model, now: Instant, switch: Switch, acceleration: Number) -> Any:
     """The speed (m/s or rad/s) below which nothing comes back of an impact, where nobody says one: the rebound would
     rise by half a millionth of the length. acceleration: of the gap; in metres it counts as gravity at least."""
-    row = constraints.permanent_rows(model) + switch.first
     pressing: Any = maximum(-acceleration, 0.0)
-    if [kind for c in constraints.constraints_of(model) for kind in c.kinds][row] == "m":
-        for g in dynamics.gravity(model, now.t):
-            pressing = maximum(pressing, absolute(g))
+    if _kinds(model)[switch.first] == "m":
+        pressing = maximum(pressing, weight(model, now))
     return REST * sqrt(pressing * lengths(model, now)[switch.first])
+
+
+def weight(model: Model, now: Instant) -> Any:
+    """The largest component of gravity (m/s^2)."""
+    return reduce(maximum, (absolute(g) for g in dynamics.gravity(model, now.t)))
+
+
+def _kinds(model: Model) -> str:
+    """The letters of all switched rows."""
+    every = "".join(c.kinds for c in constraints.constraints_of(model))
+    return every[constraints.permanent_rows(model) :]

@@ -8,7 +8,7 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
-from lienumba.mechanics.system import constraints, dynamics
+from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import laws, scales
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.number import Number, Vector
@@ -18,6 +18,7 @@ NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
 BRAKED = 0.01  # of gravity: what is braked by more ends by itself, if it goes
+BEGUN = 1e-4  # of gravity: what grows by more has begun
 STRAIGHT = 10.0  # times as much along as across
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
@@ -69,11 +70,9 @@ def _creeps(
     model: Model, now: Instant, length: Number, sliding: Sequence[Number], rows: Sequence[int], a: Sequence[Number]
 ) -> Any:
     """Above 0 (m/s) where sliding is slower than `ENDS` times the speed that gravity gives within the length, and does
-    not end by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps are short,
-    even where friction brakes it from every side. Less than what the driver takes for rest."""
-    pressing: Any = 0.0
-    for g in dynamics.gravity(model, now.t):
-        pressing = maximum(pressing, absolute(g))
+    neither end nor grow by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps
+    are short, even where friction brakes it from every side. Less than what the driver takes for rest."""
+    pressing = scales.weight(model, now)
     least, speed = ENDS * sqrt(pressing * length), _length(sliding)
     C, (_, biases) = constraints.jacobian(model, now), constraints.rate_and_bias(model, now)
     grows: list[Any] = []
@@ -82,12 +81,13 @@ def _creeps(
         for (r, column), c in C.items():
             rate = rate + c * a[column] if r == row else rate
         grows.append(rate)
-    (x, y), (along, across) = sliding, grows
+    (x, y), (a, b) = sliding, grows
     unit = where(speed > 0.0, speed, 1.0)
-    growing, turning = (x * along + y * across) / unit, (x * across - y * along) / unit
-    fast = growing + STRAIGHT * absolute(turning)  # above 0 where it turns
-    braked = where(pressing > 0.0, fast / where(pressing > 0.0, BRAKED * pressing, 1.0), 0.0)
-    return least * (1.0 + minimum(braked, 0.0)) - speed
+    growing, turning = (x * a + y * b) / unit, (x * b - y * a) / unit
+    across = STRAIGHT * absolute(turning)
+    ends, begins = minimum(growing + across, 0.0), maximum(growing - across, 0.0)  # 0 where it turns
+    alone = where(pressing > 0.0, (begins / BEGUN - ends / BRAKED) / where(pressing > 0.0, pressing, 1.0), 0.0)
+    return least * (1.0 - alone) - speed
 
 
 def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:

@@ -1,0 +1,137 @@
+"""Impulses at a change, of one run: Newton's restitution at all that is hit at once, with friction, and no more than
+energy allows. Works on what `reactions.read` has read."""
+
+import numpy as np
+
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.complementarity import HOLDS, PRESSES, SOLVED, size, solve
+from lienumba.integrators.drivers.reactions import STILL, Reactions, along, number, spread, still, touches
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    BILATERAL,
+    KINETIC,
+    OFF,
+    REST_SPEED,
+    RESTITUTION,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    SWITCH_ROWS,
+    SWITCH_TANGENTS,
+    UNILATERAL,
+    Sizes,
+    Workspace,
+)
+
+SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked
+GAINS, LESSER = 1e-12, 60  # of what goes to and fro in an impact: rounding; halvings of what comes back
+
+
+@apart
+def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
+    """Of what is hit or closed, to x; see `complementarity.solve`."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for s in range(sizes.switches):
+        kind, row, closed = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
+        if kind == BILATERAL and closed:
+            p.law[s] = float(HOLDS)
+        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, s, row)):
+            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, KINETIC)
+            rebound = -number(rows, first, sizes, lane, s, RESTITUTION) * p.free[row]
+            comes = p.free[row] < -still(rows, first, sizes, lane, s)
+            if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
+                r.wanted[row] = rebound
+    said = _rebound(r, 1.0)
+    if said == SOLVED and _gained(r) > 0.0:
+        said = _lessen(r)
+    if said == SOLVED:
+        _come_to_rest(r, rows, first, sizes, lane)
+    return said
+
+
+@apart
+def _rebound(r: Reactions, part: float) -> int:
+    """Impulses after which this part of the speeds that are wanted comes back."""
+    for i in range(r.rates.size):
+        r.problem.free[i] = r.rates[i] - part * r.wanted[i]
+    return solve(r.problem)
+
+
+@apart
+def _gained(r: Reactions) -> float:
+    """By which part of what goes to and fro in an impact it gives energy; 0 where that is rounding."""
+    p, gained, scale = r.problem, 0.0, 0.0
+    for i in range(p.free.size):
+        after = r.rates[i]
+        for j in range(p.free.size):
+            after += p.S[i, j] * p.x[j]
+        gained += p.x[i] * (r.rates[i] + after)
+        scale += size(p.x[i]) * (size(r.rates[i]) + size(after))
+    return gained / scale if size(gained) > GAINS * scale else 0.0
+
+
+@apart
+def _lessen(r: Reactions) -> int:
+    """Of all that comes back the largest part with which an impact gives no energy, as none does of which nothing
+    comes back. Newton's restitution may where friction turns the sliding round (Kane's paradox)."""
+    low, high = 0.0, 1.0
+    for _ in range(LESSER):
+        part = low + 0.5 * (high - low)
+        said = _rebound(r, part)
+        if said != SOLVED:
+            return said
+        gained = _gained(r)
+        if gained > 0.0:
+            high = part
+        else:
+            low = part
+        if gained == 0.0 or high - low < GAINS:
+            break
+    return _rebound(r, low)
+
+
+@apart
+def _come_to_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """What touches and would leave so slowly that its way would be rounding stays: without that, what rocks from one
+    contact to another would do so for ever. Impulses are added that end these rates, and keep all that has ended."""
+    p, slow = r.problem, False
+    for i in range(sizes.switched):
+        r.wanted[i] = 0.0
+    for s in range(sizes.switches):
+        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
+        rest = still(rows, first, sizes, lane, s)
+        stays = p.law[s] == PRESSES and p.free[row] >= r.rates[row] and p.rates[row] <= SLOW / STILL * rest
+        if p.law[s] == HOLDS or stays:
+            slow = slow or (stays and p.rates[row] > rest)
+            sticks = p.law[s] == HOLDS or (tangents > 0 and along(r, s, p.rates) <= rest)
+            for i in range(row, row + (p.switches[s, SWITCH_ROWS] if sticks else 1)):
+                r.wanted[i] = 1.0
+    if slow:
+        for i in range(sizes.switched):
+            p.free[i] = -p.rates[i]
+        spread(r)
+
+
+@inlined
+def energy_lost(r: Reactions, switch: int) -> float:
+    """(J), by the impulses of a switch."""
+    p, total = r.problem, 0.0
+    for i in range(
+        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    ):
+        after = r.rates[i]
+        for j in range(p.free.size):
+            after += p.S[i, j] * p.x[j]
+        total -= 0.5 * p.x[i] * (r.rates[i] + after)
+    return total
+
+
+@inlined
+def impulse(r: Reactions, switch: int) -> float:
+    """(N s or N m s), of a switch: the length of those of its rows."""
+    p, total = r.problem, 0.0
+    for i in range(
+        p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    ):
+        total += p.x[i] * p.x[i]
+    return np.sqrt(total)
