@@ -14,6 +14,7 @@ from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
 from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
+from lienumba.integrators.codes import UNSTABLE
 from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
@@ -60,7 +61,8 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; weights:
+    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; unstable:
+    that runs start in equilibria that they leave; weights:
     what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
     of a run is its largest energy residual over its largest kinetic energy.
     """
@@ -81,6 +83,7 @@ class Summary:
     not_unique: str = ""
     stopped: str = ""
     stiff: str = ""
+    unstable: str = ""
     weights: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
@@ -125,6 +128,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         weights="" if weights is None else weights_told(weights[sampled]),
         stopped=str(ds.attrs.get("stopped", "")),
         stiff=str(ds.attrs.get("stiff", "")),
+        unstable=_unstable(ds),
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),
@@ -145,6 +149,17 @@ def summarise(ds: xr.Dataset) -> Summary:
         max_relative_energy_drift=_relative_drift(ds, good),
         not_unique=next((str(x.attrs["not_unique"]) for x in ds.data_vars.values() if "not_unique" in x.attrs), ""),
     )
+
+
+def _unstable(ds: xr.Dataset) -> str:
+    """That runs start where they rest, but not for long; empty where none does."""
+    if "start_equilibrium" not in ds:
+        return ""
+    count, runs = int((ds["start_equilibrium"].values == UNSTABLE).sum()), ds.sizes["run"]
+    if not count:
+        return ""
+    who = "the run starts" if runs == 1 else f"{count:,} of {runs:,} runs start"
+    return f"{who} in an equilibrium that is unstable: what disturbs it least, be it rounding, grows"
 
 
 def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[str, xr.DataArray]], float]:

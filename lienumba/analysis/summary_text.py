@@ -68,7 +68,14 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
     yield from filter(
         None,
-        [f"largest {errors}" if errors else "", not_unique(summary), summary.stopped, summary.stiff, summary.weights],
+        [
+            f"largest {errors}" if errors else "",
+            not_unique(summary),
+            summary.stopped,
+            summary.stiff,
+            summary.unstable,
+            summary.weights,
+        ],
     )
 
 

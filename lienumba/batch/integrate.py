@@ -57,7 +57,8 @@ class Batch:
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
     plan: what events do; changes: how many of a run are told; at_events: whether states at
     events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
-    those of the moves are read from them; until: how far runs go (s), if not to their end.
+    those of the moves are read from them; rests (runs,): the kinds of equilibria in which they start, if they do in
+    such; until: how far runs go (s), if not to their end.
     """
 
     machine: Machine
@@ -76,6 +77,7 @@ class Batch:
     at_events: bool = False
     bodies: int = 0
     placed: np.ndarray | None = None
+    rests: np.ndarray | None = None
     until: float | None = None
 
     @property
@@ -102,6 +104,7 @@ class Batch:
             states=self.states[runs],
             placed=None if self.placed is None else self.placed[runs],
             codes=self.codes[runs],
+            rests=None if self.rests is None else self.rests[runs],
             pace=pace,
         )
 
@@ -122,7 +125,8 @@ class Chunk:
     switches): how each is on where the run ended; changes (runs, n, 5): time, kind
     (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
     changes, and the energy lost in them (J); kept (runs, n, 2): the value of what is kept of
-    them as a whole, and its time (s); seconds: how long a core was busy with them."""
+    them as a whole, and its time (s); rests (runs,): the kind of equilibrium in which it started
+    (`codes.EQUILIBRIA`); seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -141,6 +145,7 @@ class Chunk:
     change_counts: np.ndarray
     energy_lost: np.ndarray
     kept: np.ndarray
+    rests: np.ndarray
     seconds: float
 
 
@@ -179,9 +184,10 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
+    rests = np.zeros(count, np.int8) if batch.rests is None else batch.rests[runs]
     return Chunk(
         runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, at_events, modes,
-        changes, changed, lost, kept, seconds,
+        changes, changed, lost, kept, rests, seconds,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED = 10, 11, 12, 13, 14, 15
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM = 10, 11, 12, 13, 14, 15, 16
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -92,5 +92,12 @@ STATUSES = (
         "the motion is there, but a quantity or reaction that is stored or summed up became infinite or undefined, as "
         "the root of a negative number is; write its formula so that it has a value everywhere, or see whether numbers "
         "of the model are too large or too small",
+    ),
+    Status(
+        NO_EQUILIBRIUM,
+        "no_equilibrium",
+        "no equilibrium was found in which the run could start: there is none, it is too far from where the search "
+        "begins, it lies beyond a stop, or it would not last while it turns; ask lienumba equilibrium, give a start.q "
+        "or a guess nearer to it, or leave start.from out",
     ),
 )

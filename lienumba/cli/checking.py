@@ -67,11 +67,13 @@ def validate(
         resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
         console.print_warnings(warnings_of(resolved))
 
-        from lienumba.scenario.start.hint import hint
+        from lienumba.scenario.start.hint import RESTS, hint
         from lienumba.scenario.start.study_start import check_starts
 
         nominal = check_starts(resolved)
         console.say(f"{scenario} is valid: {resolved.headline()}")
+        if nominal is not None and nominal.rests is not None:
+            console.say(RESTS[nominal.rests])
         if nominal is not None and (told := hint(nominal)):
             console.say(f"hint: {told}")
 

@@ -15,6 +15,13 @@ RotationOption = Annotated[
     str,
     typer.Option("--rotation", metavar="X,Y,Z", help="Relative to axes that turn at this rate in rad/s."),
 ]
+TurningOption = Annotated[
+    str | None,
+    typer.Option(
+        "--rotation", metavar="X,Y,Z", help="Turning at this rate in rad/s (default: as start.rotation has it).",
+        show_default=False,
+    ),
+]  # fmt: skip
 CodeOption = Annotated[
     bool, typer.Option("--allow-code", help="Run Python code that the source brings, or names outside its folder.")
 ]
@@ -81,7 +88,7 @@ def equilibrium(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
     ] = None,
-    rotation: RotationOption = "0,0,0",
+    rotation: TurningOption = None,
     settings: SetOption = None,
     runs: RunsOption = None,
     allow_code: CodeOption = False,
@@ -94,7 +101,7 @@ def equilibrium(
 
         from lienumba.analysis.mode_rows import equilibrium_rows
         from lienumba.engine.linear.equilibrium import equilibrium as found_equilibrium
-        from lienumba.integrators.tracing.linear.equilibrium import NONE
+        from lienumba.integrators.codes import NONE_FOUND
         from lienumba.scenario.base.arguments import parse_assignments
         from lienumba.store.outputs import write
         from lienumba.store.targets import claimed_dataset
@@ -104,8 +111,8 @@ def equilibrium(
             if output is not None:
                 own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
             found = found_equilibrium(
-                source, rotation=_three(rotation), runs=_labels(runs), overrides=parse_assignments(settings or []),
-                allow_code=allow_code,
+                source, rotation=None if rotation is None else _three(rotation), runs=_labels(runs),
+                overrides=parse_assignments(settings or []), allow_code=allow_code,
             )  # fmt: skip
             if own is not None:
                 write(found, own)
@@ -115,7 +122,7 @@ def equilibrium(
                 console.wide_output(140).print(rows.table.on_terminal(rows.headline))
                 if output is not None:
                     console.say(f"written to {output}")
-        if bool((found["status"] == NONE).any()):
+        if bool((found["status"] == NONE_FOUND).any()):
             raise typer.Exit(console.SOME_FAILED)
 
 

@@ -128,6 +128,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         at_events=bool(data.output.at_events),
         bodies=len(prepared.model.bodies),
         placed=prepared.states if by_joints(resolved) else None,
+        rests=prepared.rests,
     )
 
 

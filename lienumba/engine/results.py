@@ -127,7 +127,9 @@ class Results:
 
     def _fates(self) -> list[Field]:
         """How runs ended, and what the whole dataset has one of for each run."""
-        found = [*fates(self.model, self.changes), *map(self._largest, kept_largest())]
+        start = self.resolved.data.model.start
+        resting = start is not None and start.resting
+        found = [*fates(self.model, self.changes, resting), *map(self._largest, kept_largest())]
         return [*found, *(self._last(x.name) for x in kept_at_end())]
 
     def _at_events(self) -> Iterator[Field]:

@@ -44,3 +44,8 @@ def verdict(rotation: Number, square: Number, first: Number, every: Number) -> N
     code = where(square < HUGE, code, NON_FINITE)
     code = where(first > 0.0, code, SINGULAR)
     return where(rotation >= LARGEST_STAGE, ROTATION, code)
+
+
+# Kinds of equilibria.
+FOUND, NONE_FOUND, UNSTABLE, NOT_ISOLATED = range(4)
+EQUILIBRIA = ("found", "none_found", "unstable", "not_isolated")

@@ -161,7 +161,7 @@ def describe_scenario(scenario: "Scenario") -> str:
     from lienumba.mechanics.elements.inputs import input_form
     from lienumba.mechanics.elements.quantities import is_input
     from lienumba.mechanics.system import constraints
-    from lienumba.scenario.start.hint import hint
+    from lienumba.scenario.start.hint import RESTS, hint
 
     nominal = runner.check_initial(scenario)
     model, rank = nominal.model, nominal.rank
@@ -181,6 +181,7 @@ def describe_scenario(scenario: "Scenario") -> str:
         f"{plural(rank.freedom, 'degree', 'degrees')} of freedom",
         "redundant": f"{redundant} (rows that follow from those before them)" if redundant else "",
         "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
+        "start": "" if nominal.rests is None else RESTS[nominal.rests],
         "hint": hint(nominal) if scenario.plan is None else "",
         "sha256": scenario.sha256(),
     }

@@ -353,6 +353,8 @@ class System:
         file: str | None = None,
         run: int | None = None,
         time: float | None = None,
+        equilibrium: bool = False,
+        rotation: list[Any] | None = None,
     ) -> Self:
         """Say where the joints start, over what they say themselves.
 
@@ -369,8 +371,13 @@ class System:
             The label of its run; omitted: the first.
         time : float, optional
             A stored time of it in s; omitted: the last.
+        equilibrium : bool
+            Whether each run starts in its equilibrium, to which it comes from there.
+        rotation : list, optional
+            The angular velocity in rad/s, global frame, with which all turns in equilibrium; omitted: all rests.
         """
-        keys = {"q": q, "qd": qd, "file": file, "run": run, "time": time}
+        keys = {"q": q, "qd": qd, "file": file, "run": run, "time": time, "rotation": rotation}
+        keys["from"] = "equilibrium" if equilibrium else None
         return self._update("start", {key: x for key, x in keys.items() if x is not None})
 
     def projection(self, **keys: object) -> Self:

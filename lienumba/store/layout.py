@@ -10,6 +10,7 @@ import numpy as np
 
 from lienumba.batch.changes import NAMES, NONE
 from lienumba.compiler.memo import Memo
+from lienumba.integrators.codes import EQUILIBRIA
 from lienumba.mechanics.system.output_variables import (
     MODE,
     OUTPUT_VARIABLES,
@@ -69,6 +70,9 @@ OF_RUNS: dict[str, Variable] = {
     "change_impulse": Variable(CHANGE, "1", "size of the impulse of the change (N s, or N m s of an angle)"),
     "change_energy": Variable(CHANGE, "J", "mechanical energy that was lost in the change"),
     "changes": Variable(RUN, "1", "how many changes there were", dtype="int32"),
+    "start_equilibrium": Variable(
+        RUN, "1", "what kind of equilibrium the run starts in", dtype="int8", flags=EQUILIBRIA
+    ),
     "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
     "last_mode": Variable(
         (*RUN, "switch"), "1", f"{MODE.long_name} at the end of the run", dtype="int8", flags=MODE.flags

@@ -59,7 +59,7 @@ def test_a_dataset_of_modes_is_answered_by_every_command(tmp_path: Path) -> None
         str(data),
         "--overwrite",
     )
-    assert "is of static equilibria, not of runs over time" in lienumba("info", str(data)).stderr
+    assert "is of equilibria, not of runs over time" in lienumba("info", str(data)).stderr
 
 
 def test_modes_of_scenarios_and_datasets_as_pictures_and_pages(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ from lienumba.engine.linear.linearise import STILL, check_states, turning
 from lienumba.engine.linear.looked import Looked, visible
 from lienumba.engine.linear.states import Asked, States
 from lienumba.engine.linear.systems import Recorded
-from lienumba.integrators.tracing.linear.equilibrium import MEANINGS, NONE, rest
+from lienumba.integrators import codes
+from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.store.linear_layout import EQUILIBRIA
 
@@ -19,11 +20,13 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+TURNING = {"units": "rad s-1", "frame": "global", "long_name": "angular velocity of the axes against which all rests"}
+
 
 def equilibrium(
     scenario: "Any | xr.Dataset | str | os.PathLike[str]",
     *,
-    rotation: Sequence[float] = STILL,
+    rotation: Sequence[float] | None = None,
     runs: Sequence[int] | None = None,
     overrides: Mapping[str, Any] | None = None,
     allow_code: bool = False,
@@ -42,15 +45,17 @@ def equilibrium(
         As for `lienumba.linearise`.
     rotation : three floats
         The angular velocity in rad/s, global frame, about an axis through the origin. Bodies that nothing holds, balls
-        on the ground and hinges along this axis, wherever they stand, turn, and all that hangs on them.
+        on the ground and hinges along this axis, wherever they stand, turn, and all that hangs on them. By default that
+        of the start of the scenario, if it has one.
 
     Returns
     -------
     xarray.Dataset
         On run: `status` (0 found, 1 none found: there is none, it is too far, or it would not last while it turns; 2
         unstable: a mode grows; 3 not isolated: it could drift), `position` (m, global) and `rotation` (to global) of
-        all bodies, all quantities of positions and velocities, `force` (the largest force left along a coordinate, N m
-        for angles and N times the size of the mechanism for shifts), `growth` (1/s, of the mode that grows most).
+        all bodies, `turning` (rad/s, global: of the axes against which they rest), all quantities of positions and
+        velocities, `force` (the largest force left along a coordinate, N m for angles and N times the size of the
+        mechanism for shifts), `growth` (1/s, of the mode that grows most).
 
     Raises
     ------
@@ -65,18 +70,24 @@ def equilibrium(
     (start,) = asked.states(tracer, prepared)
     check_states(tracer, start)
     labels = np.asarray(asked.labels)
-    found = rest(tracer, prepared.model, start.rows, len(labels), turning(rotation))
-    status = np.where(prepared.codes == SUCCESS, found.status, NONE)
-    good = status != NONE
+    axes = (prepared.rotation or STILL) if rotation is None else turning(rotation)
+    found = rest(tracer, prepared.model, start.rows, len(labels), axes)
+    status = np.where(prepared.codes == SUCCESS, found.status, codes.NONE_FOUND)
+    good = status != codes.NONE_FOUND
     states = States(labels, good, 0.0, found.rows, start.numbers)
     seen = visible(model, None)
     recorded = Recorded.of(tracer, Looked((), tuple(seen)))
     whole = states.bodies(tracer, prepared.model)
     values = recorded.seen(states)
     variables: dict[str, Any] = {
-        "status": ("run", status.astype(np.int8), {"flag_values": list(range(4)), "flag_meanings": " ".join(MEANINGS)}),
+        "status": (
+            "run",
+            status.astype(np.int8),
+            {"flag_values": list(range(4)), "flag_meanings": " ".join(codes.EQUILIBRIA)},
+        ),
         "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
         "rotation": (("run", "body", "axis", "body_axis"), whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3), {}),
+        "turning": (("run", "axis"), np.stack([np.broadcast_to(x, labels.shape) for x in axes], axis=1), TURNING),
         "force": ("run", found.left, {"long_name": "the largest force left along a coordinate"}),
         "growth": (
             "run",
@@ -89,4 +100,4 @@ def equilibrium(
         "run": labels, "body": [body.name for body in model.bodies], "axis": list("xyz"), "body_axis": list("xyz"),
         **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
     }  # fmt: skip
-    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA) | {"rotation": list(turning(rotation))})
+    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA))

@@ -350,7 +350,9 @@ class JointStart:
 
 @dataclass(frozen=True)
 class Start:
-    """What a scenario says of the initial state: one entry per body, one per joint."""
+    """What a scenario says of the initial state: one entry per body, one per joint; rotation: the angular velocity
+    (rad/s, global) of the axes against which it is to be in equilibrium, None where it is as given."""
 
     poses: tuple[Pose, ...]
     joints: tuple[JointStart, ...]
+    rotation: Vec3 | None = None

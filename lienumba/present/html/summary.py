@@ -44,7 +44,9 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
     parts += (
-        element("p", sentence(text)) for text in (not_unique(found), found.stopped, found.stiff, found.weights) if text
+        element("p", sentence(text))
+        for text in (not_unique(found), found.stopped, found.stiff, found.unstable, found.weights)
+        if text
     )
     return section("summary", "Summary", *parts)
 

@@ -32,6 +32,8 @@ def units(path: str, model: Keys) -> str:
     key = keys[-1]
     if keys[0] == "parameters" or "parameters" in keys or "states" in keys:
         return "1"  # nobody says
+    if keys[:2] == [paths.START, "rotation"]:
+        return "rad s-1"
     if keys[0] == paths.START:
         return _of_coordinate(keys[1], keys[2], [token for token in tokens if isinstance(token, int)], model)
     if keys[0] == paths.INPUTS:

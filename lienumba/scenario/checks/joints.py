@@ -9,6 +9,7 @@ from lienumba.mechanics.elements.joints.couplings import Coupling
 from lienumba.mechanics.elements.joints.keys import AtPoints, Placed, WithAxes
 from lienumba.scenario.base.problems import GROUND, Report, check_name, norm, read
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.schema.scenario import StartSection
 from lienumba.words import listed, plural, show, suggestion
 
 PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
@@ -65,6 +66,17 @@ def check_coordinates(q: Mapping[str, Any], qd: Mapping[str, Any], joints: list[
             twice = [label for label in own if label != name and label in given]
             if twice:
                 report.add(at, f"gives {show(twice[0])}, too, which stands beside it", "leave one of the two out")
+
+
+def check_resting(start: StartSection, report: Report) -> None:
+    """Check what is said beside an equilibrium: its velocities are its own."""
+    if start.resting and start.qd:
+        rule = "has no meaning where each run starts in its equilibrium, whose velocities follow"
+        report.add("start.qd", rule, "leave it out, or give start.rotation instead", start.qd)
+    if start.rotation is not None and not start.resting:
+        report.add(
+            "start.rotation", "has no meaning without an equilibrium", 'give from = "equilibrium"', start.rotation
+        )
 
 
 def _each(labels: list[str]) -> str:

@@ -15,7 +15,7 @@ from lienumba.scenario.checks.changes.stops import check_contact, check_limit
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
 from lienumba.scenario.checks.integrator import check_integrator
-from lienumba.scenario.checks.joints import check_coordinates, check_joint
+from lienumba.scenario.checks.joints import check_coordinates, check_joint, check_resting
 from lienumba.scenario.checks.methods import check_method, check_projection
 from lienumba.scenario.checks.output import check_output
 from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
@@ -61,6 +61,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
         start = read(StartSection, model.get("start", {}))
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)
+            check_resting(start, report)
     check_tables(parameters, report)
     gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
     if gravity is not None:
@@ -132,7 +133,7 @@ def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
     numbers: Keys = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
     start = model.get("start")
     if isinstance(start, dict):
-        numbers["start"] = {key: x for key, x in start.items() if key in ("q", "qd")}
+        numbers["start"] = {key: x for key, x in start.items() if key in ("q", "qd", "rotation")}
     numbers |= {key: model[key] for key in Standing.model_fields if key in model}
     for kind, items in ((kind, items) for kind, items in lists.items() if kind not in JUDGING):
         numbers[kind] = [_known_keys(kind, item) for item in items]

@@ -269,6 +269,8 @@ def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
         return {key for key in node if key not in shape.model_fields or is_text(shape, key)}
     if tokens == (INPUTS,):
         return set()  # its keys are names
+    if tokens == (paths.START,):
+        return {"from"}
     typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS, *paths.JUDGING)
     section = scenario.section_of(str(tokens[0]), node) if typed else None
     return (

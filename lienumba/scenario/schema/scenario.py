@@ -7,7 +7,7 @@ also the remedy in its error messages, which read "give <description>".
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag, WithJsonSchema, create_model
 
 from lienumba.errors import BadValueError
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
@@ -139,9 +139,21 @@ OneOrMore = Annotated[
 ]
 
 
-class StartSection(Section):
+EQUILIBRIUM = "equilibrium"
+_FROM: Any = (
+    Literal["equilibrium"] | None,
+    Field(default=None, description=f'"{EQUILIBRIUM}": each run starts where it rests (or omit it: as given)'),
+)
+
+
+class StartSection(create_model("From", __base__=Section, **{"from": _FROM})):  # type: ignore[misc]  # a keyword
     """What is known of the coordinates of joints at the start, over what the joints say themselves."""
 
+    rotation: Vec3 | None = Field(
+        default=None,
+        description="the angular velocity in rad/s, global frame, with which all turns in equilibrium: 3 numbers (or "
+        "omit it: all rests)",
+    )
     q: dict[str, OneOrMore] = Field(
         default={},
         description='coordinates by their names, in rad or m: { elbow = 0.3, "piston.angle" = 0.1 }, or all of a joint '
@@ -153,6 +165,11 @@ class StartSection(Section):
     )
     run: int | None = Field(default=None, description="the label of its run (or omit it: the first)")
     time: Number | None = Field(default=None, description="a stored time of it in s (or omit it: the last)")
+
+    @property
+    def resting(self) -> bool:
+        """Whether runs start in their equilibria."""
+        return getattr(self, "from") is not None
 
 
 AnyJoint = Annotated[JointType, OneOf(JOINTS)]

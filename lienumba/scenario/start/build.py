@@ -136,7 +136,8 @@ class _Builder:
             contacts=tuple(contact for x in data.contacts if not x.compliant for contact in x.to_model(self)),
             held=self.held,
         )
-        return tried(model), Start(tuple(map(self.pose, data.bodies)), tuple(map(self.joint_start, data.joints)))
+        poses, joints = tuple(map(self.pose, data.bodies)), tuple(map(self.joint_start, data.joints))
+        return tried(model), Start(poses, joints, self.rotation())
 
     def joint(self, joint: JointType) -> m.Joint:
         """A joint, and whether events switch it."""
@@ -202,6 +203,12 @@ class _Builder:
         if base == GROUND and (guess is None or guess.rotation is None):
             guess = replace(guess or Pose(), rotation=self.prescribed_rotation(body.name))
         return replace(_pose(body), relative_to=None if base == GROUND else base, guess=guess)
+
+    def rotation(self) -> m.Vec3 | None:
+        start = self.data.start
+        if start is None or not start.resting:
+            return None
+        return (0.0, 0.0, 0.0) if start.rotation is None else vec3(start.rotation)
 
     def joint_start(self, joint: JointType) -> JointStart:
         """What is known of a joint's coordinates; what [start] says stands over its own keys."""

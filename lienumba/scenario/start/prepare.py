@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
+from lienumba.batch.statuses import INVALID, NO_EQUILIBRIUM, NOT_ASSEMBLED, SUCCESS
 from lienumba.errors import Problem, ScenarioError
+from lienumba.integrators.codes import NONE_FOUND
 from lienumba.keys.formulas import at_start
 from lienumba.mechanics.elements.drivers import POSITION, type_of
 from lienumba.mechanics.elements.forces import law_of
@@ -17,7 +18,7 @@ from lienumba.mechanics.elements.joints import JOINTS, named
 from lienumba.mechanics.elements.quantities import POSITION as OF_POSITIONS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate, is_input, level
 from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import Counted, Driver, Law, Model, Start, reads_state
+from lienumba.mechanics.mechanism.model import Counted, Driver, Law, Model, Start, Vec3, reads_state
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.start import assembly, joint_frames
@@ -38,6 +39,7 @@ from lienumba.scenario.start.build import build, unphysical
 from lienumba.scenario.start.captures import problems_of_captures
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.invalid import refuse_invalid
+from lienumba.scenario.start.resting import resting
 from lienumba.scenario.start.stops import begin_beyond, problems_of_stops
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
@@ -48,7 +50,9 @@ CLOSE = 1e-9  # how far what a joint and its driver say of the start may differ,
 @dataclass(frozen=True)
 class Prepared:
     """labels (runs,), samples by path (runs,), the model with arrays where it varies, states (runs, 18 k), angles of
-    joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first."""
+    joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first;
+    rests (runs,): the kinds of their equilibria (`codes.EQUILIBRIA`), and rotation, of axes against which they rest
+    (rad/s, global, floats or arrays), where they start in such."""
 
     labels: list[int]
     samples: dict[str, np.ndarray]
@@ -57,13 +61,16 @@ class Prepared:
     angles: dict[Counted, np.ndarray]
     codes: np.ndarray
     nominal: "Nominal"
+    rests: np.ndarray | None = None
+    rotation: Vec3 | None = None
 
 
 @dataclass(frozen=True)
 class Nominal:
     """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
     else the start; rank: there, of what holds at the start;
-    lasting: of what is never turned on or off; built, assembled: what `scenario` says, and what became of that."""
+    lasting: of what is never turned on or off; built, assembled: what `scenario` says, and what became of that; rests:
+    the kind of equilibrium in which it starts, where it does in one."""
 
     scenario: Scenario
     model: Model
@@ -73,6 +80,7 @@ class Nominal:
     lasting: Rank
     built: tuple[Model, Start]
     assembled: Assembly
+    rests: int | None = None
 
     @property
     def singular(self) -> bool:
@@ -96,7 +104,10 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     if problems and not _only_prescribed(done, start):
         raise ScenarioError(*problems)
     now = done.instant(0)
-    whole = with_ways(rank.nominal(done.model), now.bodies)
+    whole, rests = with_ways(rank.nominal(done.model), now.bodies), None
+    if start.rotation is not None and not problems:
+        rested = resting(whole, done.state.reshape(1, -1), done.angles, start.rotation)
+        now, rests = rested.instant(0), int(rested.status[0])
     nominal, lasting = beginning(whole), permanent(whole)
     typical, found = now, _rank(nominal, now)
     certain = found.rank == found.rows and not nominal.drivers  # then nothing can contradict itself
@@ -126,7 +137,7 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     if never := problems_of_captures(whole, now):
         raise ScenarioError(*never)
     always = _rank(lasting, typical) if switches_of(whole) else found
-    return Nominal(scenario, whole, now, typical, found, always, (model, start), done)
+    return Nominal(scenario, whole, now, typical, found, always, (model, start), done, rests)
 
 
 def _rank(model: Model, now: Instant) -> Rank:
@@ -300,7 +311,13 @@ def prepare(
         raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
     states = np.where(np.isfinite(done.state), done.state, 0.0)
     model = with_ways(done.model, tuple(tuple(body.T) for body in states.transpose(1, 0, 2)), nominal.model)
-    return Prepared(list(labels), samples, model, states.reshape(runs, -1), done.angles, codes, nominal)
+    states = states.reshape(runs, -1)
+    if start.rotation is None:
+        return Prepared(list(labels), samples, model, states, done.angles, codes, nominal)
+    found, axes = resting(model, states, done.angles, start.rotation), start.rotation
+    rests = np.where(codes == SUCCESS, found.status, NONE_FOUND).astype(np.int8)
+    codes = np.where((codes == SUCCESS) & (rests == NONE_FOUND), NO_EQUILIBRIUM, codes).astype(np.int8)
+    return Prepared(list(labels), samples, found.model, found.states, found.angles, codes, nominal, rests, axes)
 
 
 def _rows(state: np.ndarray) -> tuple[tuple[np.ndarray, ...], ...]:

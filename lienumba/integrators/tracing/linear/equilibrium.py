@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
+from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
@@ -49,10 +50,6 @@ STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady
 EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
 
 
-FOUND, NONE, UNSTABLE, NOT_ISOLATED = range(4)
-MEANINGS = ("found", "none_found", "unstable", "not_isolated")
-
-
 @dataclass(frozen=True)
 class Resting:
     """rows: of the states; status (runs,): FOUND or what else; left (runs,): the largest force along a freedom; growth
@@ -66,7 +63,7 @@ class Resting:
     @property
     def found(self) -> Array:
         """Whether each run rests where its rows are (runs,)."""
-        return self.status != NONE
+        return self.status != NONE_FOUND
 
 
 class _Held:
@@ -86,17 +83,13 @@ class _Held:
 
 
 def rest(
-    tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[float] = STILL
-) -> Resting:
+    tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any] = STILL,
+    driven: bool = False,
+) -> Resting:  # fmt: skip
     """The equilibria that runs (of a model with arrays) come to from these states, at t = 0, relative to axes that turn
-    with this angular velocity (rad/s, global) about one through the origin; with the velocities of it."""
-    return _Search(tracer, model, rows, runs, rotation).found()
-
-
-def driven(tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int) -> list[Array]:
-    """These states with the least velocities of joints that drivers ask for at t = 0, where all else rests."""
-    search, every = _Search(tracer, model, rows, runs, STILL), np.arange(runs)
-    return list(search.with_rates(search.state, search.asked(search.state, every)))
+    with this angular velocity (rad/s, global, floats or arrays) about one through the origin; with the velocities of
+    it. driven: what rests gets the least velocities of joints that drivers ask for, too."""
+    return _Search(tracer, model, rows, runs, rotation).found(driven)
 
 
 @dataclass(frozen=True)
@@ -115,10 +108,11 @@ class _Search:
     (runs,): how many rows say something."""
 
     def __init__(
-        self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[float]
+        self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
     ) -> None:
         self.tracer, self.model, self.runs = tracer, model, runs
-        self.rotation = tuple(rotation) if any(rotation) else None
+        self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
+        self.turns = (self.rotation != 0.0).any(axis=0)
         self.equations = Equations.of(tracer, _Held())
         self.values, self.by_a = self.equations.only(()), self.equations.only(("a",))
         self.tree = tracer.tree(tracer.graph()[1])
@@ -186,18 +180,19 @@ class _Search:
 
     def _moving(self, state: Array, which: Array) -> tuple[Array, _Motion | None]:
         """The states with the velocities of the rotation, and the motion; None at rest."""
-        if self.rotation is None:
+        turns = self.turns[which]
+        if not turns.any():
             return state, None
         runs, sizes, model = len(which), self.sizes[which], self._of(which)
         with np.errstate(all="ignore"):
-            own = carried(self.tracer.tree(model), list(state[: self.tree.state]), self.rotation, runs)
+            own = carried(self.tracer.tree(model), list(state[: self.tree.state]), self.rotation[:, which])
         state = self.with_rates(state, own.rates)
-        state = self.with_rates(state, own.rates + self.asked(state, which))
+        state = self.with_rates(state, np.where(turns[:, None], own.rates + self.asked(state, which), 0.0))
         at = self._at(state, own.accelerations, np.zeros((runs, self.m)), which, self.equations)
         rows, lengths = self._rows(at, which)
 
         def least(b: Array) -> Array:
-            return rows.least(b / lengths) * sizes
+            return np.where(turns[:, None], rows.least(b / lengths) * sizes, 0.0)
 
         a = own.accelerations + least(at.vector("rows", runs))
         changes = at.dense("rates", "q", runs) + product(at.dense("rates", "v", runs), own.rates_by)
@@ -213,7 +208,7 @@ class _Search:
         return state, self._at(state, a, self.mu[which], which, equations), motion
 
     # ---------------------------------------------------------------- the search
-    def found(self) -> Resting:
+    def found(self, driven: bool) -> Resting:
         """All runs together, none of which sees another; those that rest take no further part."""
         every = np.arange(self.runs)
         done, left, worst = np.zeros(self.runs, bool), np.full(self.runs, np.nan), np.zeros(self.runs)
@@ -233,11 +228,14 @@ class _Search:
             settled = (size < DONE) | (~falls & (size < np.sqrt(DONE)))
             done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
         good = done & (left <= np.maximum(ROUNDING * worst, 1e-12))
-        status, growth = np.full(self.runs, NONE), np.full(self.runs, np.nan)
+        status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
             which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
             if len(which):
                 status[which], growth[which] = self._judged(which, worst[which])
+        which = every[good & ~self.turns]
+        if driven and self.model.drivers and len(which):
+            self.state[:, which] = self.with_rates(self.state[:, which], self.asked(self.state[:, which], which))
         return Resting(list(self.state), status, left, growth)
 
     def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
@@ -245,15 +243,15 @@ class _Search:
         state, at, motion = self._looked(self.state[:, which], which, self.equations)
         self.state[:, which] = state
         rows, lengths = self._rows(at, which)
-        lasts = self._lasts(state, at, motion, rows, lengths, self.sizes[which], worst)
+        lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
         near = Near(at, rows, self._rows(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_)
         found = stability(near)
-        drifts = found.zeros > (0 if motion is None else TURNING)
+        drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
         status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
         closed = np.abs(at.vector("positions", len(which)) / lengths).max(axis=1, initial=0.0) <= CLOSED
-        return np.where(lasts & closed & np.isfinite(found.growth), status, NONE), found.growth
+        return np.where(lasts & closed & np.isfinite(found.growth), status, NONE_FOUND), found.growth
 
     def _step(self, which: Array) -> "_Step":
         """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""
@@ -318,15 +316,14 @@ class _Search:
         return state
 
     def _lasts(
-        self, state: Array, at: Linear, motion: _Motion | None, rows: Rows, lengths: Array, D: Array, worst: Array
+        self, state: Array, at: Linear, motion: _Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
     ) -> Array:
         """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
-        rates of its laws do not change while it turns (runs,). D: the sizes; worst (runs,): the largest force there
-        was."""
-        if self.rotation is None or motion is None:
-            return np.ones(len(worst), bool)
-        runs = len(D)
-        speed = max(map(abs, self.rotation))
+        rates of its laws do not change while it turns (runs,). worst (runs,): the largest force there was."""
+        if motion is None:
+            return np.ones(len(which), bool)
+        runs, D = len(which), self.sizes[which]
+        speed = np.abs(self.rotation[:, which]).max(axis=0)
         ways = {"q": state[self.rates].T, "v": motion.a, "a": motion.carried.jerks}
         unmet = np.abs(at.vector("rates", runs) / lengths).max(axis=1, initial=0.0)
         good = motion.carried.turns & (unmet <= STEADY * speed)
@@ -338,7 +335,7 @@ class _Search:
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
-        return good
+        return good | ~self.turns[which]
 
 
 @dataclass(frozen=True)

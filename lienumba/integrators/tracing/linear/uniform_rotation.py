@@ -37,12 +37,12 @@ class Carried:
     turns: Array
 
 
-def carried(tree: Tree, z: Sequence[Any], rotation: Sequence[float], runs: int) -> Carried:
-    """At the places of this state; rotation: the angular velocity (rad/s, global)."""
-    n, turning = tree.freedoms, list[Array]()
+def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
+    """At the places of this state; rotation: the angular velocity (3, runs) in rad/s, global."""
+    runs, n, turning = rotation.shape[1], tree.freedoms, list[Array]()
     rates, accelerations, jerks = np.zeros((3, runs, n))
     rates_by, shifts_by, accelerations_by = np.zeros((3, runs, n, n))
-    omega: Vector = tuple(map(float, rotation))
+    omega: Vector = tuple(rotation)
     hat = so3.hat(omega)
     square = so3.multiply(hat, hat)
     for link, moving in zip(tree.links, moving_links(tree, tuple(z)), strict=True):

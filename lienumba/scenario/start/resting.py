@@ -1,0 +1,65 @@
+"""Runs that start in their equilibria: the states of bodies and laws, each run judged by itself."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lienumba.groups.state import ELEMENT
+from lienumba.integrators.codes import NONE_FOUND
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Counted, Model
+from lienumba.scenario.start.stops import begin_beyond
+
+
+@dataclass(frozen=True)
+class Resting:
+    """model: with the states of laws; states (runs, 18 k) of bodies; angles: those that are counted (runs,); status
+    (runs,): see `codes.EQUILIBRIA`; of a run that does not rest all is as it was."""
+
+    model: Model
+    states: np.ndarray
+    angles: dict[Counted, np.ndarray]
+    status: np.ndarray
+
+    def instant(self, run: int) -> Instant:
+        """One run, in floats."""
+        bodies = tuple(tuple(body.tolist()) for body in self.states[run].reshape(-1, ELEMENT))
+        return Instant(bodies, 0.0, {which: float(angle[run]) for which, angle in self.angles.items()})
+
+
+def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarray], rotation: Sequence[Any]) -> Resting:
+    """From assembled states (runs, 18 k) to where they come to; rotation: three numbers, floats or arrays (runs,)."""
+    from lienumba.integrators.tracing.linear.equilibrium import rest
+    from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+    from lienumba.integrators.tracing.row_selection import UNIQUE
+
+    runs, tracer = len(states), FreedomTracer.of(model)
+    laws = tracer.law_states.initial(model)
+    augmented = list(tracer.augmented.start(angles, UNIQUE, runs).T)
+    found = rest(tracer, model, tracer.rows(model, states, laws, augmented), runs, rotation, driven=True)
+    first = len(found.rows) - len(augmented)
+    with np.errstate(all="ignore"):
+        posture = tracer.posture(model, [tuple(found.rows[:first])], tuple(found.rows[first:]), 0.0)
+        bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in posture.now.bodies for x in body]
+        beyond = begin_beyond(model, posture.now, runs)
+    good = found.found & ~beyond & np.isfinite(bodies).all(axis=0)
+    counted = dict(zip(tracer.augmented.angles, found.rows[first:], strict=False))
+    return Resting(
+        _with_laws(model, tracer.law_states.apart(found.rows[first - tracer.laws : first]), good),
+        np.where(good[:, None], np.stack(bodies, axis=1), states),
+        {which: np.where(good, counted.get(which, angle), angle) for which, angle in angles.items()},
+        np.where(good, found.status, NONE_FOUND).astype(np.int8),
+    )
+
+
+def _with_laws(model: Model, laws: Mapping[str, Sequence[Any]], good: np.ndarray) -> Model:
+    """The model whose laws start with these states; what a sampled law holds begins as it says."""
+    forces = []
+    for force in model.forces:
+        if force.name in laws and force.code is not None and force.code.every is None:
+            settled = zip(force.initial.items(), laws[force.name], strict=True)
+            force = replace(force, initial={name: np.where(good, x, before) for (name, before), x in settled})
+        forces.append(force)
+    return replace(model, forces=tuple(forces))
