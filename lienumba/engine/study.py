@@ -7,14 +7,17 @@ times only, interleaved: a busy minute of the machine meets all points alike.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from sys import float_info
 from typing import TYPE_CHECKING, SupportsInt
 
 import numpy as np
 
 from lienumba.batch.statuses import GOOD
+from lienumba.engine.fields import measured
 from lienumba.engine.memory import Memory
 from lienumba.engine.programs import compiled_of
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
+from lienumba.errors import Problem, ScenarioError
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
@@ -22,7 +25,8 @@ from lienumba.scenario.start.prepare import Prepared, prepare
 from lienumba.scenario.start.study_start import problems, stated, told
 from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
 from lienumba.store import provenance, study_layout
-from lienumba.store.study_layout import ERRORS, OF_POINTS, TRUSTED, grid_of, typical
+from lienumba.store.layout import Variable
+from lienumba.store.study_layout import ERRORS, OF_POINTS, TAKEN, TRUSTED, grid_of, typical
 from lienumba.words import listed, plural, show
 
 if TYPE_CHECKING:
@@ -39,19 +43,25 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
     assert data.study is not None
     assert plan is not None
     bench = _Bench(scenario, labels, workers, tell)
+    measures = _measures(scenario, bench)
     known = {point.problem: stated(scenario, point, labels, bench.samples) for point in problems(plan)}
     bench.compile()
     found: dict[int, Arrays] = {}
     seconds: list[list[float]] = [[] for _ in plan.points]
     for problem, truth in known.items():
-        truth, floor = bench.reference(problem) if truth is None else (truth, rounding(truth))
+        exact: Arrays = {}  # measures, where settings give the reference
+        if truth is None:
+            truth, exact, floor = bench.reference(problem, [*measures])
+        else:
+            floor = rounding(truth)
         for n, point in enumerate(plan.points):
             if point.problem == problem:
                 memory = bench.simulate(point.scenario, problem, counted=True)
                 seconds[n].append(memory.seconds)
-                found[n] = _measured(point.scenario, memory.arrays, truth) | {
-                    f"reference_{x}_error": floor[x] for x in floor
-                }
+                found[n] = _measured(point.scenario, memory.arrays, truth)
+                found[n] |= {f"reference_{x}_error": floor[x] for x in floor}
+                found[n] |= {name: memory.arrays[name] for name in measures}
+                found[n] |= {f"{name}_error": np.abs(memory.arrays[name] - exact[name]) for name in exact}
     for _ in range(data.study.repeats - 1):
         for n, point in enumerate(plan.points):
             seconds[n].append(bench.simulate(point.scenario, point.problem).seconds)
@@ -69,7 +79,21 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
         bench.samples,
         {path: units(path, model) for path in bench.samples},
         provenance.attributes(data.title, scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
+        measures,
     )
+
+
+def _measures(scenario: Scenario, bench: "_Bench") -> dict[str, Variable]:
+    """The numbers of whole runs; a ScenarioError if the dataset has something of such a name already."""
+    assert scenario.plan is not None
+    model = next(iter(bench.prepared.values())).model
+    found = {field.name: field.spec for field in measured(scenario, model)}
+    taken = {*TAKEN, *ERRORS, *(x.name for x in scenario.plan.coordinates), *bench.samples}
+    for name in found:
+        if {name, f"{name}_error", f"reference_{name}_error"} & (taken | (found.keys() - {name})):
+            rule = "is the name of something else in the dataset of a study, alone or with _error behind it"
+            raise ScenarioError(Problem(f"measures.{name}.name", rule, "give another name", name))
+    return found
 
 
 class _Bench:
@@ -124,14 +148,19 @@ class _Bench:
         self.failed += counted * int(np.count_nonzero(~np.isin(memory.arrays["status"], GOOD)))
         return memory
 
-    def reference(self, problem: str) -> "tuple[Truth, Arrays]":
-        """The motion that settings give, and by how much (runs,) its judge says otherwise."""
+    def reference(self, problem: str, measures: Sequence[str]) -> "tuple[Truth, Arrays, Arrays]":
+        """The motion that settings give, these numbers of whole runs, and by how much (runs,) its judge says
+        otherwise."""
         first, judge = (self.simulate(scenario, problem) for scenario in self.plan.references[problem])
         bodies = [body.name for body in self.prepared[problem].model.bodies]
         truth = Truth({name: first.arrays[name] for name in STATE}, dict.fromkeys(STATE, bodies))
         differences = errors(judge.arrays, truth, bodies)
         floor = rounding(truth)
-        return truth, {name: np.maximum(differences[name].max(axis=1), floor[name]) for name in STATE}
+        off = {name: np.maximum(differences[name].max(axis=1), floor[name]) for name in STATE}
+        exact = {name: first.arrays[name] for name in measures}
+        for name, x in exact.items():
+            off[name] = np.maximum(np.abs(judge.arrays[name] - x), float_info.epsilon * np.abs(x))
+        return truth, exact, off
 
 
 def _measured(scenario: Scenario, arrays: "Arrays", truth: Truth) -> "Arrays":

@@ -14,7 +14,7 @@ from lienumba.analysis.studies.study import curves
 from lienumba.analysis.studies.study_rows import COSTS, EVALUATIONS, STEP, TIME, StudyLine, doubtful, lines
 from lienumba.errors import ScenarioError
 from lienumba.figures.canvas import COLORS, blank, entitle
-from lienumba.store.study_layout import ERRORS, typical
+from lienumba.store.study_layout import errors_of, typical
 from lienumba.words import show
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ IN_A_ROW = 6  # of the legend
 
 def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     """A row of panels for each of these variables, or for the position error."""
-    names = names or [name for name in (f"{name}_error" for name in ERRORS) if name in ds][:1]
+    names = names or [f"{name}_error" for name in errors_of(ds)][:1]
     for name in names:
         if name == "status":
             raise ScenarioError('"status" is a code, not a number; name a variable such as position_error')
@@ -37,7 +37,7 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     costs = [*([STEP] if curves(ds) else []), EVALUATIONS, TIME]
     drawn, axes = blank(len(names), len(costs), HEIGHT)
     for row, name in zip(axes, names, strict=True):
-        values, error = typical(ds, name).values.ravel(), _error_of(name)
+        values, error = typical(ds, name).values.ravel(), _error_of(ds, name)
         logarithmic = bool((values > 0.0).any() if error else (values[np.isfinite(values)] > 0.0).all())
         label = ("largest " if error else "") + axis_label(name, ds[name].attrs.get("units", ""))
         for ax, cost in zip(row, costs, strict=True):
@@ -56,10 +56,10 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     return drawn
 
 
-def _error_of(name: str) -> str:
+def _error_of(ds: xr.Dataset, name: str) -> str:
     """Of what a variable is the error, if it is one."""
     kind = name.removesuffix("_error")
-    return kind if kind in ERRORS and kind != name else ""
+    return kind if kind in errors_of(ds) and kind != name else ""
 
 
 def _draw(ax: Axes, shown: Sequence[StudyLine]) -> None:

@@ -135,7 +135,8 @@ def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, grid: Set[str], w
 
 def _check_study(ds: xr.Dataset, where: str) -> None:
     """What belongs together in the dataset of a study."""
-    known = [name for name in study_layout.ERRORS if f"{name}_error" in ds or f"reference_{name}_error" in ds]
+    states = [name for name in study_layout.ERRORS if f"{name}_error" in ds or f"reference_{name}_error" in ds]
+    known = dict.fromkeys([*states, *study_layout.errors_of(ds)])
     needed = [f"{of}{name}_error" for name in known for of in ("", "reference_")]
     lost = [name for name in [*needed, "time_per_run"] if name not in ds.data_vars]
     if lost:

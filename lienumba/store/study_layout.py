@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,14 +70,16 @@ def dataset(
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
+    measures: Mapping[str, Variable] = MappingProxyType({}),
 ) -> xr.Dataset:
-    """The labelled dataset of arrays (runs, points of each dimension of the grid); times have no runs."""
+    """The labelled dataset of arrays (runs, points of each dimension of the grid); times have no runs; measures: what
+    there is of each run beside `VARIABLES`."""
     import xarray as xr
 
     dims = tuple(dict.fromkeys(coordinate.dim for coordinate in grid))
-    data = {}
+    data, known = {}, VARIABLES | _with_errors(measures)
     for name, array in arrays.items():
-        spec = VARIABLES[name]
+        spec = known[name]
         data[name] = layout.variable(name, replace(spec, dims=(*spec.dims, *dims)), array, len(runs))
     labels = np.asarray(runs, dtype=np.int32)
     run = xr.Variable("run", labels, layout.texts(*layout.COORDINATES["run"]), layout.bare(labels))
@@ -90,6 +93,21 @@ def dataset(
         texts = layout.texts(entry.units, entry.path) | {"role": "grid", "path": entry.path}
         coordinates[entry.name] = xr.Variable(entry.dim, values, texts, layout.bare(values))
     return xr.Dataset(data, coordinates | layout.input_coordinates(inputs, input_units, len(runs)), dict(attributes))
+
+
+def _with_errors(measures: Mapping[str, Variable]) -> dict[str, Variable]:
+    found = dict(measures)
+    for name, spec in measures.items():
+        found[f"{name}_error"] = Variable(RUN, spec.units, f"error of {name}")
+        found[f"reference_{name}_error"] = Variable(RUN, spec.units, f"error of {name} of the reference itself")
+    return found
+
+
+def errors_of(ds: xr.Dataset) -> dict[str, tuple[str, str]]:
+    """Of what a study has errors, with their units and what they are: states, and numbers of whole runs."""
+    measures = [str(name) for name, x in ds.data_vars.items() if "measure" in x.attrs]
+    every = ERRORS | {name: (str(ds[name].attrs.get("units", "1")), f"{name} error") for name in measures}
+    return {name: said for name, said in every.items() if f"{name}_error" in ds}
 
 
 def is_study(ds: xr.Dataset) -> bool:

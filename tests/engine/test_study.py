@@ -7,6 +7,7 @@ import xarray as xr
 import lienumba
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_errors import distance
+from lienumba.store.files import read
 from lienumba.store.outputs import write
 from tests.rigs.studies import BALL, EXACT, SAMPLED, VARIED, ball, top
 
@@ -152,3 +153,46 @@ def test_angles_between_rotations():
         assert distance("rotation", turn(0.3 + angle), turn(0.3)) == pytest.approx(angle, rel=1e-9, abs=1e-16)
     assert distance("rotation", turn(np.pi), turn(0.0)) == pytest.approx(np.pi, abs=1e-7)
     assert distance("velocity", np.array([1.0, 2, 2]), np.zeros(3)) == 3.0
+
+
+MEASURES = [{"name": "reach", "value": "max(p.x)"}, {"name": "mean place", "value": "mean(p.x)", "units": "m"}]
+
+
+def test_measures_have_errors_and_orders(tmp_path):
+    """Of settings as the reference; where the motion is stated, their values alone. The push is a cosine of the time,
+    which rk4 integrates to order 4, and so are both numbers of whole runs, whose closed forms are known."""
+    steps, shown = (
+        {"integrator.step": [0.1, 0.05, 0.025, 0.0125]},
+        {"quantities": [{"name": "p", "type": "point", "body": "ball"}]},
+    )
+    given = shown | {"measures": MEASURES}
+    settings = lienumba.run(ball(steps, reference={"method": "dop853", "step": 0.005}, **given))
+    stated = lienumba.run(ball(steps, **given))
+    end = 0.4
+    reach = 3 * end + 4 / 9 * (1 - np.cos(3 * end))
+    mean = (1.5 * end**2 + 4 / 9 * (end - np.sin(3 * end) / 3)) / end
+    for name, exact in (("reach", reach), ("mean place", mean)):
+        values, error = settings[name].isel(run=0).values, settings[f"{name}_error"].isel(run=0).values
+        np.testing.assert_allclose(error, np.abs(values - exact), rtol=1e-3)
+        assert (settings[f"reference_{name}_error"] < 1e-11).all()
+        np.testing.assert_array_equal(stated[name], settings[name])
+        assert f"{name}_error" not in stated
+        order = lienumba.analysis.orders(settings).sel(error=name)
+        assert abs(float(order["order"]) - 4) < 0.1
+    assert settings["reach_error"].attrs["units"] == "m"
+    path = tmp_path / "study.nc"
+    write(settings, path)
+    with read(path) as again:
+        np.testing.assert_array_equal(again["reach_error"], settings["reach_error"])
+    assert "mean place_error" in lienumba.analysis.work_precision(settings)
+
+
+def test_names_of_measures_that_a_study_has_itself_are_refused():
+    given = {
+        "measures": [MEASURES[0] | {"name": "step"}],
+        "quantities": [{"name": "p", "type": "point", "body": "ball"}],
+    }
+    with pytest.raises(
+        lienumba.ScenarioError, match=r'measures\.step\.name = "step": is the name of something else in'
+    ):
+        lienumba.run(ball(STEPS, **given))

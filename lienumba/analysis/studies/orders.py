@@ -19,7 +19,7 @@ import xarray as xr
 
 from lienumba.analysis.studies.study import REFINING, check_study, curves, other_dims, steps_of
 from lienumba.errors import ScenarioError
-from lienumba.store.study_layout import ERRORS, TRUSTED, typical
+from lienumba.store.study_layout import TRUSTED, errors_of, typical
 
 CONFIDENCE = 0.95
 FEWEST = 3  # points that say how sure an order is
@@ -50,14 +50,14 @@ def orders(ds: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         `order` between `low` and `high` from so many `points`, for steps (s) from `finest` to `coarsest`. Dimensions:
-        `error` (position, rotation, velocity, angular_velocity) and those of the grid but for the step or tolerance; of
-        several grids `curve`.
+        `error` (position, rotation, velocity, angular_velocity, measures) and those of the grid but for the step or
+        tolerance; of several grids `curve`.
     """
     check_study(ds)
     lines = curves(ds)
     if not lines:
         raise ScenarioError(f"the study has no grid over {' or '.join(REFINING)}, so there is no order to observe")
-    names = [name for name in ERRORS if f"{name}_error" in ds]
+    names = [*errors_of(ds)]
     steps, usable = steps_of(ds), _all_succeeded(ds)
     fits = []
     for name in names:

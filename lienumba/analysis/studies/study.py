@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from lienumba.errors import ScenarioError
-from lienumba.store.study_layout import CASE, ERRORS, grid_of, is_study, typical
+from lienumba.store.study_layout import CASE, errors_of, grid_of, is_study, typical
 
 REFINING = ("integrator.step", "integrator.tolerance")  # paths that make steps smaller, or begin so
 COSTS = ("steps", "rejected_steps", "evaluations")
@@ -46,7 +46,7 @@ def work_precision(ds: xr.Dataset) -> xr.Dataset:
         On the dimensions of the grid. Times are those of one core per run; runs go eight at a time.
     """
     check_study(ds)
-    names = [name for name in (*(f"{name}_error" for name in ERRORS), *COSTS) if name in ds]
+    names = [name for name in (*(f"{name}_error" for name in errors_of(ds)), *COSTS) if name in ds]
     found = ds[list(TIMES)].assign({name: typical(ds, name) for name in names})
     failed = (ds["status"] != 0).sum("run").assign_attrs(units="1", long_name="runs that failed")
     return found.assign(failed=failed)[[*names, *TIMES, "failed"]]

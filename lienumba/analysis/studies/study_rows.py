@@ -13,7 +13,7 @@ from lienumba.analysis.studies.orders import orders
 from lienumba.analysis.studies.study import Curve, curves, labels_of, steps_of, text, work_precision
 from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.batch.statuses import GOOD, STATUSES, Status
-from lienumba.store.study_layout import ERRORS, TRUSTED, grid_of, typical
+from lienumba.store.study_layout import TRUSTED, errors_of, grid_of, typical
 from lienumba.words import plural
 
 STEP, EVALUATIONS, TIME = "step", "evaluations", "time_per_run"
@@ -86,25 +86,25 @@ def point_table(ds: xr.Dataset, most: int) -> TextTable:
     """Errors and costs of the first so many points."""
     found, labels = work_precision(ds), labels_of(ds)
     flat = {str(name): x.values.ravel() for name, x in found.data_vars.items()}
-    errors = error_names(ds)
+    said = errors_of(ds)
     counts = [x for x in ("steps", "rejected_steps", "evaluations", "failed") if x in flat]
     counts = [name for name in counts if name in ("steps", "evaluations") or np.nansum(flat[name])]
     rows = [
         [
             *(text(values[n]) for values in labels.values()),
-            *(number_text(flat[f"{name}_error"][n], ".1e") for name in errors),
+            *(number_text(flat[f"{name}_error"][n], ".1e") for name in said),
             *(number_text(flat[name][n], ",.0f") for name in counts),
             time_text(float(flat[TIME][n])),
         ]
         for n in range(min(ds[TIME].size, most))
     ]
-    headings = [f"{_in_words(name)} ({unit_label(ERRORS[name][0])})" for name in errors]
+    headings = [_heading(name, unit) for name, (unit, _) in said.items()]
     return TextTable.of([*grid_of(ds)], [*headings, *map(_in_words, counts), "time per run"], rows)
 
 
-def error_names(ds: xr.Dataset) -> list[str]:
-    """Of what there are errors."""
-    return [name for name in ERRORS if f"{name}_error" in ds]
+def _heading(name: str, unit: str) -> str:
+    label = unit_label(unit)
+    return f"{_in_words(name)} ({label})" if label else _in_words(name)
 
 
 def lines(ds: xr.Dataset, name: str, cost: str, logarithmic: bool = True) -> list[StudyLine]:

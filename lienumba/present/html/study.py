@@ -13,7 +13,6 @@ from lienumba.analysis.studies.study_rows import (
     STEP,
     TIME,
     doubtful,
-    error_names,
     failures,
     lines,
     order_table,
@@ -23,7 +22,7 @@ from lienumba.analysis.studies.study_rows import (
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element, table, text_table
-from lienumba.store.study_layout import ERRORS
+from lienumba.store.study_layout import errors_of
 from lienumba.words import plural
 
 MOST_ROWS = 300
@@ -37,7 +36,7 @@ STILL = (
 
 def sections(ds: xr.Dataset) -> Iterator[Section]:
     """Orders and errors over the step, where the grid refines it; work against precision; the points."""
-    names = error_names(ds)
+    names = [*errors_of(ds)]
     if refines(ds):
         charts = [_chart(ds, name, STEP) for name in names]
         yield section("orders", "Observed orders", text_table(order_table(ds)), charts=charts)
@@ -50,7 +49,8 @@ def sections(ds: xr.Dataset) -> Iterator[Section]:
 def _chart(ds: xr.Dataset, name: str, cost: str) -> Chart:
     """An error over the step or a cost: a line through the points of each curve."""
     words, unit_of_cost = COSTS[cost]
-    unit, error = unit_label(ERRORS[name][0]), ERRORS[name][1].partition(" (")[0]
+    units, said = errors_of(ds)[name]
+    unit, error = unit_label(units), said.partition(" (")[0]
     found = lines(ds, f"{name}_error", cost)
     hover = f"%{{x:.3~g}}: %{{y:.3~g}} {chart.plain(unit)}"
     traces = []
