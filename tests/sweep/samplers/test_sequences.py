@@ -10,9 +10,10 @@ from pydantic import TypeAdapter
 from scipy import stats
 from scipy.stats import qmc
 
-from lienumba.sweep.design import design_table
+from lienumba.sweep.design import design_table, weights
 from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.samplers import SAMPLERS, halton, sobol
+from lienumba.sweep.samplers.importance import Proposal
 from lienumba.sweep.samplers.streams import uniforms
 
 DRAWING = {name: sampler for name, sampler in SAMPLERS.items() if not sampler.from_table}
@@ -36,11 +37,13 @@ NOMINAL = {
     "a": 0.5, "r": (1.0, 0.0, 0.0, 0.0), "k": 1.0, "q": (1.0, 0.0, 0.0, 0.0), "i": (1.0, 1.0, 1.5, 0.0, 0.0, 0.1),
     "d": (0.0, 3.0, 4.0), "s": 1.0, "b": 1.0,
 }  # fmt: skip
+PROPOSALS = {"a": Proposal(shift=2.0), "r[1]": Proposal(shift=-1.0, scale=1.5)}
 CORRELATE = [(["a", "r[1]", "b"], [[1, 0.3, 0], [0.3, 1, -0.5], [0, -0.5, 1]])]
 
 
 def table(sampler, labels, count=1000, vary=VARY, correlate=CORRELATE, seed=7):
-    return design_table(vary, NOMINAL, labels, seed, sampler=sampler, count=count, correlate=correlate)
+    own = {name: x for name, x in PROPOSALS.items() if SAMPLERS[sampler].weighted}
+    return design_table(vary, NOMINAL, labels, seed, sampler=sampler, count=count, correlate=correlate, proposals=own)
 
 
 def points(sampler, runs, seed=7, paths=PATHS):
@@ -194,11 +197,15 @@ PINS = {
     "sobol": "54606031aaa7f200",
     "halton": "c41221069b5a5103",
     "saltelli": "2178a654c7d1d680",
+    "saltelli_second": "c0198cd3c4654fbc",
+    "morris": "65fdca6504898b25",
+    "importance": "69fb2c11b9951273",
 }
 
 
-@pytest.mark.parametrize("sampler", PINS)
+@pytest.mark.parametrize("sampler", DRAWING)
 def test_the_bits_are_the_same_everywhere(sampler):
     own = {path: kind for path, kind in VARY.items() if path != "s"}  # those of SciPy are SciPy's
     found = table(sampler, range(1000), vary=own, correlate=() if SAMPLERS[sampler].independent else CORRELATE)
-    assert hashlib.sha256(b"".join(x.tobytes() for x in found.values())).hexdigest()[:16] == PINS[sampler]
+    given = {"weight": weights(own, PROPOSALS, np.arange(1000), 7)} if SAMPLERS[sampler].weighted else {}
+    assert hashlib.sha256(b"".join(x.tobytes() for x in (found | given).values())).hexdigest()[:16] == PINS[sampler]
