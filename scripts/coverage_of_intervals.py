@@ -14,6 +14,7 @@ from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.morris import design_of, effects
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
+from lienumba.analysis.sensitivities.together import second_indices
 from lienumba.engine.rare.methods import METHODS
 from lienumba.sweep import betting, weighted
 from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
@@ -198,6 +199,41 @@ def of_failures(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     return (found.first_order_low, found.first_order_high), (weight @ (given - p) ** 2) / weight.sum() / (p * (1 - p))
 
 
+def of_two(trial: Callable[[np.random.Generator, int], tuple[np.ndarray, np.ndarray, float]]) -> Trial:
+    """Second index of the first two inputs (runs, d) of five times so many runs."""
+
+    def both(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+        x, y, truth = trial(rng, 5 * runs)
+        found = second_indices(list(x.T), y)
+        assert found is not None
+        return (found[1, 0, 1], found[2, 0, 1]), truth
+
+    return both
+
+
+def waves(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
+    x = rng.uniform(-np.pi, np.pi, (runs, 3))
+    return x[:, [0, 2]], ishigami(x), TOTAL[0] - FIRST[0]
+
+
+def apart(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
+    x = rng.standard_normal((runs, 2))
+    return x, x.sum(axis=1) + rng.standard_normal(runs), 0.0
+
+
+def multiplied(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
+    x = rng.standard_normal((runs, 2))
+    return x, x.prod(axis=1) + rng.standard_normal(runs), 0.5
+
+
+def jumping(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
+    x = rng.standard_normal((runs, 2))
+    z, weight = special.roots_hermitenorm(200)
+    p = stats.norm.sf(1.0 / 2**0.5)
+    alone = (weight @ (stats.norm.cdf(z - 1.0) - p) ** 2) / weight.sum() / (p * (1 - p))
+    return x, (x.sum(axis=1) > 1.0).astype(float), 1.0 - 2.0 * alone
+
+
 def of_rows(which: int, total: bool) -> Trial:
     """Of a saltelli sweep with so many rows."""
 
@@ -301,6 +337,10 @@ CASES: dict[str, Trial] = {
     "first index of runs, product (0)": of_product,
     "first index of runs, square": of_square,
     "first index of runs, failures": of_failures,
+    "second index of 5 times as many runs, Ishigami": of_two(waves),
+    "second index of 5 times as many runs, sum (0)": of_two(apart),
+    "second index of 5 times as many runs, product": of_two(multiplied),
+    "second index of 5 times as many runs, failures": of_two(jumping),
     "first index of rows, Ishigami a": of_rows(0, False),
     "total index of rows, Ishigami a": of_rows(0, True),
     "total index of rows, Ishigami c": of_rows(2, True),

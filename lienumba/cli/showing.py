@@ -45,6 +45,10 @@ def plot(
         str | None,
         typer.Option("--requirement", metavar="NAME", help="Draw which inputs set apart the runs that fail it."),
     ] = None,
+    sensitivity: Annotated[
+        bool,
+        typer.Option("--sensitivity", help="Draw what outputs depend on: Sobol' indices, or elementary effects."),
+    ] = False,
 ) -> None:
     """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision; of modes their
     eigenvalues."""
@@ -55,7 +59,7 @@ def plot(
 
         target = output if output is not None else Path(file.stem + ".png")
         with reading(file, (MODES,)) as (dataset, _):
-            save(dataset, target, variables or (), against or (), convergence, requirement)
+            save(dataset, target, variables or (), against or (), convergence, requirement, sensitivity)
         console.say(f"written to {target}")
 
 

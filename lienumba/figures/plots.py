@@ -42,6 +42,7 @@ def figure(
     against: str | Sequence[str] = (),
     convergence: bool = False,
     requirement: str | None = None,
+    sensitivity: bool = False,
 ) -> Figure:
     """The figure of a dataset; a notebook shows it.
 
@@ -57,6 +58,8 @@ def figure(
         Whether to draw how the means of outputs settle over the runs, with their 95 % intervals.
     requirement : str, optional
         The name of a requirement: the inputs that set apart the runs that fail it are drawn.
+    sensitivity : bool
+        Whether to draw what outputs depend on: Sobol' indices of inputs and of pairs, or Morris' elementary effects.
 
     Returns
     -------
@@ -65,7 +68,8 @@ def figure(
     """
     wanted = [names] if isinstance(names, str) else names
     with reading(dataset, (MODES,)) as (ds, _):
-        return _chosen(ds, wanted, [against] if isinstance(against, str) else against, convergence, requirement)
+        inputs = [against] if isinstance(against, str) else against
+        return _chosen(ds, wanted, inputs, convergence, requirement, sensitivity)
 
 
 def save(
@@ -75,19 +79,24 @@ def save(
     against: Sequence[str] = (),
     convergence: bool = False,
     requirement: str | None = None,
+    sensitivity: bool = False,
 ) -> None:
     """Write the figure of a dataset as PNG, SVG or PDF."""
     with claimed(target, "figure", canvas.STILLS) as output:
-        canvas.save(_chosen(ds, names, against, convergence, requirement), output)
+        canvas.save(_chosen(ds, names, against, convergence, requirement, sensitivity), output)
 
 
 def _chosen(
-    ds: xr.Dataset, names: Sequence[str], against: Sequence[str], convergence: bool, requirement: str | None
+    ds: xr.Dataset,
+    names: Sequence[str],
+    against: Sequence[str],
+    convergence: bool,
+    requirement: str | None,
+    sensitivity: bool,
 ) -> Figure:
     """The figure that is asked for; a ScenarioError for several at once."""
-    asked = [
-        name for name, x in (("against", against), ("convergence", convergence), ("requirement", requirement)) if x
-    ]
+    kinds = {"against": against, "convergence": convergence, "requirement": requirement, "sensitivity": sensitivity}
+    asked = [name for name, x in kinds.items() if x]
     if len(asked) > 1 or (requirement and names):
         both = listed([*asked, *(["names"] if requirement and names else [])])
         raise ScenarioError(f"{both} are asked for together, but each has a figure of its own; give one of them")
@@ -105,6 +114,10 @@ def _chosen(
         from lienumba.figures.requirements import requirement_figure
 
         return requirement_figure(ds, requirement)
+    if sensitivity:
+        from lienumba.figures.sensitivity import sensitivity_figure
+
+        return sensitivity_figure(ds, names)
     ds = _as_varied(ds)
     if asked:
         from lienumba.figures import outputs

@@ -31,36 +31,59 @@ class Explained:
     first_order_high: float = nan
 
 
+@dataclass(frozen=True)
+class Fit:
+    """E[y | x] of an output whose mean is 0: m (n,); the sum of its squares without what noise adds, that with lines in
+    place of parabolas, the variance of the noise that is taken off, and how many coefficients were fitted."""
+
+    m: np.ndarray
+    squares: float
+    of_lines: float
+    noise: float
+    coefficients: int
+
+
 def explained(x: np.ndarray, y: np.ndarray) -> Explained:
     """The first index of an input x (n,) for an output y (n,); NaN of too few runs."""
-    from scipy.special import stdtrit
-
     n = len(y)
     if n < FEWEST:
         return Explained()
-    order = np.argsort(x, kind="stable")
-    x, y = x[order], y[order] - y.mean()
-    variance = float(y @ y) / (n - 1)
-    groups = min(round(n**0.4), n // SMALLEST)
-    m = np.empty(n)
-    squares = squares_of_lines = noise = 0.0
+    y = y - y.mean()
+    found, variance = fit(x, y), float(y @ y) / (n - 1)
+    index, of_lines = (total / (n - 1) / variance for total in (found.squares, found.of_lines))
+    influence = (y * y - (y - found.m) ** 2 - index * y * y) / variance
+    half = half_of(influence, found, variance, index - of_lines)
+    return Explained(float(index), float(index - half), float(index + half))
+
+
+def half_of(influence: np.ndarray, found: Fit, variance: float, coarse: float) -> float:
+    """Half of the interval of an index with this influence function (n,), whose groups may be too coarse by so much."""
+    from scipy.special import stdtrit
+
+    n = len(influence)
+    sampling = (influence.var() * n + found.noise / variance**2) / (n * (n - found.coefficients))
+    factor = stdtrit(n - found.coefficients, 0.5 + 0.5 * CONFIDENCE)
+    return float(factor * (sampling + coarse**2) ** 0.5)
+
+
+def fit(x: np.ndarray, y: np.ndarray) -> Fit:
+    """That of groups of an input x (n,)."""
+    n, order = len(y), np.argsort(x, kind="stable")
+    x, y, m = x[order], y[order], np.empty(len(y))
+    squares = of_lines = noise = 0.0
     coefficients = 0
-    for first, end in pairwise(np.linspace(0, n, groups + 1).astype(int)):
+    for first, end in pairwise(np.linspace(0, n, min(round(n**0.4), n // SMALLEST) + 1).astype(int)):
         basis = _polynomials(x[first:end])
         own, part = y[first:end], basis.T @ y[first:end]
-        m[first:end] = basis @ part
+        m[order[first:end]] = basis @ part
         p = len(part)
-        rest = own - m[first:end]
+        rest = own - m[order[first:end]]
         s2 = float(rest @ rest) / (len(own) - p)
         squares += float(part @ part) - p * s2
-        squares_of_lines += float(part[:2] @ part[:2]) - min(p, 2) * s2
+        of_lines += float(part[:2] @ part[:2]) - min(p, 2) * s2
         noise += 2.0 * s2 * s2 * p * len(own) / (len(own) - p)
         coefficients += p
-    index, of_lines = (total / (n - 1) / variance for total in (squares, squares_of_lines))
-    influence = (y * y - (y - m) ** 2 - index * y * y) / variance
-    sampling = (influence.var() * n + noise / variance**2) / (n * (n - coefficients))
-    half = stdtrit(n - coefficients, 0.5 + 0.5 * CONFIDENCE) * (sampling + (index - of_lines) ** 2) ** 0.5
-    return Explained(float(index), float(index - half), float(index + half))
+    return Fit(m, squares, of_lines, noise, coefficients)
 
 
 def _polynomials(x: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from lienumba.analysis.sensitivities import morris, outputs, sobol
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
+from lienumba.analysis.sensitivities.together import second_indices
 from lienumba.analysis.weights import kept_of, note_of
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
@@ -73,8 +74,8 @@ OF_OUTPUT = {
 COUNTS = ("runs", "rows")
 SECOND = {
     "second_order": "second Sobol' index: the part of the variance that both inputs explain beyond each alone",
-    "second_order_low": "lower end of the 95 % bootstrap interval of second_order",
-    "second_order_high": "upper end of the 95 % bootstrap interval of second_order",
+    "second_order_low": "lower end of the 95 % interval of second_order",
+    "second_order_high": "upper end of the 95 % interval of second_order",
 }
 FIRST_OF_ROWS = (
     "rank correlations, changes and first indices are of the first run of each row, since the others repeat its numbers"
@@ -111,6 +112,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     if kept is not None:
         runs, of_plan = runs[kept[runs]], [*of_plan, note_of(ds, kept)]
     independent = not _in_rows(sweep) or steps is not None
+    alone = [] if DEPENDENT in of_plan else [name for name in sobol.sampled_inputs(sweep) if name in inputs]
     found, left_out = [], []
     for one in outputs.read(ds, [output] if isinstance(output, str) else output, time, sampled):
         reason = _unusable(one, runs)
@@ -120,7 +122,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
             found.append(one)
     if not found:
         raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
-    return _dataset(ds, found, inputs, runs, rows, steps, independent).assign_attrs(
+    return _dataset(ds, found, inputs, runs, rows, steps, independent, alone).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
@@ -204,8 +206,10 @@ def _dataset(
     rows: sobol.Rows | None,
     steps: morris.Design | None,
     independent: bool,
+    alone: Sequence[str],
 ) -> xr.Dataset:
-    """What was found of every output and input, labelled; independent: whether no run shares numbers with others."""
+    """What was found of every output and input, labelled; independent: whether no run shares numbers with others;
+    alone: inputs that depend on no others, of which pairs are looked at."""
     drawn = rows.inputs if rows is not None else list(steps.steps) if steps is not None else []
     names, pairs = list(dict.fromkeys([*inputs, *drawn])), dict[str, np.ndarray]()
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
@@ -226,10 +230,14 @@ def _dataset(
             _put(table, names.index(name), numbers)
         for name, effects in ({} if steps is None else morris.effects(output.values, steps)).items():
             _put(table, names.index(name), asdict(effects))
-        if indices is not None and indices.second is not None:
-            at = np.ix_([names.index(name) for name in indices.inputs], [names.index(name) for name in indices.inputs])
-            for name, values in zip(SECOND, indices.second, strict=True):
-                pairs.setdefault(name, np.full((len(found), len(names), len(names)), np.nan))[n][at] = values
+        laid_out = None if indices is None else indices.second
+        second = second_indices([inputs[name][kept] for name in alone], y) if laid_out is None else laid_out
+        if second is not None:
+            at = [names.index(name) for name in (alone if indices is None or laid_out is None else indices.inputs)]
+            for name, values in zip(SECOND, second, strict=True):
+                pairs.setdefault(name, np.full((len(found), len(names), len(names)), np.nan))[n][np.ix_(at, at)] = (
+                    values
+                )
         own = {"mean": y.mean(), "deviation": y.std(ddof=1), "runs": len(y), "rows": indices.rows if indices else 0}
         _put(of_output, n, own)
     data = {
@@ -237,8 +245,8 @@ def _dataset(
         **{name: ("output", x, _texts(*OF_OUTPUT[name])) for name, x in of_output.items()},
         **{name: (("output", "input", "with_input"), x, _texts("1", SECOND[name])) for name, x in pairs.items()},
     }
-    of_pairs = {"with_input": ("with_input", names, _texts("1", "path of the other input"))} if pairs else {}
-    return xr.Dataset(data, _coordinates(ds, found, names) | of_pairs)
+    others = {"with_input": ("with_input", names, _texts("1", "path of the other input"))} if pairs else {}
+    return xr.Dataset(data, _coordinates(ds, found, names) | others)
 
 
 def _put(table: dict[str, np.ndarray], index: int, numbers: dict[str, float]) -> None:

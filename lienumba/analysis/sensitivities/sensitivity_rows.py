@@ -74,7 +74,8 @@ class InputRow:
 class OutputRows:
     """An output, with its unit, at a time (s; NaN: each run has it once): mean and deviation over the runs that count,
     how many complete rows there are of how many for Sobol' indices, and its inputs in the order of the sweep;
-    pairs: of inputs, with their second index and half its interval."""
+    pairs: of inputs, with their second index and half its interval, those that explain something together where runs
+    were not laid out for it."""
 
     name: str
     units: str
@@ -123,7 +124,11 @@ class OutputRows:
             pairs = sorted(self.pairs, key=lambda pair: -pair[2])
             rows = [[one, other, f"{index:.3f} ± {half:.2g}"] for one, other, index, half in pairs[:most]]
             more = f" (the first {most} of {len(pairs)} pairs)" if len(pairs) > most else ""
-            yield f"second Sobol' indices of {self.name}{more}", TextTable.of(["input", "input"], ["second"], rows)
+            which = "" if self.sobol_headline else ", of pairs that explain something together"
+            yield (
+                f"second Sobol' indices of {self.name}{which}{more}",
+                TextTable.of(["input", "input"], ["second"], rows),
+            )
         first, more = self._first([(row.numbers["mu_star"], row) for row in self.inputs], most)
         if first:
             of = f"elementary effects on {self.name}, {self.every_row:,} rows{more}"
@@ -178,7 +183,9 @@ def _output(one: xr.Dataset) -> OutputRows:
     mean, deviation, time = (float(one[key]) for key in ("mean", "deviation", "output_time"))
     runs, rows = int(one["runs"]), int(one["rows"])
     every = int(one.attrs["rows"])
-    return OutputRows(name, units, time, runs, mean, deviation, rows, every, inputs, list(_pairs(one)))
+    laid_out = any(x.numbers["total_order"] == x.numbers["total_order"] for x in inputs)
+    pairs = [pair for pair in _pairs(one) if laid_out or pair[2] > pair[3]]
+    return OutputRows(name, units, time, runs, mean, deviation, rows, every, inputs, pairs)
 
 
 def _pairs(one: xr.Dataset) -> Iterator[tuple[str, str, float, float]]:
