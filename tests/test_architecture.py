@@ -64,7 +64,8 @@ INSIDE = {  # the floors of rooms, lowest first
     "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table", "weights"}, {"labels", "outcomes"},
-        {"mode_rows", "summary", "summary_rows", "summary_text"}, {"sensitivities", "statistics", "studies"},
+        {"mode_rows", "mode_runs", "summary", "summary_rows", "summary_text"},
+        {"sensitivities", "statistics", "studies"},
         {"requirements"}, {"by_run", "comparison", "folder_index", "panels"},
     ],
 }  # fmt: skip

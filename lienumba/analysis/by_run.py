@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.mode_runs import OUTPUTS, as_runs
 from lienumba.analysis.outcomes import BY_CODE
 from lienumba.analysis.sensitivities.outputs import of_every_run
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import RUN
+from lienumba.store.linear_layout import is_modes
 from lienumba.store.outputs import Output, whole
 from lienumba.store.study_layout import is_study
 
@@ -29,9 +31,10 @@ def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | No
     Parameters
     ----------
     ds : xarray.Dataset
-        What `lienumba.run` returned.
+        What `lienumba.run` or `lienumba.modes` returned.
     output : str or sequence of str
-        Names such as `tip` or `last_position.top.z`; all numbers that a run has once if omitted.
+        Names such as `tip` or `last_position.top.z`, of modes `frequency.3`; all numbers that a run has once if
+        omitted.
     time : float, optional
         A stored time in s at which series are read; the last if omitted.
 
@@ -45,6 +48,8 @@ def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | No
 
     if is_study(ds):
         raise ScenarioError("the dataset is that of a study, which has no runs alone; give one of a sweep")
+    output = output or (OUTPUTS if is_modes(ds) else ())
+    ds = as_runs(ds)
     inputs = {str(name): x for name, x in ds.coords.items() if x.attrs.get("role") == "input" and x.dims == RUN}
     columns: dict[str, Any] = {"status": [BY_CODE[code] for code in ds["status"].values.tolist()]}
     units = {name: str(x.attrs.get("units", "1")) for name, x in inputs.items()}

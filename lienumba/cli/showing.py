@@ -178,13 +178,14 @@ def analyse(
         from lienumba.present.terminal.sensitivity import print_sensitivity
         from lienumba.present.terminal.verdict import print_separations, print_verdicts
         from lienumba.store.files import reading
+        from lienumba.store.linear_layout import MODES
         from lienumba.store.targets import CHOOSE, claimed
 
         with ExitStack() as stack:
             if output is not None:
                 claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
                 own = stack.enter_context(claim)
-            dataset, _ = stack.enter_context(reading(file))
+            dataset, _ = stack.enter_context(reading(file, (MODES,)))
             judged = verdicts_of(dataset)
             if verdict and not judged:
                 raise ScenarioError("--verdict: the dataset has no requirements; its scenario has no [[requirements]]")
@@ -257,11 +258,12 @@ def table(
     with console.exit_codes():
         from lienumba.analysis.by_run import ENDINGS, run_table, save
         from lienumba.store.files import reading
+        from lienumba.store.linear_layout import MODES
         from lienumba.store.targets import CHOOSE, claimed
 
         target = output if output is not None else Path(file.stem + ".csv")
         with claimed(target, "table of runs", ENDINGS, f"{CHOOSE}, or delete it") as own:
-            with reading(file) as (dataset, _):
+            with reading(file, (MODES,)) as (dataset, _):
                 rows = run_table(dataset, outputs or (), time)
             save(rows, own)
         console.say(f"written to {target}: {len(rows):,} runs, {len(rows.columns)} columns")

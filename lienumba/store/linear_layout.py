@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 KIND = "kind"  # the attribute that says it
 MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "equilibria", "linear systems"
 SHOWN = {
-    MODES: "lienumba info, plot, report and animate show it",
+    MODES: "lienumba info, plot, report, animate, analyse and table show it",
     EQUILIBRIA: "xarray.open_dataset reads it",
     SYSTEMS: "xarray.open_dataset reads it",
 }

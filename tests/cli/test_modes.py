@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import pandas
 import pytest
 import xarray as xr
+from scipy.stats import spearmanr
 
 import lienumba as library
+from lienumba.analysis.sensitivities.sensitivity import sensitivity
 from lienumba.errors import ScenarioError
 from lienumba.figures import figure
 from tests.cli.test_commands import lienumba
@@ -44,8 +47,8 @@ def test_a_dataset_of_modes_is_answered_by_every_command(tmp_path: Path) -> None
         refused = lienumba(command[0], str(data), *command[1:])
         assert refused.exit_code == 2
         assert refused.stderr == (
-            f"error: {data}: is of vibration modes, not of runs over time; lienumba info, plot, report and animate "
-            "show it, or give what lienumba run wrote\n"
+            f"error: {data}: is of vibration modes, not of runs over time; lienumba info, plot, report, "
+            "animate, analyse and table show it, or give what lienumba run wrote\n"
         )
     listed = lienumba("list", str(tmp_path)).stdout
     assert " modes " in listed
@@ -74,6 +77,23 @@ def test_modes_of_scenarios_and_datasets_as_pictures_and_pages(tmp_path: Path) -
     assert drawn.read_bytes().startswith(b"\x89PNG")
     assert lienumba("report", str(data), "-o", str(page)).exit_code == 0
     assert "Modes at t = 0 s" in page.read_text(encoding="utf-8")
+
+
+def test_frequencies_by_run_and_what_they_depend_on(tmp_path: Path) -> None:
+    data, rows = tmp_path / "mounts.nc", tmp_path / "mounts.csv"
+    found = library.modes(SCENARIOS / "machine_on_mounts.toml", at=[0, 0.01], overrides={"sweep.runs": 40})
+    found.to_netcdf(data)
+    assert lienumba("table", str(data), "-o", str(rows), "--time", "0").exit_code == 0
+    table = pandas.read_csv(rows, index_col="run")
+    assert table["frequency.3"].to_numpy() == pytest.approx(found.frequency.sel(mode=3).isel(time=0), rel=1e-12)
+    assert table["damping_ratio.6"].to_numpy() == pytest.approx(found.damping_ratio.sel(mode=6).isel(time=0), rel=1e-12)
+    told = lienumba("analyse", str(data), "frequency.1", "frequency.4").stdout
+    assert "frequency.1" in told
+    ranks = sensitivity(found, "frequency.1")
+    own = found.frequency.sel(mode=1).isel(time=-1)
+    for path in ranks["input"].values:
+        expected = spearmanr(found[path], own).statistic
+        assert float(ranks["rank_correlation"].sel(input=path).item()) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_selection_of_modes_says_what_it_has_lost() -> None:

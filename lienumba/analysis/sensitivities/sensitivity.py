@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.mode_runs import as_runs
 from lienumba.analysis.sensitivities import morris, outputs, sobol
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
@@ -90,9 +91,9 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     Parameters
     ----------
     ds : xarray.Dataset
-        What `lienumba.run` returned of a scenario with [sweep].
+        What `lienumba.run` or `lienumba.modes` returned of a scenario with [sweep].
     output : str or sequence of str
-        Names such as `tip` or `position.top.z`, or `failed`; those that say most if omitted.
+        Names such as `tip` or `position.top.z`, or `failed`, of modes `frequency.3`; those that say most if omitted.
     time : float, optional
         A stored time in s at which series are read; the last if omitted.
 
@@ -102,6 +103,7 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
         On the dimensions `output` and `input`; a vector that is drawn as one has ranks by its elements and Sobol'
         indices as a whole. The attribute `notes` says what has been left out.
     """
+    ds = as_runs(ds)
     samples = _samples(ds)
     sweep = scenario_tables(ds, "the dataset").get("sweep", {})
     sampled = ds["run"].values >= 0

@@ -9,8 +9,9 @@ import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.mode_rows import mode_rows, swept, unstable
+from lienumba.analysis.mode_runs import as_runs
 from lienumba.errors import ScenarioError
-from lienumba.present.html import chart, motion
+from lienumba.present.html import chart, motion, sensitivity
 from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.header import scenario_of
 from lienumba.present.html.markup import Markup, element, join, sentence, text_table
@@ -44,6 +45,12 @@ def sections(ds: xr.Dataset, name: str, extra: Json) -> Iterator[Section]:
         charts = [_plane(own), *(_fan(own, path) for path in swept(ds, MOST_FANS))]
         key = f"modes-{n}" if n else "modes"
         yield section(key, f"Modes at t = {time:g} s", text_table(rows.table), *notes, charts=charts)
+    runs = as_runs(ds)
+    ranks, numbers = sensitivity.sensitivity(runs, sensitivity.columns(runs))
+    if ranks is not None:
+        yield ranks
+    if numbers:
+        extra["sensitivity"] = numbers
 
 
 def _seen(ds: xr.Dataset, name: str) -> Scene | str:
