@@ -74,6 +74,7 @@ def test_the_gallery_is_complete() -> None:
         "slider_crank",
         "solar_array",
         "solo12",
+        "suspension",
         "table",
         "talos",
         "template",
