@@ -17,12 +17,13 @@ from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
 from lienumba.engine.fields import Field, changes_told, fates, measured
+from lienumba.engine.reducers import reduced
 from lienumba.engine.requirements import judges_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.elements.quantities import XYZ, Part, owner
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES, UNITS
-from lienumba.mechanics.system.output_variables import MODE, kept_at_end, kept_largest
+from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.units import units
 from lienumba.scenario.formulas.measures import is_formula
@@ -171,7 +172,18 @@ class Results:
         events = self._named("output.at_events", self._at_events(), taken)
         summaries = self._summaries([*taken, *(field.name for field in events)])
         others = [*taken, *(field.name for field in (*events, *summaries))]
-        return [*events, *summaries, *self._named("measures", measured(self.resolved, self.model), others)]
+        return [*events, *summaries, *self._named("measures", self._measured(), others)]
+
+    def _measured(self) -> Iterator[Field]:
+        """Numbers of whole runs, by formulas and by functions."""
+        yield from measured(self.resolved, self.model)
+        output = OUTPUT_VARIABLES
+        seen = [x for x in self.layout.names if x not in output or not output[x].reaction]  # these are not always there
+
+        def courses(name: str, chunk: Chunk, program: Outline) -> np.ndarray:
+            return per_run(self._lanes(name, chunk, program), len(chunk.codes))
+
+        yield from reduced(self.resolved, seen, self.times, courses)
 
     def _summaries(self, taken: Sequence[str]) -> list[Field]:
         """Each once, if it is asked for in two ways."""

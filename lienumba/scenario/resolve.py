@@ -4,7 +4,7 @@ import copy
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -161,8 +161,9 @@ class Scenario:
             content["joint_coordinates"] = True
         del content["title"], sweep["nominal"]
         content["model"] = _without_shapes(content["model"])
-        for kind in paths.JUDGING:
-            content.pop(kind, None)
+        judging = [x for kind in paths.JUDGING for x in content.pop(kind, ())]
+        texts = _without_those_of(judging, content.pop("files", {}), content["model"])
+        content |= {"files": texts} if texts else {}
         if "noise" in content:  # of a file its checksum decides, wherever it is
             content["noise"] = [{key: x for key, x in item.items() if key != "table"} for item in content["noise"]]
         sweep.pop("stop", None)
@@ -188,6 +189,15 @@ class Scenario:
         content |= {"quantities": decisive} if decisive else {}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_those_of(judging: Sequence[Keys], files: Keys, model: Keys) -> Keys:
+    """The texts of Python files but for those that measures alone name."""
+    laws, asked = (
+        {str(x["function"]).rpartition(":")[0] for x in items if "function" in x}
+        for items in ((*tables(model["forces"]), *tables(model["joints"])), judging)
+    )
+    return {file: text for file, text in files.items() if file in laws or file not in asked}
 
 
 def _without_shapes(model: Keys) -> Keys:

@@ -1,6 +1,6 @@
 """A scenario written in Python instead of TOML: the same keys, the same checks, the same file."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -259,19 +259,30 @@ class System:
         """
         return self._add("events", {"name": name, "when": when, "action": action, **keys})
 
-    def measure(self, name: str, value: str, units: str | None = None) -> Self:
+    def measure(
+        self,
+        name: str,
+        value: str | None = None,
+        units: str | None = None,
+        function: Callable[..., float] | str | None = None,
+    ) -> Self:
         """Ask each run for a number of the whole of it.
 
         Parameters
         ----------
         name : str
             Of the variable of the dataset: words.
-        value : str
+        value : str, optional
             A formula with reducers, such as "last_time(pointing.angle > 0.1*deg)".
         units : str, optional
-            Of the number.
+            Of the number; by default they follow from the formula.
+        function : callable or str, optional
+            Instead of `value`, a function of the courses at the times of the output, or "reducers.py:roughness". Its
+            arguments are `t` (times,) and names of quantities, with "_" for a point: (times,), or (times, 3) of
+            vectors.
         """
-        return self._add("measures", {"name": name, "value": value, **({} if units is None else {"units": units})})
+        given = {"value": value, "units": units, "function": function}
+        return self._add("measures", {"name": name, **{key: x for key, x in given.items() if x is not None}})
 
     def requirement(self, name: str, value: str, probability: float, **keys: object) -> Self:
         """Say what a run shall do, and in which part of all runs.

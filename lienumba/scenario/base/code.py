@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from lienumba.errors import Problem, ScenarioError
+from lienumba.scenario.base.paths import MEASURES
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import source_of
 from lienumba.scenario.base.toml import Keys, table_in
@@ -107,18 +108,33 @@ def without_clash(raw: Keys, taken: object) -> Keys:
 
 
 def _with_functions(raw: Keys, change: Callable[[str, Any], Any]) -> Keys:
-    """The scenario with change(place, function) for the function of each law; one that extends another law may leave
-    out the type."""
+    """The scenario with change(place, function) for the function of each law and each measure; a law that extends
+    another one may leave out the type."""
+    raw = _with_reducers(raw, change)
     model = raw.get("model")
     if not isinstance(model, dict):
         return raw
-    changed = dict(model)
+    changed: dict[str, Any] = dict(_with_reducers(model, change))
     for kind in ("forces", "joints"):
         for n, law in enumerate(tables(model.get(kind))):
             if "function" in law and law.get("type", PYTHON) == PYTHON:
                 function = change(f"model.{kind}.{law.get('name')}", law["function"])
                 changed[kind] = [*changed[kind][:n], {**law, "function": function}, *changed[kind][n + 1 :]]
     return {**raw, "model": changed}
+
+
+def _with_reducers(section: Keys, change: Callable[[str, Any], Any]) -> Keys:
+    """The section with change(place, function) for the function of each measure."""
+    every = section.get(MEASURES)
+    if not isinstance(every, list):
+        return section
+    changed = [
+        {**x, "function": change(f"{MEASURES}.{x.get('name')}", x["function"])}
+        if isinstance(x, dict) and x.get("function") is not None
+        else x
+        for x in every
+    ]
+    return {**section, MEASURES: changed}
 
 
 def _free(file: str, text: object, taken: Keys) -> str:

@@ -17,7 +17,7 @@ from lienumba.mechanics.mechanism.model import HELD
 from lienumba.numerics.expressions import ExpressionError, Formula
 from lienumba.numerics.functions import FUNCTIONS
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.paths import INPUTS, JUDGING, REQUIREMENTS, Tokens
+from lienumba.scenario.base.paths import INPUTS, JUDGING, MEASURES, REQUIREMENTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
 from lienumba.scenario.base.problems import unique_name
 from lienumba.scenario.base.toml import Keys, table_in
@@ -73,16 +73,20 @@ def _measures(
 ) -> dict[str, MeasureFormula]:
     """What runs are asked for as a whole, by name; also by requirements, whose values may be such formulas."""
     found: dict[str, MeasureFormula] = {}
+    own = {str(table.get("name")) for table in _rows(model, MEASURES)}
     events = {}
     for event in _rows(model, "events"):
         written = parameters.places.get(("events", str(event.get("name")), "when"))
         events[str(event.get("name"))] = str(event.get("when", NEVER)) if written is None else written.text
     for kind, n, table in ((section, n, x) for section in JUDGING for n, x in enumerate(_rows(model, section))):
         name, text = table.get("name"), table.get("value")
+        if kind == MEASURES and isinstance(name, str) and (text is None) == (table.get("function") is None):
+            rule = "needs a value, a formula with reducers, or a function" if text is None else "has value and function"
+            problems.append(Problem(f"{MEASURES}.{name}", rule, 'write one, such as value = "max(pointing.angle)"'))
         if not isinstance(name, str) or not isinstance(text, str) or (kind == REQUIREMENTS and not is_formula(text)):
             continue
         place = (kind, unique_name(_rows(model, kind), n) or n)
-        if kind == REQUIREMENTS and name in found:
+        if kind == REQUIREMENTS and name in {*found, *own}:
             rule, remedy = "is also the name of a measure", f"give another name, or value = {show(name)}"
             problems.append(Problem(paths.written((*place, "name")), rule, remedy, name))
             continue

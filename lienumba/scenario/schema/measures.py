@@ -25,9 +25,15 @@ class Measure(Section):
     """A number that each run has as a whole."""
 
     name: Words = Field(description='the name of the variable in the dataset: words such as "settling" or "worst tilt"')
-    value: str = Field(
+    value: str | None = Field(
+        default=None,
         description='a formula with reducers, such as "max(pointing.angle, t > 5)" or "last_time(pointing.angle > '
-        '0.1*deg)"'
+        '0.1*deg)" (or give function)',
+    )
+    function: str | None = Field(
+        default=None,
+        description='instead of value, a file and a function in it, "reducers.py:roughness", of the courses at the '
+        "times of the output: its arguments are t (s) and names of quantities, with _ for a point",
     )
     units: str | None = Field(
         default=None, max_length=40, description='its units, such as "rad" (or omit it: they follow from the formula)'
