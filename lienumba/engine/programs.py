@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lienumba.engine.fields import changes_told
+from lienumba.engine.fields.field import changes_told
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods.charts import JOINT
 from lienumba.mechanics.system.discontinuities import discontinuities

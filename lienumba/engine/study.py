@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, SupportsInt
 import numpy as np
 
 from lienumba.batch.statuses import GOOD
-from lienumba.engine.fields import measured
+from lienumba.engine.fields.field import measured
 from lienumba.engine.memory import Memory
 from lienumba.engine.programs import compiled_of
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate

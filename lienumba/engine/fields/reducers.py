@@ -10,7 +10,7 @@ import numpy as np
 
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.statuses import GOOD
-from lienumba.engine.fields import Field
+from lienumba.engine.fields.field import Field
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
 from lienumba.scenario.base.code import function_of, said_of
