@@ -14,7 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM = 10, 11, 12, 13, 14, 15, 16
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM, PUSHED = range(10, 18)
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -99,5 +99,11 @@ STATUSES = (
         "no equilibrium was found in which the run could start: there is none, it is too far from where the search "
         "begins, it lies beyond a stop, or it would not last while it turns; ask lienumba equilibrium, give a start.q "
         "or a guess nearer to it, or leave start.from out",
+    ),
+    Status(
+        PUSHED,
+        "friction_pushes",
+        "something slid along its friction instead of against it, so that friction gave energy; give a smaller "
+        "tolerance or a max_step, and look at contacts.*.slip where it ends",
     ),
 )

@@ -241,8 +241,15 @@ def peak_row(sizes: Sizes) -> int:
 
 @kernel
 def event_rows(sizes: Sizes) -> int:
-    """What the kernel `events` writes: the conditions, and the values that events read, with the kinetic and the
-    potential energy (J) behind them."""
+    """What the kernel `events` writes: the conditions, the values that events read, with the kinetic and the potential
+    energy (J) behind them, and how fast friction pushes."""
+    return pushing_row(sizes) + sizes.switches
+
+
+@kernel
+def pushing_row(sizes: Sizes) -> int:
+    """Where it is said of each switch how fast (m/s or rad/s) what touches moves along its friction, which should be
+    against it; behind the energies."""
     return conditions(sizes) + (sizes.values + 2 if sizes.values > 0 else 0)
 
 

@@ -248,7 +248,7 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> N
 def _energy(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> float:
     """The energy (J) of a lane as far as an action changes it by itself: of numbers that are set the potential one,
     kinetic energy, too, where bodies are moved to close a joint."""
-    behind, energy = first.following + layout.event_rows(sizes), 0.0
+    behind, energy = first.following + layout.pushing_row(sizes), 0.0
     sets, closes = False, False
     for event in range(sizes.events):
         if _fired(sizes, first, rows, lane, event):

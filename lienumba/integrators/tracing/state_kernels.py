@@ -62,14 +62,16 @@ def events(tracer: Tracer) -> Kernel:
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
         accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
         outputs += turning.conditions(model, posture.now, multipliers, accelerations)
+        pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
+        pushing = [0.0] * len(tracer.augmented.switches)
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
     values = [x for event in model.events for x in event.numbers]
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
     if values:
         outputs += dynamics.energies(model, posture.now)
-    return tracer.kernel("events", outputs)
+    return tracer.kernel("events", outputs + pushing)
 
 
 def measure(tracer: Tracer) -> Kernel:

@@ -16,6 +16,7 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched import turning
+from lienumba.mechanics.system.switches import FRICTION
 from tests.compiler.evaluation import machine_code
 from tests.rigs import switching
 from tests.rigs.modes import SLIDE, STICK, integrate
@@ -224,4 +225,20 @@ def test_conditions_of_what_is_on(traced: Any) -> None:
     events = outputs(state_kernels.events(tracer), arrays)
     a, mu = switching.exact(case)
     assert len(events) == layout.event_rows(tracer.sizes)
-    close(events, turning.conditions(case.model, case.now, mu.tolist(), a.tolist()), 1e-8)
+    close(
+        events[: layout.pushing_row(tracer.sizes)],
+        turning.conditions(case.model, case.now, mu.tolist(), a.tolist()),
+        1e-8,
+    )
+    along, w, k = (
+        events[layout.pushing_row(tracer.sizes) :],
+        constraints.rates(case.model, case.now),
+        len(mu) - tracer.sizes.switched,
+    )
+    for switch, fast in zip(tracer.augmented.switches, along, strict=True):
+        rows = slice(k + switch.first + switch.rows - switch.tangents, k + switch.first + switch.rows)
+        force, mode = -mu[rows], case.now.modes[switch.key]
+        if switch.what == FRICTION and mode.on == SLIDE:
+            force = -np.array(mode.memory)
+        size = np.linalg.norm(force) if switch.tangents else 0.0
+        close(fast, max(force @ np.array(w)[rows], 0.0) / size if size else 0.0, 1e-8)

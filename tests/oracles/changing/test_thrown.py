@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lienumba
+from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
 
 G = 9.81
@@ -58,6 +59,19 @@ def test_a_corner_that_begins_to_slide_does_so_against_its_friction(friction: fl
     assert np.diff(energy).max() < 1e-12
     assert (energy[:, 0] - energy[:, -1] > 1e-7).all()
     np.testing.assert_allclose(ds.position.values[:, -1], ds.position.values[-1:, -1].repeat(9, axis=0), atol=1e-9)
+
+
+def test_a_run_in_which_friction_pushes_does_not_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Made up: nothing is known that slides along its friction."""
+    data = thrown([[0, 0, 0]], [0.1, 0.1, 0.1], 0.3, friction=0.25)
+    data["model"]["bodies"][0]["velocity"] = [1, 0, 0]
+    assert (lienumba.run(data, progress=False).status == 0).all()
+    data["model"]["gravity"] = [0.1, 0, -G]  # another program
+    monkeypatch.setattr(turning, "pushing", lambda model, now, mu: [1e-5])
+    ds = lienumba.run(data, progress=False)
+    names = dict(zip(ds.status.flag_values.tolist(), ds.status.flag_meanings.split(), strict=True))
+    assert names[int(ds.status[0])] == "friction_pushes"
+    assert np.isnan(ds.energy.values[0, -1])
 
 
 def planar(px: float, pz: float, mu: float, e: float, vt: float, J: float = 0.05) -> tuple[Any, float]:

@@ -10,7 +10,7 @@ from tests.oracles.dropping.drawing import TOLERANCE, Drop
 
 RESIDUAL = 100.0  # of the energy, in tolerances
 SUNK = 1e-8  # m
-HONEST = ("chattering", "friction_paradox", "contacts_not_solved")
+HONEST = ("chattering", "friction_paradox", "contacts_not_solved", "friction_pushes")
 
 
 @dataclass(frozen=True)

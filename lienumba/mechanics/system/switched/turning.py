@@ -53,6 +53,29 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accele
     return found
 
 
+def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
+    """Of each switch how fast (m/s or rad/s) what touches moves along its friction: 0 where friction takes energy,
+    above 0 where it gives some, which it never does."""
+    first, everything = constraints.permanent_rows(model), kinematics.still(now, tuple(range(len(model.bodies))))
+    rates, found = constraints.rates(model, now)[first:], list[Any]()
+    for switch in switches_of(model):
+        tangents = slice(switch.first + switch.rows - switch.tangents, switch.first + switch.rows)
+        if switch.what not in (CONTACT, FRICTION) or not switch.tangents:
+            found.append(0.0)
+            continue
+        mode, w = now.modes[switch.key], rates[tangents]
+        force = [-mu for mu in multipliers[first:][tangents]]
+        if switch.what == FRICTION:  # that slides is a load
+            kept = laws.heading(model, switch, everything, mode.memory)
+            force = [where(mode.on > STICK, -d, f) for d, f in zip(kept, force, strict=True)]
+        power: Any = 0.0
+        for f, x in zip(force, w, strict=True):
+            power = power + f * x
+        size = _length(force)
+        found.append(where(size > 0.0, maximum(power, 0.0) / where(size > 0.0, size, 1.0), 0.0))
+    return found
+
+
 def _turned(sliding: Sequence[Number], kept: Sequence[Number]) -> Any:
     """Above 0 (m/s or rad/s) where what slides has turned by more than 63 degrees from the direction that was kept, or
     slides back."""
