@@ -6,7 +6,7 @@ from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.events import LOCK
 from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
 from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.elements.noise import Tabulated
+from lienumba.mechanics.elements.noise import NoiseType, Tabulated
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
@@ -59,9 +59,11 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
     """Check one noise: its name, and what its keys say together."""
     _check_name(place, noise["name"], lists, report)
     checked = read(NOISES.get(str(noise.get("type"))), noise)
-    for fault in () if checked is None else checked.faults():
+    if not isinstance(checked, NoiseType):
+        return
+    for fault in checked.faults():
         report.problems.append(fault.below(place))
-    if checked is None or checked.interval is None or report.times is None:
+    if checked.interval is None or report.times is None:
         return
     end = float(report.times[-1])
     if end / checked.interval > MOST_SAMPLES:
