@@ -61,7 +61,7 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    stopped: what made the sweep end before all its runs were done; stiff: that stability made steps short; unstable:
+    stopped: what made the sweep end before all its runs were done; stiff, chatters: what made steps short; unstable:
     that runs start in equilibria that they leave; weights:
     what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
     of a run is its largest energy residual over its largest kinetic energy.
@@ -83,6 +83,7 @@ class Summary:
     not_unique: str = ""
     stopped: str = ""
     stiff: str = ""
+    chatters: str = ""
     unstable: str = ""
     weights: str = ""
     ended: tuple[Quantiles, ...] = ()
@@ -128,6 +129,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         weights="" if weights is None else weights_told(weights[sampled]),
         stopped=str(ds.attrs.get("stopped", "")),
         stiff=str(ds.attrs.get("stiff", "")),
+        chatters=str(ds.attrs.get("chatters", "")),
         unstable=_unstable(ds),
         runs=len(status),
         good=int(good.sum()),

@@ -73,6 +73,7 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
             not_unique(summary),
             summary.stopped,
             summary.stiff,
+            summary.chatters,
             summary.unstable,
             summary.weights,
         ],

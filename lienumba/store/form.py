@@ -21,7 +21,7 @@ DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")  # attributes of variables
 # attributes of the whole
-SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", VERDICT, VERDICTS)
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", "chatters", VERDICT, VERDICTS)
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep

@@ -71,7 +71,7 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     if not len(some) or steps[some].max() < LEAST or steps.sum() < LEAST * max(1.0, bodies / FEW) ** 2:
         return None
     runs, steps = runs.part(some), steps[some]
-    times, states, fastest = _course(resolved, column, runs.labels)
+    times, states, fastest = course(resolved, column, runs.labels)
     order = order_of(integrator) or method.order
     quiet = fastest * end <= SLOW * relative_of(integrator.tolerance) ** (1.0 / order) * steps
     if not quiet.any():
@@ -91,7 +91,7 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     return None
 
 
-def _course(resolved: Scenario, column: Column, labels: np.ndarray) -> tuple[list[float], np.ndarray, np.ndarray]:
+def course(resolved: Scenario, column: Column, labels: np.ndarray) -> tuple[list[float], np.ndarray, np.ndarray]:
     """Some times, the end among them, the states of bodies there (times, runs, 18 k), and the largest angular velocity
     (rad/s) that is stored of each run."""
     output, every = resolved.data.output, resolved.times
