@@ -14,12 +14,12 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
-    "measure", "slopes", "quadrature",
+    "simplified", "measure", "slopes", "quadrature",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
-    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, MEASURE, SLOPES, QUADRATURE,
-    COMBINE,
+    CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, SIMPLIFIED,
+    MEASURE, SLOPES, QUADRATURE, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -85,7 +85,8 @@ class Sizes(NamedTuple):
     as the next step has it; events; correction: rows of an iterate of the position projection between its state and
     its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
     hoisted; series: rows of the coefficients of a step and what belongs to them; iterate: of implicit stages, rows;
-    history, first_history: augmented rows that a method carries on from step to step, and the first of them.
+    factors: of an eliminated matrix of theirs; history, first_history: augmented rows that a method carries on from
+    step to step, and the first of them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act; signals:
@@ -115,6 +116,7 @@ class Sizes(NamedTuple):
     work: int = 0
     values: int = 0
     iterate: int = 0
+    factors: int = 0
     history: int = 0
     first_history: int = 0
     signals: int = 0
@@ -198,6 +200,18 @@ def iterate_row(sizes: Sizes) -> int:
 def following_row(sizes: Sizes) -> int:
     """Of what an iteration makes of it, and says of that."""
     return iterate_row(sizes) + sizes.iterate + IMPLICIT
+
+
+@kernel
+def factors_row(sizes: Sizes) -> int:
+    """Of the eliminated matrix that is kept; behind it there is room for another one."""
+    return following_row(sizes) + sizes.iterate + IMPLICIT
+
+
+@kernel
+def implicit_rows(sizes: Sizes) -> int:
+    """All of these."""
+    return 2 * (sizes.iterate + IMPLICIT + sizes.factors)
 
 
 @kernel

@@ -1,5 +1,9 @@
 """Implicit stages: Newton's method in all lanes that need it, each stopped by its own changes.
 
+The first iteration of a step eliminates a matrix, at the stages that the step before lets expect; those behind it keep
+it, in every lane for which changes shrink fast enough. Else the next one has its own again; where a kept matrix leads
+away, or to where a new one does not agree, all others have.
+
 Of changes that shrink by a factor q each, all that follow the last one amount to q/(1 - q) of it: where that is a
 fraction of what the tolerance allows, the lane is done. Where rounding keeps them from shrinking any more, and they are
 small, it is done, too.
@@ -11,7 +15,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers.stages import commit
+from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.layout import BUSY, CUT, REJECTED, TRIAL, Sizes, T, Workspace
 
 ITERATIONS = 12
@@ -19,6 +23,7 @@ ENOUGH = 1e-6  # squared: of what the tolerance allows, what all further changes
 CERTAIN = 1e-12  # squared: a change so small needs no second one
 ROUNDING = 1e2  # squared: changes below this, that no longer shrink, are rounding
 GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
+SLOW = 0.12  # squared: where changes shrink less, the next iteration is by a matrix of its own
 PARTS = 2.0**-20  # of a step of given length: no part is shorter
 
 
@@ -36,30 +41,58 @@ def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) 
     for row in range(rows):
         store(now, row, load(following, row))
     pending = load(at.lanes, BUSY) != 0.0
-    failed, before = splat(0.0), splat(np.inf)
-    for _ in range(ITERATIONS):
-        if not any_lane(pending):
-            break
-        call(kernels[layout.NEWTON], at.state, at.parameters, at.clock, slopes, slopes, at.work)
+    failed, count, anew = splat(0.0), splat(0.0), splat(1.0)
+    alone = splat(0.0 if kernels[layout.SIMPLIFIED] != 0 else 1.0)  # whether no kept matrix is of any use
+    before, most = splat(np.inf), splat(np.inf)  # the last change; what a next one by a new matrix may be
+    while any_lane(pending):
+        own = pending & (anew != 0.0)  # by matrices of their own; meanwhile the others wait
+        exact = any_lane(own)
+        asked, limit = choose(pending, splat(1.0), splat(0.0)), before
+        if exact:
+            asked, limit = choose(own, splat(1.0), splat(0.0)), most
+            _eliminate(kernels, sizes, at, own, any_lane(count != 0.0))
+        else:
+            call(kernels[layout.SIMPLIFIED], at.state, at.parameters, at.clock, slopes, slopes, at.work)
+        mine = asked != 0.0
         change = load(following, rows + layout.CHANGE)
-        sound = load(following, rows + layout.SOLVED) > 0.0
-        commit(pending & sound, now, following, rows)
+        sound = (load(following, rows + layout.SOLVED) > 0.0) & (change < codes.HUGE)
         factor = change / before  # squared: of the changes
         rest = change * factor / choose(factor < 0.25, 0.25, 1e-6)
         second = before < codes.HUGE  # one change alone says nothing of how they shrink
         done = sound & ((second & (rest <= ENOUGH)) | (change <= CERTAIN) | ((change <= ROUNDING) & (factor > 0.25)))
-        lost = (change < codes.HUGE) & sound
-        lost = choose(lost & ((factor < GROWING) | (change <= ROUNDING)), splat(0.0), splat(1.0)) != 0.0
-        failed = choose(pending & lost, splat(1.0), failed)
-        pending = pending & (choose(done | lost, splat(0.0), splat(1.0)) != 0.0)
-        before = change
-    failed = choose(pending, splat(1.0), failed)
+        taken = mine & sound & (done | (change < limit) | (change <= ROUNDING))
+        commit(taken, now, following, rows)
+        lost = choose(taken, splat(0.0), asked)
+        if exact:
+            failed = choose(lost != 0.0, splat(1.0), failed)
+            most = choose(taken, GROWING * change, most)
+            lost = choose(mine & (factor >= 1.0), splat(1.0), splat(0.0))  # what a kept one said was wrong
+        alone = choose(lost != 0.0, splat(1.0), alone)
+        anew = choose(mine, choose(taken & (factor <= SLOW), alone, splat(1.0)), anew)
+        before = choose(taken, change, before)
+        count = choose(taken, count + 1.0, count)
+        pending = pending & (choose(mine & done, splat(0.0), splat(1.0)) != 0.0)
+        failed = choose(pending & (count >= ITERATIONS), splat(1.0), failed)
+        pending = pending & (failed == 0.0)
     good = failed == 0.0
     store(now, rows + layout.SINCE, load(at.clock, layout.TIME))
     store(now, rows + layout.SPAN, choose(good, load(at.clock, layout.LENGTH), splat(0.0)))
     for row in range(rows):
         store(now, row, choose(good, load(now, row), 0.0))
     return choose(good, splat(0.0), splat(codes.UNSETTLED))
+
+
+@inlined
+def _eliminate(kernels: np.ndarray, sizes: Sizes, at: Workspace, own: Mask, others: bool) -> None:
+    """An iteration by a matrix that is kept from now on in the lanes `own`; others: whether other lanes have one."""
+    kept = at.slopes + ROW * layout.factors_row(sizes)
+    aside = kept + ROW * sizes.factors
+    if others:
+        copy(aside, kept, sizes.factors)
+    call(kernels[layout.NEWTON], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+    if others:
+        for row in range(sizes.factors):
+            store(kept, row, choose(own, load(kept, row), load(aside, row)))
 
 
 @inlined

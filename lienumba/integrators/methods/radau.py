@@ -17,6 +17,14 @@ WANNER = Reference(
 )  # fmt: skip
 ROOT = Fraction("2.449489742783178098197284074705891391965947")  # of 6
 
+FIVE = (  # the zeros of P_5 - P_4 on [0, 1], of Legendre's polynomials
+    Fraction("0.0571041961145176821931211925541156212350779"),
+    Fraction("0.276843013638123827680045997685625141110889"),
+    Fraction("0.583590432368916820056697668662917248693433"),
+    Fraction("0.860240135656219447847912918875119766738378"),
+    Fraction(1),
+)
+
 
 def _integrals(nodes: Sequence[Fraction], to: Fraction) -> Row:
     """Of the Lagrange polynomials of these nodes, from 0."""
@@ -44,6 +52,7 @@ def collocation(name: str, words: str, nodes: Sequence[Fraction], damping: Fract
     return Tableau(
         name, 2 * s - 1, words, ((zero,) * (s + 1), *((zero, *row) for row in A)), (zero, *A[-1]),
         errors=((damping, *errors),), references=(WANNER,), damping=damping, layers=lagrange(nodes),
+        begun=lagrange((zero, *nodes)),
     )  # fmt: skip
 
 
@@ -54,5 +63,11 @@ RADAU = (
         "the Radau IIA method [@hairer1996]",
         ((4 - ROOT) / 10, (4 + ROOT) / 10, Fraction(1)),
         Fraction("0.2748888295956773677478286035994148"),
+    ),
+    collocation(
+        "radau9",
+        "the Radau IIA method [@hairer1996]",
+        FIVE,
+        1 / Fraction("6.286704751729276645173153341869409"),
     ),
 )

@@ -23,7 +23,8 @@ class Tableau:
     it, with [@key] for each of its `references`; `series`: whether a step is a power series in time, of which the rest
     says nothing but an order that may be another; `damping`: of an implicit method, the diagonal with which the
     estimate of its error is damped; `layers`: of one by collocation, the polynomials that are 1 at one of its nodes;
-    `carries`: whether a step goes on with what the one before has left (`generalized_alpha`).
+    `begun`: the same with the start of a step as a node before them; `carries`: whether a step goes on with what the
+    one before has left (`generalized_alpha`).
     """
 
     name: str
@@ -40,6 +41,7 @@ class Tableau:
     series: bool = False
     damping: Fraction = Fraction(0)
     layers: tuple[Row, ...] = ()
+    begun: tuple[Row, ...] = ()
     carries: bool = False
 
     @classmethod
@@ -102,7 +104,8 @@ class Tableau:
         if self.carries:
             return self._between(s, number)
         if self.layers:
-            return self._collocated(s, number)
+            zero = number(Fraction(0))
+            return (zero, *self._integrated(self.layers, s, number), zero)
         b = (*self.b, *[Fraction(0)] * (len(stages) - len(self.b)))
         first, last = ([Fraction(i == place) for i in stages] for place in (0, len(self.b)))
         layers = [b, [f - w for f, w in zip(first, b, strict=True)]]
@@ -119,15 +122,21 @@ class Tableau:
         rest = 1 - s
         return s * rest * rest, s * s * (1 + 2 * rest), -(s * s * rest), number(Fraction(0))
 
-    def _collocated(self, s: Number, number: Callable[[Fraction], Any]) -> tuple[Any, ...]:
+    def places(self, s: Number, number: Callable[[Fraction], Any] = Fraction) -> tuple[Any, ...]:
+        """The same for places, which of a collocation are the integral of velocities that are known at the start, too:
+        of one order more."""
+        if not self.begun:
+            return self.extension(s, number)
+        return (*self._integrated(self.begun, s, number), number(Fraction(0)))
+
+    def _integrated(self, layers: tuple[Row, ...], s: Number, number: Callable[[Fraction], Any]) -> list[Any]:
         found = []
-        for layer in self.layers:
+        for layer in layers:
             total = number(Fraction(0))
             for n, w in reversed(list(enumerate(layer))):
                 total = s * (number(w / (n + 1)) + total)
             found.append(total)
-        rest = len(self.stages) - 1 - len(found)
-        return (number(Fraction(0)), *found, *(number(Fraction(0)) for _ in range(rest)))
+        return found
 
 
 def rows(texts: Sequence[str]) -> tuple[Row, ...]:

@@ -74,9 +74,16 @@ def dense(tracer: Tracer) -> Kernel:
     x, augmented = tracer.state(graph, "state"), tracer.augmented_rows(graph)
     moved = []
     chart = tracer.chart_of(model)
+    starts = _starts(tracer, graph, model)
+    places = [h * w for w in tracer.tableau.places(fraction, float)]
     for i, body in enumerate(x):
-        u = munthe_kaas.weighted(weights, _slopes(tracer, graph, i, 0))
-        moved.append(chart.moved(body, u))
+        slopes = _slopes(tracer, graph, i, 0)
+        u = list(munthe_kaas.weighted(weights, slopes))
+        if i in starts:
+            moving = munthe_kaas.weighted(places, [starts[i], *slopes[1:]])
+            for n in tracer.coordinates[0]:
+                u[n] = moving[n]
+        moved.append(chart.moved(body, tuple(u)))
     after = list(augmented)
     after[: len(tracer.augmented.angles)] = tracer.augmented.counted(
         model, tracer.posture(model, moved, augmented, t + fraction * h).now
@@ -93,3 +100,15 @@ def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Coo
     """Of all stages; behind: the rows before them."""
     every, size = range(tracer.sizes.slopes - 1), tracer.chart.size
     return [graph.inputs("extra", size, behind + layout.slope_row(tracer.sizes, element, s)) for s in every]
+
+
+def _starts(tracer: Tracer, graph: Graph, model: Model) -> dict[int, Coordinates]:
+    """How places change at the start of a step of a method by collocation, whose first stage does not say it: by
+    element; accelerations are left out."""
+    if not tracer.tableau.begun:
+        return {}
+    chart, zero, x = tracer.chart_of(model), munthe_kaas.origin(tracer.chart), tracer.state(graph, "state")
+    laws = sum(tracer.law_states.sizes.values())
+    F = tracer.field(model, x, [0.0] * tracer.velocities, [0.0] * laws)
+    slopes = [chart.slope(*each) for each in zip(x, [zero] * len(x), x, F, strict=True)]
+    return dict(enumerate(slopes[: tracer.moving_elements]))

@@ -1,7 +1,7 @@
 """The kernels of one mechanism and one method: what the driver calls.
 
     step       state -> state, code, margin         one Munthe-Kaas step (clock: t, h), or for large mechanisms
-      guess, newton    see `lienumba.integrators.tracing.implicit`
+      guess, newton, simplified    see `lienumba.integrators.tracing.implicit`
       first, stage     state, u -> slopes, sound, ...    the slopes of one stage
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
@@ -101,7 +101,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         implicit = alpha_kernels if tracer.tableau.carries else collocation
         tracer.sizes = tracer.sizes._replace(iterate=implicit.rows_of(tracer))
         kernels |= implicit.kernels(tracer)
-        series = 2 * (tracer.sizes.iterate + layout.IMPLICIT)
+        series = layout.implicit_rows(tracer.sizes)
     levels = tracer.levels()
     chord = 0
     if "position" in levels and method.position != "none":

@@ -14,6 +14,7 @@ Tree = tuple["Tree", ...]  # a root's branches, sorted
 NUMBER_OF_TREES = [1, 1, 2, 4, 9, 20, 48, 115, 286]  # of order 1, 2, ... (A000081)
 DIGITS = {
     "radau5": 1e-40,
+    "radau9": 1e-40,
     "tsit54": 1e-38,
     "dop853": 1e-28,
 }  # to which published coefficients fulfil the conditions; the others exactly
@@ -71,8 +72,8 @@ def most(b: Sequence[Fraction], tableau: Tableau, order: int, s: Fraction | int)
 
 
 ERRORS = {"bs32": [3], "dp54": [5], "tsit54": [5], "dop853": [6, 4]}  # of one step, that each estimate sees first
-EXTENSIONS = {"radau3": 2, "dp54": 4, "tsit54": 4, "dop853": 7}  # the order of the continuous extension; else 3 at most
-PRINTED = {"radau5": 1e-30, "tsit54": 1e-15, "dop853": 1e-26}  # digits of these
+EXTENSIONS = {"radau3": 2, "radau9": 5, "dp54": 4, "tsit54": 4, "dop853": 7}  # of the continuous one; else 3 at most
+PRINTED = {"radau5": 1e-30, "radau9": 1e-30, "tsit54": 1e-15, "dop853": 1e-26}  # digits of these
 
 
 @pytest.mark.parametrize("name", ERRORS)
@@ -94,6 +95,19 @@ def test_extensions_have_their_order_everywhere_in_the_step(tableau: Tableau) ->
         weights = tableau.extension(s)
         assert all(most(weights, tableau, below, s) <= PRINTED.get(tableau.name, 0) for below in range(1, order + 1))
         assert most(weights, tableau, order + 1, s) > 1e-6
+
+
+@pytest.mark.parametrize("name", ["radau3", "radau5", "radau9"])
+def test_places_are_integrals_of_one_order_more(name: str) -> None:
+    tableau = METHODS[name]
+    nodes, s = tableau.c, Fraction(2, 5)
+    for power in range(len(nodes) + 1):
+        total = sum(w * c**power for w, c in zip(tableau.places(s), nodes, strict=False))
+        missed = abs(total - s ** (power + 1) / (power + 1))
+        assert (missed > 1e-6) if power == len(nodes) else (missed < 1e-30)
+    assert tableau.places(Fraction(0)) == (0,) * len(tableau.stages)
+    end = tableau.extension(Fraction(1))
+    assert max(abs(a - b) for a, b in zip(tableau.places(Fraction(1)), end, strict=True)) < 1e-30
 
 
 def test_there_are_as_many_trees_as_there_should_be() -> None:
@@ -120,7 +134,7 @@ def test_the_methods_and_their_orders() -> None:
     orders = {name: tableau.order for name, tableau in METHODS.items()}
     assert orders == {"euler": 1, "midpoint": 2, "heun": 2, "kutta3": 3, "rk4": 4, "rk38": 4, "cf4": 4} | {
         "bs32": 3, "dp54": 5, "tsit54": 5, "dop853": 8, "taylor": 8, "radau3": 3, "radau5": 5,
-        "generalized_alpha": 2,
+        "radau9": 9, "generalized_alpha": 2,
     }  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.scenario.checks.refusal import RIG, refused_by_both
 
-PAIRS = "bs32, dp54, tsit54, dop853, radau3, radau5 or taylor"
+PAIRS = "bs32, dp54, tsit54, dop853, radau3, radau5, radau9 or taylor"
 
 
 def integrator(*lines: str) -> str:
@@ -26,7 +26,7 @@ CASES = {
     "nothing": (
         integrator(),
         "integrator.step is missing; give the time step in s, above 0, or integrator.tolerance, the error of one step, "
-        "with one of bs32, dp54, tsit54, dop853, radau3, radau5, taylor",
+        "with one of bs32, dp54, tsit54, dop853, radau3, radau5, radau9, taylor",
     ),
     "both": (
         integrator("step = 0.001", "tolerance = 1e-6"),

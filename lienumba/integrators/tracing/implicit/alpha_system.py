@@ -108,6 +108,6 @@ def solved(
     order: list[int] = []
     for variable in stage_system.order_of(tracer):
         order += [variable, *([number[variable - n - laws]] if variable - n - laws in number else [])]
-    flat = stage_system.eliminated(rows, right, order)
+    flat = stage_system.Factors.of(rows, order).solved(right)
     parts = (0, n, n + laws, n + laws + count, size)
     return [flat[a:b] for a, b in pairwise(parts)]

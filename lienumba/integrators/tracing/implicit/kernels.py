@@ -24,13 +24,14 @@ from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.tracing.extension_kernels import work_error_square
 from lienumba.integrators.tracing.implicit import stage_system
+from lienumba.integrators.tracing.implicit.stage_system import Factors
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
 from lienumba.integrators.tracing.tracer import Tracer, finite, flat, worst
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import maximum, minimum, where
+from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 SWEEPS, FIRST_SWEEPS, LAST_SWEEPS = 3, 5, 5  # of the kinematics: in an iteration, before the first, behind the last
 FARTHEST = 2.0  # how far a polynomial is followed, in lengths of its step
@@ -124,7 +125,10 @@ def rows_of(tracer: Tracer) -> int:
 def kernels(tracer: Tracer) -> dict[str, Kernel]:
     """All of them; `tracer.sizes` has the rows of an iterate."""
     equations = Equations.of(tracer)
-    found = {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer)}
+    newton, factors = _iteration(tracer, equations, None)
+    simplified, _ = _iteration(tracer, equations, factors)
+    tracer.sizes = tracer.sizes._replace(factors=len(factors.kept))
+    found = {"guess": _guess(tracer), "newton": newton, "simplified": simplified, "step": _step(tracer)}
     if tracer.method.adaptive:
         found["close"] = _close(tracer, equations)
     return found
@@ -156,40 +160,49 @@ def _guess(tracer: Tracer) -> Kernel:
     return tracer.kernel("guess", rows, range(following, following + len(rows)))
 
 
-def _newton(tracer: Tracer, equations: Equations) -> Kernel:
-    step = _Stages.of(tracer)
-    u, unknown = step.iterate("extra", layout.iterate_row(tracer.sizes))
+def _iteration(tracer: Tracer, equations: Equations, kept: Factors | None) -> tuple[Kernel, Factors]:
+    """One of Newton's method, by a matrix of its own, which is kept behind what is found, or by one that has been."""
+    step, sizes = _Stages.of(tracer), tracer.sizes
+    u, unknown = step.iterate("extra", layout.iterate_row(sizes))
     u, _ = step.swept(u, unknown, SWEEPS)
-    stages = [
-        step.linear(equations, step.state_at(own), c, w) for own, c, w in zip(u, step.nodes, unknown, strict=True)
-    ]
+    wanted = equations if kept is None else equations.only(())
+    stages = [step.linear(wanted, step.state_at(own), c, w) for own, c, w in zip(u, step.nodes, unknown, strict=True)]
     n, laws, _ = stage_system.unknowns(tracer)
     mask = step.mask()
-    right = []
+    right: list[Any] = []
     for stage, w in zip(stages, unknown, strict=True):
-        rates = [rate - x for rate, x in zip(stage.laws, w[n : n + laws], strict=True)]
-        off = [r - (1.0 - mask[row]) * mu for r, row, mu in zip(stage.rows, tracer.used, w[n + laws :], strict=True)]
-        right.append([*stage.along, *rates, *off])
-    changes = stage_system.solved(tracer, stages, step.A, step.h, mask, right)
+        right += stage.along
+        right += [rate - x for rate, x in zip(stage.laws, w[n : n + laws], strict=True)]
+        right += [r - (1.0 - mask[row]) * mu for r, row, mu in zip(stage.rows, tracer.used, w[n + laws :], strict=True)]
+    place = layout.factors_row(sizes)
+    if kept is None:
+        factors = stage_system.factors(tracer, stages, step.A, step.h, mask)
+    else:
+        factors = kept.again(step.graph.inputs("extra", len(kept.kept), place))
+    flat_changes, size = factors.solved(right), len(right) // len(stages)
+    changes = [flat_changes[size * i : size * (i + 1)] for i in range(len(stages))]
     new = [[x + dx for x, dx in zip(w, own, strict=True)] for w, own in zip(unknown, changes, strict=True)]
-    rows = step.rows(u, new)
-    said = [_size(step, changes), where(finite([x for own in new for x in own]), 1.0, 0.0)]
-    following = layout.following_row(tracer.sizes)
-    return tracer.kernel("newton", [*rows, *said], range(following, following + len(rows) + len(said)))
+    outputs = [*step.rows(u, new), _size(step, changes), where(finite([x for own in new for x in own]), 1.0, 0.0)]
+    first = layout.following_row(sizes)
+    rows = list(range(first, first + len(outputs)))
+    if kept is None:
+        outputs += factors.kept
+        rows += range(place, place + len(factors.kept))
+    return tracer.kernel("newton" if kept is None else "simplified", outputs, rows), factors
 
 
 def _size(step: _Stages, changes: Sequence[Sequence[Any]]) -> Any:
-    """The largest change of a stage, squared, as a fraction of what the tolerance allows."""
+    """The change of the worst stage, of each coordinate, squared, as a fraction of what the tolerance allows."""
     tracer, x = step.tracer, step.tracer.state(step.graph, "state")
     n, laws, _ = stage_system.unknowns(tracer)
-    squares = []
     moving = [[step.h * sum(w * own[m] for w, own in zip(row, changes, strict=True)) for m in range(n + laws)]
               for row in step.A]  # fmt: skip
+    largest: list[Any] = [0.0] * (2 * n + laws)
     for row, own in zip(step.A, moving, strict=True):
         places = [step.h * sum(w * other[m] for w, other in zip(row, moving, strict=True)) for m in range(n)]
-        estimates = [[z] for z in tracer.gathered(places, own[:n], own[n:])]
-        squares.append(tracer.error_square(step.graph, step.model, estimates, x, x))
-    return worst(squares)
+        largest = [maximum(absolute(y), z) for y, z in zip([*places, *own], largest, strict=True)]
+    estimates = [[z] for z in tracer.gathered(largest[:n], largest[n : 2 * n], largest[2 * n :])]
+    return tracer.error_square(step.graph, step.model, estimates, x, x)
 
 
 def _step(tracer: Tracer) -> Kernel:
@@ -267,7 +280,7 @@ def _close(tracer: Tracer, equations: Equations) -> Kernel:
     for m, x in enumerate(states):
         right[n + m] = right[n + m] + x
     damping = [[float(tracer.tableau.damping)]]
-    (found,) = stage_system.solved(tracer, [stage], damping, step.h, step.mask(), [right])
+    found = stage_system.factors(tracer, [stage], damping, step.h, step.mask()).solved(right)
     moved = [q + beta * v for q, v in zip(places, found[:n], strict=True)]
     estimates = [[z] for z in tracer.gathered(moved, found[:n], found[n : n + laws])]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))

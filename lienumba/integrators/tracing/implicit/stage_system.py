@@ -10,8 +10,10 @@ is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from lienumba.compiler.symbols import Symbol
 from lienumba.integrators.tracing.linear.equations import Linear
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.numerics.number import Number
@@ -27,15 +29,11 @@ def unknowns(tracer: Tracer) -> tuple[int, int, int]:
     return tracer.velocities, laws, len(tracer.used)
 
 
-def solved(
-    tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number], right: Sequence[list[Any]]
-) -> list[list[Any]]:
-    """What Newton's matrix makes of these right-hand sides, stage by stage; mask: 1 or 0 for each row of C."""
-    s, sizes = range(len(stages)), unknowns(tracer)
-    size, rows = sum(sizes), _matrix(tracer, stages, A, h, mask)
-    order = [size * i + variable for variable in order_of(tracer) for i in s]
-    flat = eliminated(rows, [x for own in right for x in own], order)
-    return [flat[size * i : size * (i + 1)] for i in s]
+def factors(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> "Factors":
+    """Of Newton's matrix, stage by stage; mask: 1 or 0 for each row of C."""
+    size = sum(unknowns(tracer))
+    order = [size * i + variable for variable in order_of(tracer) for i in range(len(stages))]
+    return Factors.of(_matrix(tracer, stages, A, h, mask), order)
 
 
 def order_of(tracer: Tracer) -> list[int]:
@@ -78,29 +76,58 @@ def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask
     return rows
 
 
-def eliminated(rows: Rows, right: list[Any], order: Sequence[int]) -> list[Any]:
-    columns: dict[int, set[int]] = {}
-    for row, entries in enumerate(rows):
-        for column, x in entries.items():
-            if not is_zero(x):
-                columns.setdefault(column, set()).add(row)
-    place = {variable: n for n, variable in enumerate(order)}
-    inverse: dict[int, Any] = {}
-    for p in order:
-        pivot = rows[p]
-        inverse[p] = 1.0 / pivot[p]
-        later = sorted((c for c, x in pivot.items() if place[c] > place[p] and not is_zero(x)), key=place.__getitem__)
-        for row in sorted((r for r in columns[p] if place[r] > place[p]), key=place.__getitem__):
-            factor = rows[row].pop(p) * inverse[p]
-            for c in later:
-                rows[row][c] = rows[row].get(c, 0.0) - factor * pivot[c]
-                columns.setdefault(c, set()).add(row)
-            right[row] = right[row] - factor * right[p]
-    found: dict[int, Any] = {}
-    for p in reversed(order):
-        total = right[p]
-        for c, x in rows[p].items():
-            if place[c] > place[p]:
-                total = total - x * found[c]
-        found[p] = total * inverse[p]
-    return [found[p] for p in range(len(rows))]
+@dataclass(frozen=True)
+class Factors:
+    """Of an eliminated matrix. values: at (p, p) 1 over the pivot of a variable, at (p, c) what its row still has of
+    those that leave later, at (r, p) how much of it a later row takes away; order: in which they leave."""
+
+    values: dict[tuple[int, int], Any]
+    order: tuple[int, ...]
+
+    @staticmethod
+    def of(rows: Rows, order: Sequence[int]) -> "Factors":
+        """The rows are used up."""
+        columns: dict[int, set[int]] = {}
+        for row, entries in enumerate(rows):
+            for column, x in entries.items():
+                if not is_zero(x):
+                    columns.setdefault(column, set()).add(row)
+        place, values = {variable: n for n, variable in enumerate(order)}, {}
+        for p in order:
+            pivot = rows[p]
+            values[p, p] = inverse = 1.0 / pivot[p]
+            later = [c for c, x in pivot.items() if place[c] > place[p] and not is_zero(x)]
+            later.sort(key=place.__getitem__)
+            values |= {(p, c): pivot[c] for c in later}
+            for row in sorted((r for r in columns[p] if place[r] > place[p]), key=place.__getitem__):
+                values[row, p] = factor = rows[row].pop(p) * inverse
+                for c in later:
+                    rows[row][c] = rows[row].get(c, 0.0) - factor * pivot[c]
+                    columns.setdefault(c, set()).add(row)
+        return Factors(values, tuple(order))
+
+    def solved(self, right: Sequence[Any]) -> list[Any]:
+        """What the matrix makes of a right-hand side."""
+        place, total, found = {variable: n for n, variable in enumerate(self.order)}, list(right), dict[int, Any]()
+        above: dict[int, list[tuple[int, Any]]] = {p: [] for p in self.order}
+        for (row, column), x in self.values.items():
+            if place[row] > place[column]:
+                total[row] = total[row] - x * total[column]
+            elif row != column:
+                above[row].append((column, x))
+        for p in reversed(self.order):
+            for c, x in above[p]:
+                total[p] = total[p] - x * found[c]
+            found[p] = total[p] * self.values[p, p]
+        return [found[p] for p in range(len(total))]
+
+    @property
+    def kept(self) -> list[Symbol]:
+        """Those of its numbers that are not known beforehand."""
+        return [x for x in self.values.values() if isinstance(x, Symbol)]
+
+    def again(self, kept: Sequence[Any]) -> "Factors":
+        """The same from these."""
+        numbers = iter(kept)
+        values = {key: next(numbers) if isinstance(x, Symbol) else x for key, x in self.values.items()}
+        return Factors(values, self.order)
