@@ -186,7 +186,7 @@ class _Names:
         if name in FUNCTIONS or name in self.tables:
             what = "table" if name in self.tables else "function"
             raise ExpressionError(f'uses the {what} "{name}" without arguments', f"write {name}(...)")
-        below = sorted(x for x in self.allowed if x.startswith(f"{name}."))
+        below = sorted(x for x in self.allowed if x.startswith((f"{name}.", f"{name}[")))
         if below:
             raise ExpressionError(f'uses "{name}", which has several numbers', f"write {' or '.join(below)}")
         known = sorted([*self.allowed, *CONSTANTS])
@@ -203,6 +203,12 @@ class _Binding(ast.NodeTransformer):
         return ast.Constant(self.values[node.id]) if node.id in self.values else node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return self._bound(node)
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        return self._bound(node)
+
+    def _bound(self, node: ast.expr) -> ast.expr:
         name = dotted(node)
         return ast.Constant(self.values[name]) if name in self.values else node
 
@@ -215,6 +221,9 @@ class _Rewriting(ast.NodeTransformer):
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return self.trees.get(node.id, node)
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        return self.trees.get(dotted(node), node)
 
 
 def dotted(node: ast.AST) -> str:
@@ -297,7 +306,7 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
 def _degree(node: ast.AST, state: frozenset[str]) -> int:
     """0 for what does not vary in time, 1 for a straight line in t, 2 for the rest."""
     match node:
-        case ast.Name() | ast.Attribute():
+        case ast.Name() | ast.Attribute() | ast.Subscript():
             name = dotted(node)
             return 1 if name == "t" else 2 if name in state else 0
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=x):

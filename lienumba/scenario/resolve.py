@@ -121,11 +121,13 @@ class Scenario:
 
     def nominal(self) -> dict[str, float | Vector]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
-        data = {**dict(self.data.model), "parameters": self.parameters.values()}
-        return {
-            path: nominal_numbers(paths.get(data, paths.parse(path)), kind.shape)
-            for path, kind in self.data.sweep.vary.items()
-        }
+        model, values = dict(self.data.model), self.parameters.values()
+        found = {}
+        for path, kind in self.data.sweep.vary.items():
+            first, *rest = paths.parse(path)
+            number = values[paths.text_of(rest)] if first == "parameters" else paths.get(model, [first, *rest])
+            found[path] = nominal_numbers(number, kind.shape)
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """The scenario's keys and values with every default written out."""

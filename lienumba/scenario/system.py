@@ -330,17 +330,18 @@ class System:
         self._data.setdefault("inputs", {})[name] = value if not keys and value is not None else given
         return self
 
-    def parameter(self, name: str, value: float | str) -> Self:
+    def parameter(self, name: str, value: float | str | Sequence[float | str]) -> Self:
         """Give a number a name, by which formulas know it.
 
         Parameters
         ----------
         name : str
             A letter, then letters, digits or "_".
-        value : float or str
-            A number, or a formula of other parameters.
+        value : float, str or sequence of these
+            A number, a formula of other parameters, or several of such: formulas read them as `k[0]`.
         """
-        self._data.setdefault("parameters", {})[name] = value
+        given = value if isinstance(value, str) or not isinstance(value, Sequence) else [*value]
+        self._data.setdefault("parameters", {})[name] = given
         return self
 
     def integrator(self, *, end_time: float, **keys: object) -> Self:

@@ -201,7 +201,10 @@ def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
 
 def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
     """The nominal value of a parameter that is a number."""
-    name = str(tokens[1]) if len(tokens) == 2 else ""
+    name = str(tokens[1]) if len(tokens) == 2 else paths.text_of(tokens[1:])
+    listed = [x for x in parameters.numbers if x.startswith(f"{name}[")]
+    if listed:
+        raise paths.PathError("is a list of numbers", f"vary one of them, such as parameters.{listed[0]}")
     if name in parameters.formulas:
         formula = parameters.formulas[name]
         if formula.constant is not None:

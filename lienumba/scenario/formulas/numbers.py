@@ -33,6 +33,7 @@ from lienumba.scenario.formulas.parameters import (
     order,
     section_of,
     value_of,
+    whole,
 )
 from lienumba.scenario.schema import scenario
 from lienumba.scenario.schema.shapes import SHAPES, Shape
@@ -106,7 +107,7 @@ def _held(model: object) -> frozenset[str]:
 def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     """Names by which formulas know something must be different."""
     problems = []
-    taken = dict.fromkeys((*parameters.numbers, *parameters.formulas), "a parameter")
+    taken = dict.fromkeys(map(whole, (*parameters.numbers, *parameters.formulas)), "a parameter")
     if parameters.held:
         taken[HELD] = "what events set"
     for what, names in (

@@ -172,28 +172,42 @@ def value_of(formula: Formula, values: Mapping[str, Any]) -> Any:
 
 
 def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], list[Problem]]:
-    """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]."""
+    """Numbers, formulas (each behind those that it uses) and problems of the section [parameters]; of a list every
+    number has the name of the whole with its index."""
     numbers: dict[str, float] = {}
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    names = frozenset(map(str, section)) - RESERVED
+    every: dict[str, Any] = {}
     for name, value in section.items():
-        at = f"parameters.{name}"
         if not re.fullmatch(NAME, name) or name in RESERVED:
             reserved = "has a meaning in formulas already; give another" if name in RESERVED else "is no valid"
-            problems.append(Problem(at, f'{reserved} name: a letter, then letters, digits or "_"'))
-        elif isinstance(value, str):
+            rule = f'{reserved} name: a letter, then letters, digits or "_"'
+            problems.append(Problem(f"parameters.{name}", rule))
+        elif isinstance(value, list) and value:
+            every |= {f"{name}[{n}]": x for n, x in enumerate(value)}
+        else:
+            every[name] = value
+    names = frozenset(every)
+    for name, value in every.items():
+        at = f"parameters.{name}"
+        if isinstance(value, str):
             try:
                 formulas[name] = Formula(value, names)
             except ExpressionError as error:
                 problems.append(explained(value, error).at(at, value))
         elif isinstance(value, bool) or not isinstance(value, int | float):
-            problems.append(Problem(at, "must be a number or a formula of other parameters", "give one number", value))
+            remedy = "give one number, or a list of numbers"
+            problems.append(Problem(at, "must be a number or a formula of other parameters", remedy, value))
         elif not abs(value) <= LARGEST:
             problems.append(Problem(at, f"must be a finite number, at most {LARGEST:g} in size", value=value))
         else:
             numbers[name] = float(value)
     return numbers, ordered(formulas, "parameters", problems), problems
+
+
+def whole(name: str) -> str:
+    """The name of a parameter without the index that a number of a list has."""
+    return name.partition("[")[0]
 
 
 def ordered(formulas: dict[str, Formula], what: str, problems: list[Problem]) -> dict[str, Formula]:

@@ -344,8 +344,9 @@ class ScenarioData(Section):
 
     title: Annotated[str, Field(strict=True)] = Field(default="", description="a text")
     extends: str | None = Field(default=None, description="the path of a scenario on which this one builds")
-    parameters: dict[str, float | str] = Field(
-        default={}, description="numbers with names, or formulas of other parameters: kp = 40"
+    parameters: dict[str, float | str | list[float | str]] = Field(
+        default={},
+        description="numbers with names, or formulas of other parameters: kp = 40; lists: k = [1, 2]",
     )
     tables: dict[str, TableSection] = Field(
         default={}, description="functions known at points, each as [tables.name] with file, time and value"
