@@ -92,7 +92,7 @@ def _notes(own: xr.Dataset, there: int, many: bool) -> Iterator[str]:
         still = int(((frequency[:, n] == 0.0) & (growth[:, n] != 0.0)).sum())
         has = int(np.isfinite(growth[:, n]).sum())
         if 0 < still < has:
-            yield f"mode {mode} does not swing in {still:,} of {has:,} runs: there its pair has become two real ones"
+            yield f"mode {mode} does not swing in {still:,} of {has:,} runs: there its eigenvalue is real"
         if has < there:
             yield f"mode {mode} is there in {has:,} of {there:,} runs"
         unlike = int((own["mac"].values[:, n] < UNLIKE).sum()) if "mac" in own else 0

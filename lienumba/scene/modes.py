@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.text_table import number_text
 from lienumba.engine.linear.modes import modes as found_modes
 from lienumba.engine.replay import scenario_of
 from lienumba.errors import ScenarioError
@@ -143,7 +144,8 @@ def _moving(own: xr.Dataset, rest: MovingRun) -> tuple[MovingRun, float, float]:
 def name_of(own: xr.Dataset) -> str:
     """What a mode of a run is called."""
     growth, frequency = float(own["growth"]), float(own["frequency"])
-    what = f"{frequency:.4g} Hz, damping {float(own['damping_ratio']):.3g}" if frequency > 0.0 else "drifts"
-    if frequency == 0.0 and growth != 0.0:
-        what = f"{'grows' if growth > 0.0 else 'fades'} by {growth:.3g} 1/s"
+    if frequency > 0.0:
+        what = f"{frequency:.4g} Hz, damping {number_text(float(own['damping_ratio']), '.3g', 1.0)}"
+    else:
+        what = f"{'grows' if growth > 0.0 else 'fades'} by {abs(growth):.3g} 1/s" if growth else "drifts"
     return f"mode {int(own['mode'])}: {what}"

@@ -290,7 +290,7 @@ def test_a_pair_that_becomes_two_real_modes_keeps_its_number_in_the_slower() -> 
     np.testing.assert_allclose(found.frequency_quantiles.sel(mode=2), np.sqrt(300.0) / (2 * np.pi), rtol=1e-10)
     (rows,) = mode_rows(lienumba.modes(carts(dampings)))
     assert rows.notes == [
-        "mode 1 does not swing in 2 of 4 runs: there its pair has become two real ones",
+        "mode 1 does not swing in 2 of 4 runs: there its eigenvalue is real",
         "mode 3 is there in 2 of 4 runs",
     ]
 
