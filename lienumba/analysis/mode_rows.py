@@ -57,6 +57,8 @@ def swept(ds: xr.Dataset, most: int) -> list[str]:
     if len(names) <= most:
         return names
     there = (ds["status"] == 0).values.all(axis=1)
+    if not there.any():
+        return names[:most]
     frequency = ds["frequency"].values[there].reshape(int(there.sum()), -1)
     ranks = _ranks(frequency[:, np.isfinite(frequency).all(axis=0)])
     strength = [float(np.abs(_ranks(ds[name].values[there, None]).T @ ranks).max(initial=0.0)) for name in names]

@@ -137,6 +137,8 @@ def _moving(own: xr.Dataset, rest: MovingRun) -> tuple[MovingRun, float, float]:
     moved = np.stack(se3.exp(tuple(np.moveaxis(twist, -1, 0))), axis=-1)
     positions = rest.positions + moved[..., :3]
     rotations = moved[..., 3:].reshape(*moved.shape[:2], 3, 3) @ rest.rotations
+    if not (0.0 < end < np.inf and np.isfinite(positions).all() and np.isfinite(rotations).all()):
+        raise ScenarioError(f"mode {int(own['mode'])} of run {rest.run} has a shape that is not finite; choose another")
     found = replace(rest, times=end * share, positions=positions, rotations=rotations, name=name_of(own))
     return found, amplitude * reach, amplitude * angle
 

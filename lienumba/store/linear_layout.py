@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -29,6 +31,14 @@ SHAPES = {
     "rotation": (*MODE[:2], *PLACE, "body_axis"), "start_position": (MODE[0], *PLACE),
     "start_rotation": (MODE[0], *PLACE, "body_axis"),
 }  # fmt: skip
+KINDS = {"grows": "b", "stable": "b", "crossed": "b", "status": "iu", "origin": "iu"}  # of arrays; else numbers
+QUANTILES, PARTS, STILL = (0.05, 0.5, 0.95), ("real", "imag"), (0.0, 0.0, 0.0)
+# Kinds of labels, and which there are always.
+LABELS = {
+    "run": "iu", "time": "f", "mode": "iu", "quantile": "f", "body": "UOST", "axis": "UOST", "part": "UOST",
+    "body_axis": "UOST",
+}  # fmt: skip
+ALWAYS = {"quantile": QUANTILES, "axis": ("x", "y", "z"), "part": PARTS, "body_axis": ("x", "y", "z")}
 GIVEN, STORED, SIMULATED = range(3)
 ORIGINS = ("start", "stored", "simulated")  # of the states at a time
 
@@ -57,18 +67,31 @@ def check_kind(ds: xr.Dataset, where: str, kinds: Collection[str]) -> bool:
 
 def check_modes(ds: xr.Dataset, where: str) -> None:
     """Refuse one that has lost what belongs to it, or of which a selection has kept too little."""
-    for dim in (*MODE, "quantile"):
+    shapes = [name for name in SHAPES if name in ds]
+    for dim in LABELS if shapes else (*MODE, "quantile"):
+        if dim not in ds.coords:
+            raise _changed(where, f"{dim} has no labels")
         if dim not in ds.dims:
-            label = ds[dim].values.tolist() if dim in ds.variables else 0
+            label = ds[dim].values.tolist()
             raise ScenarioError(
                 f"{where}: has only one {dim}, without its dimension; select with a list, such as "
                 f"ds.sel({dim}=[{label!r}])"
             )
-        if not ds.sizes[dim]:
+        values = ds[dim].values
+        if not len(values):
             raise ScenarioError(f"{where}: has no {dim}; select at least one")
-    for name, dims in (NEEDED | {name: dims for name, dims in SHAPES.items() if name in ds}).items():
-        if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in "fiub":
-            raise ScenarioError(
-                f"{where}: is not as lienumba wrote it, {name} is not {' by '.join(dims)}; make it again, or give the "
-                "file as it was"
-            )
+        if values.dtype.kind not in LABELS[dim] or len(set(values.tolist())) < len(values):
+            raise _changed(where, f"{dim} has other labels")
+        if dim in ALWAYS and tuple(values.tolist()) != ALWAYS[dim]:
+            raise ScenarioError(f"{where}: has not every {dim} in its order; select runs, times and modes only")
+    variables = NEEDED | {name: SHAPES[name] for name in shapes} | ({"origin": ("time",)} if "origin" in ds else {})
+    for name, dims in variables.items():
+        kinds = KINDS.get(name, "f")
+        if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in kinds:
+            raise _changed(where, f"{name} is not {' by '.join(dims)}")
+    if np.shape(ds.attrs.get("rotation", STILL)) != (3,) or not isinstance(ds.attrs.get("scenario_sha256"), str):
+        raise _changed(where, "its attributes are others")
+
+
+def _changed(where: str, what: str) -> ScenarioError:
+    return ScenarioError(f"{where}: is not as lienumba wrote it, {what}; make it again, or give the file as it was")

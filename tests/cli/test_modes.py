@@ -11,6 +11,7 @@ import lienumba as library
 from lienumba.analysis.sensitivities.sensitivity import sensitivity
 from lienumba.errors import ScenarioError
 from lienumba.figures import figure
+from lienumba.scene import mode_scene
 from tests.cli.test_commands import lienumba
 from tests.rigs.places import SCENARIOS
 
@@ -103,6 +104,12 @@ def test_a_selection_of_modes_says_what_it_has_lost() -> None:
         figure(found.isel(time=0))
     with pytest.raises(ScenarioError, match="is not as lienumba wrote it, growth is not run by time by mode"):
         figure(found.drop_vars("growth"))
+    with pytest.raises(ScenarioError, match="is not as lienumba wrote it, body has no labels"):
+        figure(found.drop_vars("body"))
+    with pytest.raises(ScenarioError, match="has not every axis in its order; select runs, times and modes only"):
+        figure(found.isel(axis=[0, 2]))
+    with pytest.raises(ScenarioError, match="mode 2 of run 1 has a shape that is not finite; choose another"):
+        mode_scene(found.assign(turn=found.turn * float("nan")), modes=2, run=1)
 
 
 def test_times_outside_the_runs_are_refused() -> None:

@@ -17,7 +17,7 @@ from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.store.linear_layout import MODE, MODES, SHAPE, SHAPES
+from lienumba.store.linear_layout import MODE, MODES, PARTS, QUANTILES, SHAPE, SHAPES
 
 if TYPE_CHECKING:
     import os
@@ -25,9 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = npt.NDArray[Any]
-QUANTILES = (0.05, 0.5, 0.95)
 ROUNDING = 1e-7  # of the largest eigenvalue: as much may be rounding of a double zero
-PARTS = ("real", "imag")
 STATUS = "0: linearised, 1: the run is not there at this time, or has no linear equations"
 NONE = complex(np.nan, np.nan)
 POSE = 12  # numbers of a body's state that say where it is
