@@ -43,21 +43,28 @@ def alias(word: str, known: Iterable[str]) -> str | None:
 
 def nearest(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str | None:
     """The known name most like a word, or None if none is like it."""
-    return next(iter(near(word, known, cutoff)), None)
+    return next(iter(_like(word, known, cutoff)), None)
 
 
 def near(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> list[str]:
-    """The few known names most like a word, the nearest first; none if none is like it."""
+    """The few known names most like a word, the nearest first, else as they are known; none if none is like it."""
+    names = list(known)
+    like = _like(word, names, cutoff)
+    least = max(like.values(), default=0.0) - AS_LIKE
+    return sorted((name for name, x in like.items() if x > least), key=lambda name: (-like[name], names.index(name)))
+
+
+def _like(word: str, known: Iterable[str], cutoff: float) -> dict[str, float]:
+    """A few names that are like a word, the nearest first, and how much they are."""
     import difflib
 
     names = list(known)
     same = alias(word, names) or alias(word.lower(), names)
     if same is not None:
-        return [same]
+        return {same: 1.0}
     folded = {name.lower(): name for name in names}
     close = difflib.get_close_matches(word.lower(), list(folded), n=MOST_NEAR, cutoff=cutoff)
-    like = [difflib.SequenceMatcher(None, name, word.lower()).ratio() for name in close]
-    return [folded[name] for name, x in zip(close, like, strict=True) if x > like[0] - AS_LIKE]
+    return {folded[name]: difflib.SequenceMatcher(None, name, word.lower()).ratio() for name in close}
 
 
 def suggestion(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str:

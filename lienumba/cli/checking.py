@@ -71,6 +71,11 @@ def validate(
         from lienumba.scenario.start.study_start import check_starts
 
         nominal = check_starts(resolved)
+        if nominal is not None and (resolved.data.model.requirements or resolved.data.sweep.stop is not None):
+            from lienumba.engine.results import Results
+            from lienumba.engine.stopping import stopping_of
+
+            stopping_of(resolved, Results(resolved, nominal).names)
         console.say(f"{scenario} is valid: {resolved.headline()}")
         if nominal is not None and nominal.rests is not None:
             console.say(RESTS[nominal.rests])

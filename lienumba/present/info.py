@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from lienumba.store.layout import VERDICT
 from lienumba.store.linear_layout import MODES, is_modes
+from lienumba.store.targets import DATASET_STARTS
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
 
     from lienumba.scenario.resolve import Scenario
 
-NETCDF_STARTS = (b"\x89HDF\r\n\x1a\n", b"CDF")
 FIRST_LABELS = 8  # of failed runs
 
 
@@ -39,7 +39,7 @@ def _either(
     """What is told of a dataset or of a scenario, which the first bytes of a file tell apart; kinds: see `reading`."""
     if file.is_file():
         with file.open("rb") as stream:
-            if stream.read(8).startswith(NETCDF_STARTS):
+            if stream.read(8).startswith(DATASET_STARTS):
                 from lienumba.store.files import reading
 
                 with reading(file, kinds) as (dataset, _):

@@ -34,7 +34,9 @@ def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
         with NETCDF:
             dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except Exception as error:  # whatever netCDF4 and xarray make of a file that somebody else has written
-        raise ScenarioError(f"{path} cannot be opened as netCDF ({said(error)}); is it complete?") from None
+        raise ScenarioError(
+            f"{path} cannot be opened as netCDF ({said(error)}); give a whole file that lienumba run wrote"
+        ) from None
     try:
         if "scenario_sha256" not in dataset.attrs or not ("status" in dataset or KIND in dataset.attrs):
             raise ScenarioError(f"{path} is a netCDF file but not of lienumba; give one that lienumba run wrote")
@@ -79,7 +81,8 @@ def readable(where: str) -> Iterator[None]:
 
 def said(error: Exception) -> str:
     """The first line of what another program says."""
-    return next(iter(str(error).splitlines()), type(error).__name__)
+    text = getattr(error, "strerror", None) or str(error)
+    return next(iter(text.splitlines()), type(error).__name__)
 
 
 def _is(path: Path, kind: Callable[[Path], bool]) -> bool:

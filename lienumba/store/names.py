@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from lienumba.batch.statistics import STATISTICS
 from lienumba.errors import BadValueError, ScenarioError
@@ -19,6 +18,9 @@ from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.store.form import scenario_tables
 from lienumba.store.layout import FULL, MARGIN, MET, RUN, SAID_OF, VARIABLES
 from lienumba.words import ALIKE, listed, near, show, suggestion
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
 FAILED, STATUS = "failed", "status"
@@ -195,8 +197,7 @@ def hint(asked: str, names: Names) -> str:
         return _not_stored(asked, first, names)
     every = dict.fromkeys([*variables, *names.requirements, *names.every])
     own = [name for name in every if "." in asked and name.startswith(f"{first}.")]
-    like = near(asked, own or every, ALIKE)
-    if close := [name for name in every if name in like]:
+    if close := near(asked, own or every, ALIKE):
         return f"the nearest known {'name is' if len(close) == 1 else 'names are'} {listed(map(show, close))}"
     return f"it has {listed(_examples(names))}" if names.every else "it has none"
 

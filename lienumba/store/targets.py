@@ -13,6 +13,10 @@ from lienumba.words import listed, printable
 
 CHOOSE = "choose another name"
 DATASET_STARTS = (b"\x89HDF", b"CDF")
+OF_OTHERS = {  # endings of what other commands write
+    ".csv": "table", ".parquet": "table", ".mat": "table", ".png": "plot", ".svg": "plot", ".pdf": "plot",
+    ".gif": "animate", ".mp4": "animate", ".html": "report", ".toml": "import",
+}  # fmt: skip
 
 
 def check_target(
@@ -83,6 +87,10 @@ def claimed_dataset(path: AnyPath, overwrite: bool, resume: bool = False, resuma
     """Own a dataset that is to be written, from now on; resumable: whether runs can be added."""
     if overwrite and resume:
         raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
+    ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
+    if ending in OF_OTHERS and not Path(path).is_file():
+        rule = f"is no dataset, but what lienumba {OF_OTHERS[ending]} writes"
+        raise ScenarioError(f"output = {printable(str(path))}: {rule}; give a name that ends in .nc")
     others = ", replace it with --overwrite, or add runs to it with --resume"
     remedy = CHOOSE + (others if resumable else ", or replace it with --overwrite")
     with claimed(path, "dataset", (), "" if overwrite or resume else remedy, DATASET_STARTS) as output:

@@ -4,7 +4,6 @@ those that nothing has."""
 import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,50 +24,8 @@ from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import INPUT, OVER_TIME, known, match
+from tests.rigs.everything import BRIEF, EVERYTHING, SOON, STOP
 
-BALL = {"name": "ball", "mass": 0.5, "inertia": [0.002] * 3, "position": [0, 0, 0.5], "velocity": [0.5, 0, 0]}
-FLOOR = {
-    "name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0]] * 2,
-    "normal": [0, 0, 1], "radius": 0.1, "restitution": 0.8,
-}  # fmt: skip
-HINGE = {
-    "name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "points": [[0, 1, 1], [0, 0, 0.5]],
-    "axes": [[0, 1, 0]] * 2, "angle": 0.5, "rate": 0,
-}  # fmt: skip
-SLOW = {"name": "stays slow", "value": "last_velocity.ball.x", "below": 0.56, "probability": 0.5}
-FAR = {"name": "swings far", "value": "max(swing.angle, t > 0.1)", "above": 0.45, "probability": 0.5}
-SOON = {"name": "in time", "value": "event_time.fast", "between": [0.05, 0.15], "probability": 0.5}
-EVERYTHING: dict[str, Any] = {
-    "title": "Everything",
-    "parameters": {"push": 0.1},
-    "model": {
-        "bodies": [BALL, {"name": "rod", "mass": 1.0, "inertia": [0.1, 0.1, 0.01]}],
-        "joints": [HINGE],
-        "contacts": [FLOOR],
-        "forces": [{"name": "shove", "type": "force", "body": "ball", "value": ["push", 0, 0]}],
-    },
-    "quantities": [
-        {"name": "speed", "type": "point", "body": "ball", "derivative": 1},
-        {"name": "swing", "type": "joint", "joint": "hinge"},
-    ],
-    "events": [{"name": "fast", "when": "speed.z < -1"}],
-    "measures": [{"name": "peak", "value": "max(swing.angle) + push"}],
-    "requirements": [SLOW, FAR, SOON],
-    "integrator": {"tolerance": 1e-6, "end_time": 0.4},
-    "output": {
-        "every": 0.1, "joint_coordinates": True, "also": ["multiplier"], "at_events": ["speed"],
-        "summary": {"swing.angle": ["max", "final", "time_of_max"], "speed": ["max", "min"]},
-    },
-    "sweep": {
-        "runs": 16,
-        "vary": {
-            "parameters.push": {"distribution": "uniform", "low": 0.0, "high": 0.3},
-            "bodies.ball.velocity[2]": {"distribution": "uniform", "low": -0.4, "high": 0.3},
-        },
-    },
-}  # fmt: skip
-BRIEF = {"output.mode": "summary", "output.full_runs": '"0:2"', "output.also": []}
-STOP = {"width": 1.0, "every": 4}
 RUNNER = CliRunner()
 # What a user may ask for, one of each kind, and some that are several numbers.
 NAMES = [
@@ -117,8 +74,6 @@ ASKED: dict[str, Callable[[xr.Dataset, str], object]] = {
     "compare": compared,
     "table": lambda ds, name: [*analysis.run_table(ds, name).columns],
     "plot": lambda ds, name: named_panels(ds, [name]).panels,
-    "plot --convergence": lambda ds, name: convergence(ds, [name]),
-    "plot --against": lambda ds, name: scatter(ds, [name], ["parameters.push"]),
     "--worst": worst,
 }
 ALIKE = {"in time": "event_time.fast", "stays slow": "last_velocity.ball.x"}  # outputs are called by their own names
@@ -133,7 +88,14 @@ def test_every_command_knows_every_name(ds: xr.Dataset, name: str) -> None:
             assert asked(ds, name), command
         except ScenarioError as error:
             said = str(error)
-        assert not said or (command in ("analyse", "plot --convergence") and ALIKE.get(name, name) in said), said
+        assert not said or (command == "analyse" and ALIKE.get(name, name) in said), said
+
+
+def test_figures_of_outputs_know_the_same_names(ds: xr.Dataset) -> None:
+    names = ["in time", "requirement_margin.stays slow", "bodies.ball.velocity[2]", "speed_max.z"]
+    for found in (scatter(ds, names, ["parameters.push"]), convergence(ds, names)):
+        labels = " ".join(ax.get_ylabel() for ax in found.axes)
+        assert all(ALIKE.get(name, name) in labels.replace("\n", " ") for name in names), labels
 
 
 @pytest.mark.parametrize(("name", "remedy"), UNKNOWN.items())

@@ -180,7 +180,11 @@ def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(b"\x89HDF\r\n\x1a\n\xff", "is not a text file in UTF-8"), (b"", "model is missing")],
+    [
+        (b"\x89HDF\r\n\x1a\n\xff", "is a dataset, not a scenario"),
+        (b"", "is empty"),
+        (b"\xff", "is not a text file in UTF-8"),
+    ],
 )
 def test_files_that_are_no_scenario(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "file.toml"

@@ -18,11 +18,13 @@ from lienumba.words import nearest, printable, suggestion
 Token = str | int
 Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
-TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
+TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*(?: [\w-]+)*)))|\[(\d+)\]')
 LISTS = (  # of the model: tables known by their names
     "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts", "measures",
     "requirements",
 )  # fmt: skip
+BY_NAMES = (["output", "summary"], ["output", "precision"])  # tables of names that may have dots
+NEW = ("vary", "stop", "summary", "proposal")  # tables that a path may begin
 INPUTS = "inputs"  # a table of them by their names
 RECORDING = "recording"  # of this table, what gives one for each column of a file
 START = "start"  # what is known of coordinates at the start, by their names, which may have dots
@@ -76,6 +78,8 @@ def parse(text: str) -> list[Token]:
         if tokens == ["sweep", "vary"] and position < len(text):
             return tokens + _vary_tokens(text[position:])
         tokens = _of_start(tokens)
+    if tokens[:2] in BY_NAMES:
+        tokens = [*tokens[:2], *filter(None, [".".join(map(str, tokens[2:]))])]
     if not tokens:
         raise PathError("is not a path", f"write one {EXAMPLES}")
     return tokens
@@ -176,7 +180,7 @@ def get(data: object, tokens: list[Token]) -> Any:
 def put(data: object, tokens: list[Token], value: object) -> None:
     """Replace the value at a path; a table's key may be new, and so may a whole section."""
     for depth, token in enumerate(tokens[:-1]):
-        is_new = depth == 0 or token == "vary" or START in tokens[max(depth - 1, 0) : depth + 1]
+        is_new = depth == 0 or token in NEW or START in tokens[max(depth - 1, 0) : depth + 1]
         if isinstance(data, dict) and isinstance(token, str) and token not in data and is_new:
             data[token] = {}
         data = child(data, token)

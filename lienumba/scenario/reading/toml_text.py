@@ -8,6 +8,7 @@ from typing import Any
 from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.plain import plain
 from lienumba.scenario.base.toml import Keys
+from lienumba.store.targets import DATASET_STARTS
 from lienumba.words import nearest, printable
 
 LARGEST = 256 * 2**20  # bytes of a file
@@ -60,6 +61,14 @@ def _text(path: Path) -> str:
     if len(content) > LARGEST:
         rule = f"is larger than {LARGEST >> 20} MiB"
         raise ScenarioError.at(shown, rule, "put numbers into files: tables, recordings, samples")
+    if content.startswith(DATASET_STARTS):
+        raise ScenarioError.at(
+            "", f"{shown} is a dataset, not a scenario", f"give a TOML file, or: lienumba info {shown}"
+        )
+    if not content.strip():
+        raise ScenarioError.at(
+            "", f"{shown} is empty", "write a scenario into it: [model] with bodies, and [integrator]"
+        )
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
