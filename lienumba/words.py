@@ -1,7 +1,8 @@
 """Words of messages: the nearest known name, values as TOML writes them."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from pathlib import Path
 from typing import Any
 
 # What other programs call the same thing; of several, the first that is known where the word stands.
@@ -77,6 +78,18 @@ def suggestion(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str:
         return "none is known here"
     more = f" and {len(names) - MOST_KNOWN} more" if len(names) > MOST_KNOWN else ""
     return "known here are " + ", ".join(f'"{name}"' for name in names[:MOST_KNOWN]) + more
+
+
+def similar_file(path: Path, endings: Collection[str]) -> str:
+    """The remedy for a file that does not exist: the one there with such an ending whose name is nearest."""
+    folder = path.parent
+    try:
+        if not folder.is_dir():
+            return f"nor does the folder {printable(str(folder))}; check the path"
+        close = nearest(path.name, [item.name for item in folder.iterdir() if item.suffix in endings], ALIKE)
+    except (OSError, ValueError):
+        return "check the path"
+    return f"the nearest file there is {printable(str(folder / close))}" if close else "check the path"
 
 
 def printable(text: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from lienumba.errors import ScenarioError
-from lienumba.words import nearest
+from lienumba.words import similar_file
 
 LARGEST = 1e10  # of a number that says how something moves; MuJoCo takes no larger coordinates
 ENDINGS = (".urdf", ".xml", ".mjcf")
@@ -90,7 +90,7 @@ def _bytes(path: Path) -> bytes:
     if path.is_dir():
         raise ScenarioError.at("", f"{path} is a folder", "give the path of a URDF or MJCF file in it")
     if not path.exists():
-        raise ScenarioError.at("", f"{path} does not exist", _similar_file(path))
+        raise ScenarioError.at("", f"{path} does not exist", similar_file(path, ENDINGS))
     try:
         text = path.read_bytes()
     except OSError as error:
@@ -98,14 +98,6 @@ def _bytes(path: Path) -> bytes:
     # robots in use have `--` within comments, and space before their declaration
     text = COMMENT.sub(lambda found: b"<!--" + DASHES.sub(b"-" + BETWEEN, found[1]) + b"-->", text)
     return text.lstrip() if text.lstrip().startswith(b"<?xml") else text
-
-
-def _similar_file(path: Path) -> str:
-    folder = path.parent
-    if not folder.is_dir():
-        return f"nor does the folder {folder}; check the path"
-    close = nearest(path.name, [item.name for item in folder.iterdir() if item.suffix in ENDINGS])
-    return f"the nearest file there is {folder / close}" if close else "check the path"
 
 
 def _no_xml(path: Path, text: bytes, error: Exception) -> ScenarioError:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 from lienumba.errors import ScenarioError
 from lienumba.store.form import check_form
 from lienumba.store.linear_layout import KIND
+from lienumba.words import similar_file
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
 # HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
 NETCDF = threading.RLock()
 
@@ -27,7 +29,7 @@ def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
     if _is(path, Path.is_dir):
         raise ScenarioError(f"{path} is a folder; give the dataset in it, a file that lienumba run wrote")
     if not _is(path, Path.is_file):
-        raise ScenarioError(f"{path} does not exist; check the path")
+        raise ScenarioError(f"{path} does not exist; {similar_file(path, ENDINGS)}")
     if path.suffix == ".toml":
         raise ScenarioError(f"{path} is a scenario, not a dataset; run it first: lienumba run {path}")
     try:

@@ -111,7 +111,7 @@ def test_refused(out, tmp_path):
     study(arrays, [0], [grid], {}, {}, {"scenario_sha256": "ab12"}).to_netcdf(tmp_path / "study.nc")
     own = Path(tmp_path)
     for arguments, sentence in {
-        (own / "none.nc",): f"{own / 'none.nc'} does not exist; check the path",
+        (own / "none.nc",): f"{own / 'none.nc'} does not exist; the nearest file there is {own / 'no.nc'}",
         (own / "other.nc",): f"{own / 'other.nc'} is a netCDF file but not of lienumba; give one that lienumba run "
         "wrote",
         (own / "study.nc",): "the dataset is that of a study, which compares settings; give one of a sweep alone",

@@ -41,6 +41,8 @@ LINES = {
     "import all.toml --base glued": 'import: --base = "glued": must be "fixed" or "free"; give it such as --base fixed',
     # files
     "run al.toml": "al.toml does not exist; the nearest file there is all.toml",
+    "plot al.nc": "al.nc does not exist; the nearest file there is all.nc",
+    "plot nowhere/all.nc": "nowhere/all.nc does not exist; nor does the folder nowhere; check the path",
     "run folder": "folder is a folder; give the path of a TOML file in it",
     "run empty.toml": "empty.toml is empty; write a scenario into it: [model] with bodies, and [integrator]",
     "info empty.nc": "empty.nc is empty; write a scenario into it: [model] with bodies, and [integrator]",

@@ -18,7 +18,8 @@ from lienumba.words import nearest, printable, suggestion
 Token = str | int
 Tokens = tuple[Token, ...]
 S = TypeVar("S", bound=BaseModel)
-TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*(?: [\w-]+)*)))|\[(\d+)\]')
+TOKEN = re.compile(r'(?:(?:^|\.)(?:"([^"]*)"|([A-Za-z_][\w-]*)))|\[(\d+)\]')
+IN_WORDS = re.compile(r'\.(?:"([^"]*)"|([^."\[\]]*[^."\[\]\s]))|\[(\d+)\]')  # likewise a name that is words
 LISTS = (  # of the model: tables known by their names
     "bodies", "joints", "drivers", "forces", "quantities", "noise", "events", "limits", "contacts", "measures",
     "requirements",
@@ -69,7 +70,8 @@ def parse(text: str) -> list[Token]:
     position = 0
     text = text.strip()
     while position < len(text):
-        match = TOKEN.match(text, position)
+        pattern = IN_WORDS if tokens and tokens[-1] in JUDGING else TOKEN
+        match = pattern.match(text, position)
         if match is None or (position == 0 and match.group(3)):
             raise PathError("is not a path", f"write one {EXAMPLES}")
         quoted, plain, index = match.groups()

@@ -9,7 +9,7 @@ from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.plain import plain
 from lienumba.scenario.base.toml import Keys
 from lienumba.store.targets import DATASET_STARTS
-from lienumba.words import nearest, printable
+from lienumba.words import printable, similar_file
 
 LARGEST = 256 * 2**20  # bytes of a file
 TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
@@ -51,7 +51,7 @@ def _text(path: Path) -> str:
         if path.is_dir():
             raise ScenarioError.at("", f"{shown} is a folder", "give the path of a TOML file in it")
         if not path.exists():
-            raise ScenarioError.at("", f"{shown} does not exist", _similar_file(path))
+            raise ScenarioError.at("", f"{shown} does not exist", similar_file(path, (".toml",)))
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except OSError as error:
@@ -73,14 +73,6 @@ def _text(path: Path) -> str:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise ScenarioError.at("", f"{shown} is not a text file in UTF-8", "give the path of a TOML file") from None
-
-
-def _similar_file(path: Path) -> str:
-    folder = path.parent
-    if not folder.is_dir():
-        return f"nor does the folder {printable(str(folder))}; check the path"
-    close = nearest(path.name, [item.name for item in folder.glob("*.toml")])
-    return f"the nearest file there is {folder / close}" if close else "check the path"
 
 
 def _long_number(text: str) -> tuple[str, str]:

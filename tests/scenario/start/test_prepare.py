@@ -36,7 +36,7 @@ def test_far_from_the_origin_rounding_is_no_gap() -> None:
 
 def test_two_spellings_of_one_path_are_one_number() -> None:
     data = pendulum(0.0)
-    normal = {"distribution": "normal", "std": 0.1}
+    normal = {"distribution": "normal", "mean": 1.5, "std": 0.1}
     data["sweep"] = {"runs": 4, "vary": {"bodies[0].mass": normal}}
     by_index = lienumba.run(data)
     assert by_index["bodies.a.mass"].attrs["role"] == "input"
