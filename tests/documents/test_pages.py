@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import click
 import pytest
 
+from lienumba.cli.commands import LineError
 from lienumba.figures import playing
 from lienumba.figures.playing import Film
 from tests.documents import player
@@ -57,7 +57,7 @@ def test_commands_in_the_text_are_commands(page: Path) -> None:
                 player.parse(words)
             elif words and not words[0].startswith("-"):
                 assert words[0] in player.COMMANDS.commands
-        except (click.UsageError, AssertionError) as error:
+        except (LineError, AssertionError) as error:
             pytest.fail(f"{page.relative_to(ROOT)}: `{span}`: {error}")
 
 
