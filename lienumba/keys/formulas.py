@@ -31,7 +31,6 @@ SLIPS = (
     ),
 )
 
-
 def checked(text: str) -> str:
     """The text itself; an ExpressionError with what is wrong and the remedy if it is no formula."""
     try:
@@ -46,6 +45,8 @@ def condition(text: str) -> str:
     try:
         Formula(text, condition=True)
     except ExpressionError as error:
+        if re.fullmatch(r"[^<>=!]*=[^<>=!]*", text):
+            raise ExpressionError("has an equals sign", "compare by <, <=, > or >=") from None
         raise explained(text, error) from None
     return text
 

@@ -1,6 +1,8 @@
 """Locks of joints of a tree: rates that stand still, where others would be constraints.
 
-A rate that is locked does not leave the elimination: its share is multiplied by 0, and q'' = 0.
+A rate that is locked does not leave the elimination: its share is multiplied by 0, and q'' = 0. A ball stands still as
+a whole, so that where something else may hold a part of it (a loop, a driver) its lock is rows, of which those that say
+something new are used.
 """
 
 from collections.abc import Iterator, Mapping
@@ -10,7 +12,7 @@ from typing import Any
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.model import Lock, Model
 from lienumba.mechanics.system.constraints import constraints_of, rows_of
-from lienumba.mechanics.system.switches import LOCK
+from lienumba.mechanics.system.switches import JOINT, LOCK, is_ball
 from lienumba.mechanics.tree.links import Tree
 from lienumba.numerics.operations import maximum
 
@@ -26,11 +28,13 @@ class Locked:
 
 def locked(model: Model, tree: Tree) -> Iterator[Locked]:
     """The locks that hold rates of the tree."""
-    every = zip(constraints_of(model), rows_of(model), strict=True)
+    every = list(zip(constraints_of(model), rows_of(model), strict=True))
+    tied = {*tree.joints}
+    alone = all(n in tied or not c.rows or (c.switch and c.switch.what != JOINT) for n, (c, _) in enumerate(every))
     for number, (c, rows) in enumerate(every):
         if c.switch is not None and c.switch.what == LOCK:
             lock = model.locks[c.switch.index]
-            rates = _rates(model, tree, lock, rows.start)
+            rates = _rates(model, tree, lock, rows.start) if alone or not is_ball(lock) else {}
             if rates:
                 yield Locked(number, lock.joint, rates)
 

@@ -259,12 +259,17 @@ def _contradicted(driver: Driver, model: Model, start: Start) -> list[Problem]:
     return [
         Problem(
             f"model.drivers.{driver.name}",
-            f"prescribes the {key} {number:.6g} at t = 0, but {says.place(name, key)} = {given!r}",
+            f"prescribes the {key} {number:.6g} at t = 0, but {_written(says.place(name, key), given)}",
             "leave the latter out",
         )
         for key, number in prescribed
         if (given := says.known.get(key)) is not None and abs(given - number) > CLOSE * max(1.0, abs(number))
     ]
+
+
+def _written(place: str, given: float) -> str:
+    """What a file says there."""
+    return f"{place} = {'true' if place.endswith('.locked') else repr(given)}"
 
 
 def design(scenario: Scenario, labels: Sequence[int]) -> dict[str, np.ndarray]:

@@ -72,3 +72,26 @@ def test_what_begins_locked_is_held_as_it_begins_and_locked_again_where_it_has_g
     np.testing.assert_allclose(ds.position[3:, 0], ds.position[[2, 2], 0], rtol=0, atol=1e-12)
     np.testing.assert_allclose(ds.change_energy[:2], [0, 2.0 * 9.81 * fallen], rtol=0, atol=1e-10)
     assert abs(ds.energy_residual).max() < 1e-10
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_ball_that_a_rod_holds_too_is_locked_by_what_is_left_to_hold(coordinates: str) -> None:
+    """Of the three rows of the lock one says nothing new: the rod, which closes a loop, has said it before."""
+    body = {"name": "bob", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "rotation": [1, 0, 0, 0], "position": [0.5, 0, 0]}
+    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "bob"], "at": [0, 0, 0]}
+    rod = {"name": "rod", "type": "distance", "bodies": ["ground", "bob"], "points": [[0.5, 0.7, 0.1], [0, 0.1, 0.2]]}
+    data = {
+        "title": "A pendulum with a rod",
+        "model": {"gravity": [0, 0, -9.81], "bodies": [body], "joints": [ball, rod]},
+        "events": [event("hold", 0.3, "lock"), event("free", 1.2, "unlock")],
+        "integrator": scenarios.settings(2.0, coordinates=coordinates),
+        "output": {"times": TIMES, "at_events": ["place"]},
+        "quantities": [{"name": "place", "type": "point", "body": "bob", "point": [0, 0, 0]}],
+    }
+    ds = lienumba.run(data).isel(run=0)
+    held, fallen = ds.event_place.sel(event="hold"), -float(ds.event_place.sel(event="hold", axis="z"))
+    assert fallen > 0.1
+    np.testing.assert_allclose(ds.position[1:3, 0], [held, held], rtol=0, atol=1e-12)
+    assert float(ds.change_energy[0]) == pytest.approx(2.0 * 9.81 * fallen, abs=1e-10)
+    assert float(abs(ds.position[3, 0] - held).max()) > 0.01
+    assert abs(ds.energy_residual).max() < 1e-10

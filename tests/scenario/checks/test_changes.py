@@ -144,6 +144,18 @@ CASES = {
         'events.act.when = "t > 1.0": happens whenever events.other does, which has action = "lock" of the same joint; '
         "give one of the two another condition",
     ),
+    "contradicting, compared from the other side": (
+        rig(
+            event('action = "lock"', 'joint = "pivot"'),
+            event('action = "unlock"', 'joint = "pivot"', name="other", when="1 <= t"),
+        ),
+        'events.act.when = "t > 1": happens whenever events.other does, which has action = "unlock" of the '
+        "same joint; give one of the two another condition",
+    ),
+    "a condition that assigns": (
+        rig(event('action = "lock"', 'joint = "pivot"')).replace('"t > 1"', '"t = 1"'),
+        'events.act.when = "t = 1": has an equals sign; compare by <, <=, > or >=',
+    ),
     "lock of what is driven": (
         rig(SHAKEN, event('action = "lock"', 'joint = "rail"')),
         'events.act.joint = "rail": model.drivers.drive prescribes how it moves, a lock contradicts that; '

@@ -254,6 +254,10 @@ CASES = {
         rig(driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nrate = 1"),
         "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.rate = 1.0; leave the latter out",
     ),
+    "driver of what begins locked": (
+        rig(driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nlocked = true"),
+        "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.locked = true; leave the latter out",
+    ),
     "driver away from a given angular velocity": (
         rig(driver(PIVOTED, "rate = 2"), arm=ARM + "angular_velocity = [0, 1, 0]\n"),
         "model.drivers.drive: prescribes another velocity at t = 0 than the start has: they differ by 1 "

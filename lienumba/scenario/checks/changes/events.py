@@ -114,9 +114,21 @@ def _written(event: Event, parameters: Parameters) -> str:
     return event.when if formula is None else formula.text
 
 
+class _Lesser(ast.NodeTransformer):
+    """Every comparison as "<": a > b is b < a, and with or without equality it becomes true at the same time."""
+
+    def visit_Compare(self, node: ast.Compare) -> ast.Compare:
+        if len(node.ops) > 1:
+            return node
+        left, right = node.left, node.comparators[0]
+        if isinstance(node.ops[0], ast.Gt | ast.GtE):
+            left, right = right, left
+        return ast.Compare(left, [ast.Lt()], [right])
+
+
 def _meaning(when: str) -> str:
-    """A condition whatever its spaces and how its numbers are written."""
-    return ast.dump(ast.parse(when.strip(), mode="eval"))
+    """A condition whatever its spaces, how its numbers are written, and from which side it compares."""
+    return ast.dump(_Lesser().visit(ast.parse(when.strip(), mode="eval")))
 
 
 def _check_waiting(acting: list[Event], lists: Lists, report: Report) -> None:
