@@ -31,6 +31,7 @@ SLIPS = (
     ),
 )
 
+
 def checked(text: str) -> str:
     """The text itself; an ExpressionError with what is wrong and the remedy if it is no formula."""
     try:

@@ -340,13 +340,14 @@ class Drawing:
 def mechanism(seed: int) -> Table:
     """The scenario of a seed: the first drawing of it that can move and is far enough from singular positions."""
     for attempt in range(100):
-        data = _drawn(Drawing(100 * seed + attempt))
+        data = drawn(Drawing(100 * seed + attempt))
         if data is not None:
             return data
     raise AssertionError(f"no mechanism of seed {seed}")
 
 
-def _drawn(d: Drawing) -> Table | None:
+def drawn(d: Drawing) -> Table | None:
+    """A mechanism, or None where it cannot move or is near a singular position."""
     k = int(d.rng.choice([1, 2, 3, 4], p=[0.25, 0.35, 0.25, 0.15]))
     for i in range(k):
         d.bodies.append(d.body(f"b{i}"))

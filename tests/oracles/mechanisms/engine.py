@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from tests.oracles.mechanisms import forces, joints
-from tests.oracles.mechanisms.places import Array, Function, Places, State, hat
+from tests.oracles.mechanisms.places import Array, Function, Places, State, cross, hat
 
 NEGLIGIBLE = 1e-9  # singular values of C, its rows of length 1
 LEAST = 3e-3  # of those that are more: nearer to a singular position, rounding and errors grow without a bound
@@ -108,7 +108,7 @@ class Mechanism:
         for i, (m, J) in enumerate(zip(self.mass, self.inertia, strict=True)):
             M[6 * i : 6 * i + 3, 6 * i : 6 * i + 3], M[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = m * np.eye(3), J
             on.Q[6 * i : 6 * i + 3] += m * np.array(self.model.get("gravity", [0.0, 0.0, 0.0]))
-            on.Q[6 * i + 3 : 6 * i + 6] -= np.cross(state.w[i], J @ state.w[i])
+            on.Q[6 * i + 3 : 6 * i + 6] -= cross(state.w[i], J @ state.w[i])
         for force in self.model.get("forces", []):
             if force["type"] in forces.ON_BODIES:
                 heavy = self.bodies[force["bodies"][1]]["mass"] if "bodies" in force else 0.0
@@ -187,7 +187,7 @@ class _Loads:
             own = self.mechanism.index(body)
             i = own.start // 6
             self.Q[own.start : own.start + 3] += force
-            self.twist(body, np.cross(point - self.state.r[i], force))
+            self.twist(body, cross(point - self.state.r[i], force))
 
     def twist(self, body: str, torque: Array) -> None:
         if body != "ground":
@@ -200,7 +200,7 @@ class _Loads:
             return arm, np.zeros(3)
         R, w = self.turning(body)
         i = self.mechanism.index(body).start // 6
-        return self.state.r[i] + R @ arm, self.state.v[i] + np.cross(w, R @ arm)
+        return self.state.r[i] + R @ arm, self.state.v[i] + cross(w, R @ arm)
 
     def turning(self, body: str) -> tuple[Array, Array]:
         if body == "ground":

@@ -6,7 +6,19 @@ from typing import Any
 import numpy as np
 
 from tests.oracles.mechanisms.numbers import number, vector
-from tests.oracles.mechanisms.places import Array, Function, Places, angle, direction_of, dot, exp, log, point_of, vee
+from tests.oracles.mechanisms.places import (
+    Array,
+    Function,
+    Places,
+    angle,
+    cross,
+    direction_of,
+    dot,
+    exp,
+    log,
+    point_of,
+    vee,
+)
 
 Table = Mapping[str, Any]
 
@@ -28,16 +40,16 @@ class Sides:
 
     def across(self, v: Array) -> list[Array]:
         """The components of v across the first axis."""
-        far = np.cross(self.z[0], self._any())
-        return [dot(v, far), dot(v, np.cross(self.z[0], far))]
+        far = cross(self.z[0], self._any())
+        return [dot(v, far), dot(v, cross(self.z[0], far))]
 
     def _any(self) -> Array:
         """The axis of the first body that is farthest from the joint's."""
-        return np.moveaxis(self.bodies[0], -1, 0)[self.far]
+        return self.bodies[0][..., self.far]
 
     def turn(self) -> Array:
         """The angle from the first reference to the second about the first axis."""
-        return angle(dot(self.x[0], self.x[1]), dot(np.cross(self.z[0], self.x[0]), self.x[1]))
+        return angle(dot(self.x[0], self.x[1]), dot(cross(self.z[0], self.x[0]), self.x[1]))
 
     def slide(self) -> Array:
         return dot(self.z[0], self.d)
@@ -49,8 +61,8 @@ class Sides:
         return self.across(self.z[1])
 
     def pins(self) -> list[Array]:
-        first = angle(dot(self.x[0], self.z[1]), dot(np.cross(self.z[0], self.x[0]), self.z[1]))
-        second = angle(dot(self.z[0], self.x[1]), dot(np.cross(self.z[1], self.z[0]), self.x[1]))
+        first = angle(dot(self.x[0], self.z[1]), dot(cross(self.z[0], self.x[0]), self.z[1]))
+        second = angle(dot(self.z[0], self.x[1]), dot(cross(self.z[1], self.z[0]), self.x[1]))
         return [first, second]
 
 
@@ -79,7 +91,7 @@ COORDINATES: dict[str, dict[str, Callable[[Sides], Array]]] = {
     "point_on_line": SLIDE,
     "planar": {
         "x": lambda s: dot(s.x[0], s.d),
-        "y": lambda s: dot(np.cross(s.z[0], s.x[0]), s.d),
+        "y": lambda s: dot(cross(s.z[0], s.x[0]), s.d),
         "angle": lambda s: s.turn(),
     },
     "universal": {"first_angle": lambda s: s.pins()[0], "second_angle": lambda s: s.pins()[1]},

@@ -1,6 +1,7 @@
 """Numbers of a scenario that are formulas of the time."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from tests.oracles.mechanisms.places import Array
 NAMES = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "pi": np.pi}
 
 
+@cache
 def number(x: Any) -> Callable[[Any], Any]:
     """A function of time, complex, too."""
     if not isinstance(x, str):

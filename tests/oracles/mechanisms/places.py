@@ -76,7 +76,7 @@ def _named(state: State, r: Array, R: Array) -> Places:
 
 
 def hat(v: Array) -> Array:
-    x, y, z = np.moveaxis(v, -1, 0)
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
     o = np.zeros_like(x)
     return np.stack([np.stack([o, -z, y], -1), np.stack([z, o, -x], -1), np.stack([-y, x, o], -1)], -2)
 
@@ -109,6 +109,13 @@ def angle(c: Array, s: Array) -> Array:
     start = np.arctan2(s.real[:1], c.real[:1])
     across, along = s * np.cos(start) - c * np.sin(start), c * np.cos(start) + s * np.sin(start)
     return np.asarray(start + np.arctan(across / along))
+
+
+def cross(a: Array, b: Array) -> Array:
+    """As np.cross, in a tenth of the time."""
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)
 
 
 def dot(a: Array, b: Array) -> Array:

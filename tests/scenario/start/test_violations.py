@@ -256,7 +256,8 @@ CASES = {
     ),
     "driver of what begins locked": (
         rig(driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nlocked = true"),
-        "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.locked = true; leave the latter out",
+        "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.locked = true; "
+        "leave the latter out",
     ),
     "driver away from a given angular velocity": (
         rig(driver(PIVOTED, "rate = 2"), arm=ARM + "angular_velocity = [0, 1, 0]\n"),
