@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import lienumba
 
@@ -65,7 +66,13 @@ def test_what_lies_between_steps_is_of_the_order_of_the_polynomial(method: str, 
 def test_runs_are_the_same_alone_on_any_workers_and_again(tmp_path: Any) -> None:
     vary = {"bodies.arm.mass": {"distribution": "uniform", "low": 0.5, "high": 2.0}}
     ways: dict[str, Any] = {"sweep": {"runs": 19, "seed": 5, "vary": vary}}
-    one = lienumba.run(servo(1e4), overrides=ways, workers=1, output=tmp_path / "one.nc")
+    lienumba.run(servo(1e4), overrides={"sweep": ways["sweep"] | {"runs": 5}}, output=tmp_path / "one.nc")
+    one = lienumba.run(servo(1e4), overrides=ways, workers=1, output=tmp_path / "one.nc", resume=True)
+    for n in (1, 2):
+        lienumba.run(servo(1e4), overrides=ways, output=tmp_path / f"part{n}.nc", part=(n, 2))
+    lienumba.merge([tmp_path / "part1.nc", tmp_path / "part2.nc"], tmp_path / "merged.nc")
+    with xr.open_dataset(tmp_path / "merged.nc") as merged:
+        np.testing.assert_array_equal(one.rotation.values, merged.rotation.values)
     two = lienumba.run(servo(1e4), overrides=ways, workers=2)
     np.testing.assert_array_equal(one.rotation.values, two.rotation.values)
     alone = lienumba.run(servo(1e4), overrides=ways, runs=[11])
@@ -82,3 +89,7 @@ def test_a_force_that_jumps_against_the_motion_leaves_stages_that_cannot_be_solv
     told = dict(zip(found.status.flag_values, found.status.flag_meanings.split(), strict=True))
     assert told[int(found.status[0])] == "stages_not_solved"
     assert float(found.end_time[0]) == 0.0
+    assert (
+        "stages_not_solved: the equations of an implicit step were not solved, also in much shorter steps; see whether "
+        "a force jumps, or take an explicit method"
+    ) in str(lienumba.analysis.summarise(found))

@@ -160,6 +160,16 @@ def test_what_drivers_move_moves_from_the_start() -> None:
     assert abs(found["swing.angle"] - found["swing.angle"].isel(time=0)).max() < 1e-12
 
 
+def test_where_drivers_leave_nothing_free_the_start_is_theirs() -> None:
+    scenario = pendulum()
+    scenario["model"]["drivers"] = [{"name": "motor", "joint": "pivot", "value": "0.4 + 2*t"}]
+    del scenario["model"]["joints"][0]["angle"], scenario["model"]["joints"][0]["rate"]
+    found = lienumba.run(scenario)
+    assert found.start_equilibrium.item() == 0
+    np.testing.assert_allclose(found["swing.angle"].values[0], 0.4 + 2 * found.time.values, atol=1e-12)
+    assert found["swing.rate"].values[0, 0] == pytest.approx(2.0, abs=1e-12)
+
+
 def test_what_is_asked_beside_it_is_refused_in_words() -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         (

@@ -251,7 +251,7 @@ class _Search:
         drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
         status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
         closed = np.abs(at.vector("positions", len(which)) / lengths).max(axis=1, initial=0.0) <= CLOSED
-        return np.where(lasts & closed & np.isfinite(found.growth), status, NONE_FOUND), found.growth
+        return np.where(lasts & closed & ~np.isnan(found.growth), status, NONE_FOUND), found.growth
 
     def _step(self, which: Array) -> "_Step":
         """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""

@@ -41,8 +41,8 @@ class Near:
 
 @dataclass(frozen=True)
 class Stability:
-    """growth (1/s): of what grows most; grows: whether by more than rounding; zeros: how many eigenvalues are 0; each
-    (runs,)."""
+    """growth (1/s): of what grows most, -inf where nothing is free; grows: whether by more than rounding; zeros: how
+    many eigenvalues are 0; each (runs,)."""
 
     growth: Array
     grows: Array
