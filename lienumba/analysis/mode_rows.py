@@ -8,6 +8,7 @@ import xarray as xr
 
 from lienumba.analysis.text_table import ROUNDING, TextTable, number_text
 from lienumba.store.linear_layout import GIVEN, STORED
+from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.words import listed, plural
 
 MOST = 40  # rows of a table
@@ -25,7 +26,9 @@ class ModeRows:
 
 
 def mode_rows(ds: xr.Dataset) -> Iterator[ModeRows]:
-    """A row for each mode: medians over the runs, with the range from 5 to 95 % where there are several."""
+    """A row for each mode: medians over the sampled runs, with the range from 5 to 95 % where there are several."""
+    whole, ds = ds, sampled(ds)
+    beside = " beside the nominal one" if ds.sizes["run"] < whole.sizes["run"] else ""
     many = ds.sizes["run"] > 1
 
     def spread(what: str) -> list[str]:
@@ -42,13 +45,19 @@ def mode_rows(ds: xr.Dataset) -> Iterator[ModeRows]:
             for mode in ds["mode"].values[:MOST]
         ]
         runs = plural(int(there.sum()), "run", "runs")
-        headline, notes = f"t = {time:g} s: {runs}", list(_notes(own, int(there.sum()), many))
+        headline, notes = f"t = {time:g} s: {runs}{beside}", list(_notes(own, int(there.sum()), many))
         if "origin" in own and int(own["origin"]) != GIVEN:
             stored = int(own["origin"]) == STORED
             headline += ", states as stored" if stored else ", simulated up to there"
             notes += [why] if why and not stored else []
             why = why if stored else ""
         yield ModeRows(headline, TextTable.of(["mode", "moves most"], headings, rows), notes)
+
+
+def sampled(ds: xr.Dataset) -> xr.Dataset:
+    """Without the nominal run, if there are others."""
+    which = ds["run"].values != NOMINAL_RUN
+    return ds.isel(run=which) if which.any() and not which.all() else ds
 
 
 def swept(ds: xr.Dataset, most: int) -> list[str]:

@@ -295,6 +295,16 @@ def test_a_pair_that_becomes_two_real_modes_keeps_its_number_in_the_slower() -> 
     ]
 
 
+def test_the_nominal_run_is_the_first_and_no_part_of_quantiles() -> None:
+    scenario = carts([4.0, 5.0, 6.0])
+    scenario["sweep"] |= {"nominal": True}
+    found = lienumba.modes(scenario)
+    assert found.run.values.tolist() == [-1, 0, 1, 2]
+    np.testing.assert_allclose(found.damping_ratio_quantiles.sel(mode=1, quantile=0.5), 0.25, rtol=1e-12)
+    (rows,) = mode_rows(found)
+    assert rows.headline == "t = 0 s: 3 runs beside the nominal one"
+
+
 def test_what_drifts_is_one_mode_for_each_freedom() -> None:
     body = {"name": "block", "mass": 1.0, "inertia": [1, 2, 3], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
     found = lienumba.modes({"model": {"bodies": [body]}, **SHORT})

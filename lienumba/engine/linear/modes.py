@@ -18,6 +18,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.store.linear_layout import MODE, MODES, PARTS, QUANTILES, SHAPE, SHAPES
+from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
     import os
@@ -59,8 +60,8 @@ def modes(
         `translation` and `turn` of all bodies (global axes, the largest component 1) on (..., body, axis, part);
         `mac`: how alike a shape is to that of the run it was compared with; `crossed`: whether a mode is on the other
         side of another one, in the order of frequencies, than in the first run; `position` and `rotation` of the
-        bodies. On (quantile, time, mode): `frequency_quantiles`, `damping_ratio_quantiles` over the runs. `origin` on
-        time. NaN where a run has fewer modes, or is not there.
+        bodies. On (quantile, time, mode): `frequency_quantiles`, `damping_ratio_quantiles` over the sampled runs.
+        `origin` on time. NaN where a run has fewer modes, or is not there.
 
     Raises
     ------
@@ -145,7 +146,9 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         damping = np.where(sizes > 0.0, -values.real / sizes, np.where(np.isnan(sizes), np.nan, 0.0))
         frequency = values.imag / (2.0 * np.pi)
     there = np.isfinite(values.real).any(axis=2)
-    over, each = ("quantile", *dims[1:]), _quantiles
+    sampled = np.asarray(asked.labels) != NOMINAL_RUN
+    counted = sampled if sampled.any() else ~sampled
+    over = ("quantile", *dims[1:])
     variables: dict[str, Any] = {
         "growth": (dims, values.real, {"units": "s-1", "long_name": "real part of the eigenvalue"}),
         "angular_frequency": (dims, values.imag, {"units": "rad s-1", "long_name": "imaginary part"}),
@@ -154,8 +157,8 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         "grows": (dims, growing, {"long_name": "whether the mode grows, beyond rounding"}),
         "stable": (dims[:2], there & ~growing.any(axis=2), {"long_name": "no mode grows"}),
         "status": (dims[:2], np.where(there, 0, 1).astype(np.int8), {"long_name": STATUS}),
-        "frequency_quantiles": (over, each(frequency), {"units": "Hz"}),
-        "damping_ratio_quantiles": (over, each(damping), {"units": "1"}),
+        "frequency_quantiles": (over, _quantiles(frequency[counted]), {"units": "Hz"}),
+        "damping_ratio_quantiles": (over, _quantiles(damping[counted]), {"units": "1"}),
     }
     coordinates: dict[str, Any] = {
         "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "mode": np.arange(1, most + 1),

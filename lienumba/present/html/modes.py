@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import unit_label
-from lienumba.analysis.mode_rows import mode_rows, swept, unstable
+from lienumba.analysis.mode_rows import mode_rows, sampled, swept, unstable
 from lienumba.analysis.mode_runs import as_runs
 from lienumba.errors import ScenarioError
 from lienumba.present.html import chart, motion, sensitivity
@@ -27,6 +27,7 @@ MOST_NAMED = 10  # modes in a legend
 
 def headline(ds: xr.Dataset) -> Markup:
     """How many modes there are, and whether all is stable."""
+    ds = sampled(ds)
     count = f"{plural(ds.sizes['mode'], 'mode', 'modes')} of {plural(ds.sizes['run'], 'run', 'runs')}"
     grow = {float(time): unstable(ds.sel(time=time)) for time in ds["time"].values}
     told = [f"{n:,} unstable at t = {time:g} s" for time, n in grow.items() if n]
