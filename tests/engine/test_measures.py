@@ -311,3 +311,101 @@ def test_names_that_are_taken_are_refused() -> None:
         with pytest.raises(ScenarioError) as caught:
             lienumba.run(THROW | {"measures": asked, "integrator": {"step": 0.1, "end_time": 1.0}})
         assert sentence in str(caught.value)
+
+
+def test_noise_is_measured_sample_by_sample() -> None:
+    """Steps land on the samples of a noise that is held: means and extremes are those of the samples."""
+    data = SPRING | {
+        "noise": [{"name": "gust", "type": "white", "std": 2.0, "every": 0.1}],
+        "output": {"every": 0.1, "variables": ["gust"]},
+        "integrator": {"step": 0.02, "end_time": 1.0},
+        "sweep": SPRING["sweep"] | {"runs": 3},
+    }
+    data["model"] = SPRING["model"] | {
+        "forces": [{"name": "push", "type": "force", "body": "bob", "value": ["gust", 0, 0]}]
+    }
+    for integrator in (data["integrator"], {"tolerance": 1e-8, "end_time": 1.0}):
+        ds = measured(
+            ["mean(gust)", "max(gust, t < 0.95)", "rms(gust)", "final(v.x)"],
+            _with_velocity(data),
+            integrator=integrator,
+        )
+        held = ds["gust"].values[:, :-1]
+        np.testing.assert_allclose(ds.m0, held.mean(axis=1), rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(ds.m1, held.max(axis=1))
+        np.testing.assert_allclose(ds.m2, np.sqrt((held**2).mean(axis=1)), rtol=1e-12)
+        np.testing.assert_allclose(ds.m3, held.mean(axis=1), rtol=0, atol=1e-10)  # what pushes a mass of 1 kg for 1 s
+
+
+def _with_velocity(data: dict[str, Any]) -> dict[str, Any]:
+    velocity = {"name": "v", "type": "point", "body": "bob", "derivative": 1}
+    return data | {"quantities": [*data["quantities"], velocity]}
+
+
+@pytest.mark.parametrize(
+    "integrator", [{"step": 2e-3}, {"tolerance": 1e-10}, {"tolerance": 1e-10, "coordinates": "joint"}]
+)
+def test_reactions_of_a_pendulum(integrator: dict[str, Any]) -> None:
+    """A point on a thread of 0.5 m, from rest where it is level: the thread pulls with 3 m g sin of the angle below."""
+    rod = {"name": "bob", "mass": 2.0, "inertia": [1e-9, 1e-9, 1e-9], "position": [0.5, 0, 0], "rotation": [1, 0, 0, 0]}
+    pin = {"name": "pin", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    data = {
+        "model": {"gravity": [0, 0, -G], "bodies": [rod], "joints": [pin]},
+        "quantities": [
+            {"name": "load", "type": "reaction", "joint": "pin"},
+            {"name": "p", "type": "point", "body": "bob"},
+        ],
+        "output": {"every": 0.5},
+    }
+    texts = ["max(load.force.z)", "time_of_max(load.force.z) - time_of_min(p.z)"]
+    texts += ["max(hypot(load.force.x, load.force.z))", "count(load.force.z > 0.1)"]
+    ds = measured(texts, data, integrator={"end_time": 0.5, **integrator})
+    np.testing.assert_allclose(ds.m0, 3 * 2.0 * G, rtol=1e-7)
+    np.testing.assert_allclose(ds.m1, 0.0, atol=1e-6)
+    np.testing.assert_allclose(ds.m2, 3 * 2.0 * G, rtol=1e-7)
+    assert float(ds.m3[0]) == 1
+
+
+@pytest.mark.parametrize("integrator", [{"step": 1e-3}, {"tolerance": 1e-10}])
+def test_bounces_and_locks(integrator: dict[str, Any]) -> None:
+    """A ball that falls from 0.2 m loses half of its speed at the floor; a wheel is locked where it has turned by 1."""
+    ball = {"name": "ball", "mass": 1.0, "inertia": [1, 1, 1], "position": [0, 0, 0.3], "rotation": [1, 0, 0, 0]}
+    wheel = ball | {"name": "wheel", "position": [3, 0, 0], "angular_velocity": [0, 4.0, 0]}
+    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0], [0, 0, 0]]}
+    data = {
+        "model": {
+            "gravity": [0, 0, -G],
+            "bodies": [ball, {k: x for k, x in wheel.items() if k != "angular_velocity"}],
+            "joints": [
+                {
+                    "name": "hub",
+                    "type": "revolute",
+                    "bodies": ["ground", "wheel"],
+                    "at": [3, 0, 0],
+                    "axis": [0, 1, 0],
+                    "rate": 4.0,
+                }
+            ],
+            "contacts": [floor | {"normal": [0, 0, 1], "radius": 0.1, "restitution": 0.5}],
+        },
+        "quantities": [
+            {"name": "p", "type": "point", "body": "ball"},
+            {"name": "turn", "type": "joint", "joint": "hub"},
+        ],
+        "events": [{"name": "there", "when": "turn.angle > 1", "action": "lock", "joint": "hub"}],
+        "output": {"every": 0.05},
+    }
+    fall = np.sqrt(2 * 0.2 / G)
+    texts = ["min(p.z)", f"max(p.z, t > {fall + 0.01})", f"time_of_max(p.z, t > {fall + 0.01})", "count(p.z > 0.12)"]
+    texts += ["max(turn.angle)", "final(turn.rate)", "max(turn.rate)", "integral(turn.rate)", "at(p.z, there)"]
+    texts += ["time_when(turn.rate > 2)", "mean(p.z, t < 0.1)"]
+    ds = measured(texts, data, integrator={"end_time": 0.45, **integrator})
+    found = [float(ds[f"m{n}"][0]) for n in range(len(texts))]
+    there = 0.1 + _height(0.25, fall)
+    exact = [0.1, 0.1 + 0.25 * 0.2, 1.5 * fall, 2, 1.0, 0.0, 4.0, 1.0, there, 0.25, 0.3 - G / 6 * 0.01]
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7)
+
+
+def _height(t: float, fall: float) -> float:
+    """Of a ball above the floor, that fell from 0.2 m and goes up with half of its speed."""
+    return 0.2 - G / 2 * t * t if t < fall else 0.5 * G * fall * (t - fall) - G / 2 * (t - fall) ** 2

@@ -28,6 +28,15 @@ pytest.importorskip("distributed", reason='needs pip install ".[dask]"')
 SUMMARY = {"mode": "summary", "full_runs": "3,17", "every": 0.01, "summary": {"position": ["max", "final"]}}
 
 
+def measured(body: str) -> dict[str, Any]:
+    """Numbers of whole runs, a function of one's own among them."""
+    function = f"{Path(__file__).parents[1] / 'rigs' / 'reducers.py'}:swept"
+    return {
+        "quantities": [{"name": "tip", "type": "point", "body": body}],
+        "measures": [{"name": "area", "value": "integral(tip.x*tip.z)"}, {"name": "way", "function": function}],
+    }
+
+
 def arm(runs: int) -> dict[str, Any]:
     """An arm with a controller that is a Python function."""
     vary = {"parameters.kp": {"distribution": "uniform", "low": 50, "high": 70}}
@@ -59,7 +68,7 @@ def whole() -> xr.Dataset:
 
 @pytest.mark.parametrize(
     "data",
-    [top(runs=100), top(runs=100, output=SUMMARY), linkage(runs=60), arm(runs=20)],
+    [top(runs=100), top(runs=100, output=SUMMARY), linkage(runs=60) | measured("second"), arm(runs=20)],
     ids=["full", "summary", "runs that go again", "code of one's own"],
 )
 def test_a_cluster_gives_the_bits_of_threads(data: dict[str, Any], cluster: Processes) -> None:

@@ -19,6 +19,8 @@ def sweep(runs: int = 40, end: float = 0.05, sampler: str = "random", **output: 
     data = load(TOP)
     data["integrator"]["end_time"] = end
     data["sweep"] |= {"runs": runs, "sampler": sampler}
+    data["quantities"] = [{"name": "tip", "type": "point", "body": "top", "point": [0, 0.2, 0]}]
+    data["measures"] = [{"name": "lowest tip", "value": "min(tip.z)"}, {"name": "leaning", "value": "mean(tip.x)"}]
     return data | {"output": output or FULL}
 
 

@@ -167,7 +167,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "time": (servo(kp="2*t"), 'parameters.kp = "2*t": has the unknown name "t"; known here are '),
     "reserved": (servo(pi=3), 'parameters.pi: has a meaning in formulas already; give another name'),
     "no name": (servo(**{"k-p": 3}), 'parameters.k-p: is no valid name: a letter, then letters, digits or "_"'),
-    "list": (servo(kp=[1, 2]), 'uses "kp", which has several numbers; write kp[0] or kp[1]'),
+    "list": (
+        servo(kp=[1, 2]),
+        'parameters.damped = "1.4*sqrt(kp*turning)": uses "kp", which has several numbers; write kp[0] or kp[1]',
+    ),
     "nested": (servo(kp=[[1, 2]]), "parameters.kp[0] = [1, 2]: must be a number or a formula of other parameters; "),
     "nan": (servo(kp=float("nan")), "parameters.kp = nan: must be a finite number"),
     "infinite": (servo(kp="1/(m - 2)"), 'parameters.kp = "1/(m - 2)": is inf; it must be a finite number'),
