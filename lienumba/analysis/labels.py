@@ -37,6 +37,11 @@ def words(name: str) -> str:
     return name.replace("_", " ") if name in VARIABLES or name in study_layout.VARIABLES else name
 
 
+def input_label(path: str, units: str) -> str:
+    """An input by the last key of its path, with its unit."""
+    return named(path.rpartition(".")[2], units)
+
+
 def axis_label(name: str, units: str) -> str:
     """What an axis shows, with its unit."""
     return f"{words(name)} ({EITHER[name]})" if name in EITHER else named(words(name), units)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.labels import axis_label
+from lienumba.analysis.labels import input_label
 from lienumba.analysis.panels.quantiles import Histogram, bins
 from lienumba.analysis.requirements.separation import CLEAR, samples, separation
 from lienumba.figures import canvas
@@ -36,7 +36,7 @@ def requirement_figure(ds: xr.Dataset, name: str) -> Figure:
             ax.hist(values, edges, weights=np.full(len(values), 1 / len(values)), color=color, alpha=0.55, label=label)
         how = f"p {'< 1e-6' if p < 1e-6 else f'= {p:.2g}'}"
         ax.set_title(f"{path}\n{how if p < CLEAR else 'no difference to be seen'}", loc="left", fontsize="small")
-        ax.set(xlabel=axis_label("value", str(ds[path].attrs.get("units", ""))), ylabel="part of these runs")
+        ax.set(xlabel=input_label(path, str(ds[path].attrs.get("units", ""))), ylabel="part of these runs")
         ax.grid(True, lw=0.4, alpha=0.5)
         ax.set_axisbelow(True)
     for ax in flat[len(shown) :]:

@@ -61,6 +61,7 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         **(_modes(dataset) if is_modes(dataset) else _extent(dataset) | _variables(dataset)),
         "inputs": ", ".join(inputs) or "none",
         "status": "" if is_modes(dataset) else _statuses(dataset),
+        "stopped": str(attributes.get("stopped", "")),
         "verdict": str(attributes.get(VERDICT, "")).replace("\n", f"\n{'':13}"),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",
         "reactions": _shared(dataset),
@@ -156,7 +157,7 @@ def _statuses(dataset: "xr.Dataset") -> str:
 
 
 def describe_scenario(scenario: "Scenario") -> str:
-    """What a scenario's mechanism is made of, what its constraints amount to at the start, and its operations."""
+    """What a scenario's mechanism is made of, what its constraints amount to at the start, and its flops."""
     from lienumba.engine import runner
     from lienumba.mechanics.elements.inputs import input_form
     from lienumba.mechanics.elements.quantities import is_input
@@ -183,24 +184,19 @@ def describe_scenario(scenario: "Scenario") -> str:
         "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
         "start": "" if nominal.rests is None else RESTS[nominal.rests],
         "hint": hint(nominal) if scenario.plan is None else "",
+        "flops": _flops(runner.operation_counts(scenario)),
         "sha256": scenario.sha256(),
     }
-    return _table(rows) + "\n" + _operations(runner.operation_counts(scenario))
+    return _table(rows)
 
 
 def _each(items: Iterable[tuple[str, str]]) -> str:
     return ", ".join(f"{name} ({what})" for name, what in items)
 
 
-def _operations(counts: dict[str, dict[str, int]]) -> str:
-    """Operations per run and call of each kernel, as its graph counts them."""
-    lines = ["operations per run and call:"]
-    for kernel, numbers in counts.items():
-        kinds = ", ".join(
-            f"{number:,} {kind}" for kind, number in numbers.items() if kind not in ("operations", "flops")
-        )
-        lines.append(f"  {kernel}: {numbers['operations']:,} ({kinds}), {numbers['flops']:,} flops")
-    return "\n".join(lines)
+def _flops(counts: dict[str, dict[str, int]]) -> str:
+    """Operations of each kernel, as its graph counts them; a fused one is two."""
+    return ", ".join(f"{kernel} {numbers['flops']:,}" for kernel, numbers in counts.items()) + " (per run and call)"
 
 
 def _table(rows: dict[str, str]) -> str:

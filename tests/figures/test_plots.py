@@ -46,7 +46,7 @@ def test_what_says_most_of_a_sweep(runs):
         ("last position of top, x", "last position (m)", "runs"),
         ("last position of top, y", "last position (m)", "runs"),
         ("last position of top, z", "last position (m)", "runs"),
-        ("sampled bodies.top.mass", "value (kg)", "runs"),
+        ("sampled bodies.top.mass", "mass (kg)", "runs"),
     ]
     assert texts(drawn.axes[0].get_legend()) == ["x", "y", "z"]
     assert texts(drawn.axes[2].get_legend()) == ["total", "kinetic", "potential"]

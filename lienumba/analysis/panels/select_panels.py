@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.labels import axis_label, words
+from lienumba.analysis.labels import axis_label, input_label, words
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.text_table import ROUNDING
@@ -209,7 +209,7 @@ def _inputs(ds: xr.Dataset) -> list[Panel]:
 def _input(samples: xr.DataArray) -> Panel:
     name = str(samples.name)
     units = str(samples.attrs.get("units", ""))
-    return Panel(f"sampled {name}", axis_label("value", units), (PanelLine(name, ""),), over_time=False, sampled=True)
+    return Panel(f"sampled {name}", input_label(name, units), (PanelLine(name, ""),), over_time=False, sampled=True)
 
 
 def _strengths(ds: xr.Dataset, names: Sequence[str]) -> list[float]:
