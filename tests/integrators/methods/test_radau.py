@@ -128,7 +128,7 @@ def test_neighbours_change_no_bit() -> None:
         "sweep": {
             "runs": 11,
             "seed": 3,
-            "vary": {"forces.bush.stiffness[0]": {"distribution": "uniform", "low": 1e2, "high": 1e9}},
+            "vary": {"forces.bush.stiffness[0]": {"distribution": "uniform", "low": 1e2, "high": 1e12}},
         }
     }
     system = bars(1e6, 10.0)
