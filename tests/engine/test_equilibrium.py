@@ -91,6 +91,14 @@ def test_runs_are_judged_one_by_one_by_code_of_our_own(monkeypatch: pytest.Monke
     assert angle.values[0].hex() == "0x1.dfb66f2b86da2p-2"
 
 
+def test_what_rests_already_rests_however_stiff_it_is() -> None:
+    """Forces of thousands of newtons leave rounding that is no force; the search begins where it ended before."""
+    found = lienumba.equilibrium("scenarios/suspension.toml", overrides={"sweep.runs": 12})
+    assert found.status.values.tolist() == [0] * 12
+    first = lienumba.equilibrium("scenarios/suspension.toml", overrides={"sweep.runs": 12, "start.from": None})
+    np.testing.assert_allclose(found.position, first.position, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("name", ["bennett", "bricard", "n_four_bar"])
 def test_overconstrained_loops_come_to_rest(name: str) -> None:
     """Where rows are redundant in a closed loop alone, and next to singular positions."""

@@ -211,14 +211,14 @@ class _Search:
     def found(self, driven: bool) -> Resting:
         """All runs together, none of which sees another; those that rest take no further part."""
         every = np.arange(self.runs)
-        done, left, worst = np.zeros(self.runs, bool), np.full(self.runs, np.nan), np.zeros(self.runs)
+        (done, still), left, worst = np.zeros((2, self.runs), bool), np.full(self.runs, np.nan), np.zeros(self.runs)
         last = np.full(self.runs, np.inf)
         for _ in range(STEPS):
             which = every[~done & np.isfinite(self.state).all(axis=0)]
             if not len(which):
                 break
             step = self._step(which)
-            left[which] = step.force
+            left[which], still[which] = step.force, step.still
             worst[which] = np.maximum(worst[which], step.force)
             moved = self._moved(which, step)
             self.mu[which] += step.dmu * moved[:, None]
@@ -227,7 +227,7 @@ class _Search:
             last[which] = np.minimum(last[which], step.force)
             settled = (size < DONE) | (~falls & (size < np.sqrt(DONE)))
             done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
-        good = done & (left <= np.maximum(ROUNDING * worst, 1e-12))
+        good = done & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
             which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
@@ -283,7 +283,7 @@ class _Search:
         dq = product(Q, moved)
         size = np.abs(dq).max(axis=1, initial=0.0)
         short = np.minimum(1.0, LONGEST / np.maximum(size, 1e-300))
-        return _Step(dq * D, dmu, ds, force, short, (sigma <= 1e-3 * largest) | still)
+        return _Step(dq * D, dmu, ds, force, short, still, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> Array:
         """Move the states by as much of the step as leads to finite forces; how much that is."""
@@ -340,13 +340,15 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Step:
-    """newton: whether the pseudo-transient part no longer counts; short: how much of it is not too long."""
+    """still: whether what is left is rounding; newton: whether the pseudo-transient part no longer counts; short: how
+    much of it is not too long."""
 
     dq: Array
     dmu: Array
     ds: Array
     force: Array
     short: Array
+    still: Array
     newton: Array
 
 
