@@ -105,13 +105,14 @@ def _check_attributes(ds: xr.Dataset, where: str) -> None:
     for name, value in ds.attrs.items():
         if (name in SAID or name.endswith("_version")) and not isinstance(value, str):
             raise damaged(where, f"its attribute {name} is no text")
+    for name, x in ds.variables.items():
+        for key in TEXTS:
+            if not isinstance(x.attrs.get(key, ""), str):
+                raise damaged(where, f"the attribute {key} of {name} is no text")
     scenario_tables(ds, where)
 
 
 def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, grid: Set[str], where: str) -> None:
-    for key in TEXTS:
-        if not isinstance(x.attrs.get(key, ""), str):
-            raise damaged(where, f"the attribute {key} of {name} is no text")
     packed = [np.asarray(x.encoding[key]) for key in PACKED if key in x.encoding]
     if any(number.dtype.kind not in NUMERIC or number.size != 1 for number in packed):
         raise damaged(where, f"{name} is packed by something that is no number")

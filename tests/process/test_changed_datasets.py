@@ -28,6 +28,7 @@ RAW = {  # of the whole, or of a variable: what an attribute becomes
     "a scale that is a word": ("position", "scale_factor", "x"),
     "a role of another": ("position", "role", "input"),
     "no path": ("bodies.bob.mass", "role", "grid"),
+    "a role of numbers": ("bodies.bob.mass", "role", [1.0, 2.0]),
 }
 COMMANDS = (
     ["info"],
