@@ -49,7 +49,7 @@ def _reach(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
     return FARTHEST * (change + load(signals(sizes, at, 2, 1), signal))
 
 
-@apart
+@inlined
 def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
     """1 where what is between the ends of the open step may change what is kept, else 0."""
     kept, kind, value = at.measures + ROW * layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND], plan.kept[n, KEPT_SIGNAL]
@@ -76,7 +76,7 @@ def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
     return choose(never == 1.0, splat(0.0), open_)
 
 
-@apart
+@inlined
 def _keep_end(sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, lanes: Mask) -> None:
     """What a step of which the ends say everything changes in these lanes."""
     condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
@@ -150,7 +150,7 @@ def _open(
     stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
 
 
-@apart
+@inlined
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
     good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
@@ -164,7 +164,8 @@ def measure(
     if any_lane(unseen):
         look(kernels, sizes, at, t, length, splat(0.0), end)
         stages.commit(unseen, begin, end, sizes.signals)
-    look(kernels, sizes, at, t, length, splat(1.0), end)
+    store(at.clock, layout.TIME, load(at.lanes, UNTIL))
+    call(kernels[layout.MEASURE], at.new, at.parameters, at.clock, 0, end, at.work)
     matters = splat(0.0)
     for n in range(sizes.kept):
         opens = choose(whole < 1.0, splat(1.0), _matters(sizes, at, plan, n))
