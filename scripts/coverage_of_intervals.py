@@ -43,6 +43,18 @@ def mean(noise: Callable[[np.random.Generator, int], np.ndarray], truth: float) 
     return trial
 
 
+def mean_where_narrow(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
+    """Of a sweep of at most so many runs that ends where the interval of its mean is narrow enough, which it is after
+    about half of them; one looks ten times."""
+    y, width = rng.standard_normal(runs), 2.0 * half_width(1.0, runs // 2, CONFIDENCE)
+    for upto in range(runs // 10, runs + 1, runs // 10):
+        half = half_width(y[:upto].std(ddof=1), upto, CONFIDENCE)
+        if 2.0 * half <= width:
+            break
+    middle = y[:upto].mean()
+    return (middle - half, middle + half), 0.0
+
+
 def quantile(q: float) -> Trial:
     def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
         y = np.sort(rng.standard_cauchy(runs))
@@ -309,6 +321,7 @@ def rare(method: str) -> Trial:
 CASES: dict[str, Trial] = {
     "mean, normal": mean(lambda rng, n: rng.standard_normal(n), 0.0),
     "mean, exponential": mean(lambda rng, n: rng.exponential(size=n), 1.0),
+    "mean, normal, where narrow enough": mean_where_narrow,
     "median, Cauchy": quantile(0.5),
     "95 % quantile, Cauchy": quantile(0.95),
     "proportion 0.5": part(0.5),
