@@ -146,9 +146,10 @@ def direction(rates: Vector, otherwise: Vector) -> Vector:
 
 def sliding(rates: Vector, kept: Vector) -> Vector:
     """The direction of sliding, that goes on as it is where the rates turn round: w/|w|, times the sign of w . d with
-    the direction d that was kept."""
-    along: Any = 0.0
-    for x, d in zip(rates, kept, strict=True):
-        along = along + x * d
-    sign = where(along < 0.0, -1.0, 1.0)
-    return tuple(sign * x for x in direction(tuple(rates), tuple(sign * d for d in kept)))
+    the direction d that was kept. That is d turned by the angle between the two, so that what slides straight on has a
+    series beside w = 0, too, where rounding leaves w/|w| none."""
+    (x, y), (c, s) = rates, kept
+    along, across = x * c + y * s, y * c - x * s
+    slope: Any = across / where(along * along > SQUARE_FLOOR, along, 1.0)
+    inverse = 1.0 / sqrt(1.0 + slope * slope)
+    return inverse * (c - slope * s), inverse * (s + slope * c)
