@@ -128,3 +128,14 @@ def test_an_equilibrium_and_one_that_there_is_not(tmp_path: Path) -> None:
     falling = lienumba("equilibrium", str(SCENARIOS / "dzhanibekov.toml"), "--set", "model.gravity=[0,0,-9.81]")
     assert falling.exit_code == 1
     assert "1 none found" in falling.stdout
+
+
+def test_an_equilibrium_that_turns_and_a_start_in_one() -> None:
+    governor, suspension = str(SCENARIOS / "flyball_governor.toml"), str(SCENARIOS / "suspension.toml")
+    assert "equilibrium of 1 run: 1 found" in lienumba("equilibrium", governor, "--rotation", "0,0,8").stdout
+    refused = lienumba("equilibrium", governor, "--rotation", "0,8")
+    assert refused.exit_code == 2
+    assert "must be three numbers in rad/s; give them, such as 0,0,5" in refused.stderr
+    assert "it starts in its equilibrium\n" in lienumba("validate", suspension).stdout
+    across = lienumba("validate", suspension, "--set", "start.rotation=[0,5,0]")
+    assert "no equilibrium was found in which the nominal run could start" in across.stdout

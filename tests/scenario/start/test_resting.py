@@ -170,6 +170,27 @@ def test_where_drivers_leave_nothing_free_the_start_is_theirs() -> None:
     assert found["swing.rate"].values[0, 0] == pytest.approx(2.0, abs=1e-12)
 
 
+def test_speeds_over_runs_leave_neighbours_alone() -> None:
+    """Runs that rest, and runs that turn at speeds of their own, have the bits that they have alone."""
+    shaft = {"name": "shaft", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.3, 0, 0], "rotation": [1, 0, 0, 0]}
+    bearing = {"name": "bearing", "type": "revolute", "bodies": ["ground", "shaft"], "at": [0.3, 0, 0],
+               "axis": [0, 0, 1]}  # fmt: skip
+    scenario = pendulum()
+    model = scenario["model"]
+    model["bodies"].insert(0, shaft)
+    model["joints"].insert(0, bearing)
+    model["joints"][1] |= {"bodies": ["shaft", "bob"], "points": [[0.1, 0, 0], [0, 0, 0.5]]}
+    scenario["start"]["rotation"] = [0, 0, 1.0]
+    columns = {"start.rotation[2]": [0.0, 3.0, 6.0, 9.0], "bodies.bob.mass": [1.0, 2.0, 3.0, 4.0]}
+    every = lienumba.run(scenario | {"sweep": {"sampler": "table", "table": {"columns": columns}}})
+    x = -every["swing.angle"].values
+    np.testing.assert_allclose(x, x[:, :1] + np.zeros_like(x), atol=1e-9)
+    for run in range(4):
+        own = lienumba.run(scenario | {"sweep": {"sampler": "table", "table": {"columns": columns}}}, runs=[run])
+        for name in ("swing.angle", "position", "velocity", "start_equilibrium"):
+            assert own[name].values.tobytes() == every[name].sel(run=[run]).values.tobytes()
+
+
 def test_what_is_asked_beside_it_is_refused_in_words() -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         (
