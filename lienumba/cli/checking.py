@@ -75,7 +75,7 @@ def validate(
             from lienumba.engine.results import Results
             from lienumba.engine.stopping import stopping_of
 
-            stopping_of(resolved, Results(resolved, nominal).names)
+            stopping_of(resolved, Results(resolved, nominal))
         console.say(f"{scenario} is valid: {resolved.headline()}")
         if nominal is not None and nominal.rests is not None:
             console.say(RESTS[nominal.rests])

@@ -103,7 +103,7 @@ def _called(param: Any) -> str:
 
 
 def _option(word: str, params: Sequence[Any]) -> Any | None:
-    """The option that is written so, also within a word such as -qj or --name=value."""
+    """The option that is written so, also with its value: --name=value."""
     return next((x for x in params if word.partition("=")[0] in (*x.opts, *x.secondary_opts)), None)
 
 

@@ -73,13 +73,14 @@ class Judges:
         return {one.requirement.name: one.units for one in self.judged}
 
 
-def judges_of(resolved: Scenario, names: Names) -> Judges:
+def judges_of(resolved: Scenario, names: Callable[[], Names]) -> Judges:
     """Those of a scenario; a ScenarioError if one is about none of these names."""
     found, problems = [], []
+    every = names() if resolved.data.model.requirements else Names({})
     for requirement in resolved.data.model.requirements:
         measured = requirement.name in resolved.parameters.measures and is_formula(requirement.value)
         try:
-            number = find_one(requirement.name if measured else requirement.value, names)
+            number = find_one(requirement.name if measured else requirement.value, every)
             found.append(Judged(requirement, (number.variable, number.place), number.units))
         except BadValueError as error:
             problems.append(error.at(f"{REQUIREMENTS}.{requirement.name}.value", requirement.value))

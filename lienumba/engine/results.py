@@ -83,7 +83,7 @@ class Results:
         else:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
             self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
-        self.judges = judges_of(resolved, self.names)
+        self.judges = judges_of(resolved, lambda: self.names)
         wanted = (len(self.judges.judged),)
         follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
@@ -94,7 +94,7 @@ class Results:
         """The same of a scenario that differs from this one in numbers of the model alone."""
         other = copy(self)
         other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
-        other.judges = judges_of(resolved, self.names)
+        other.judges = judges_of(resolved, lambda: self.names)
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:

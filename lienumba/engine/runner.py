@@ -178,7 +178,7 @@ def in_memory(
     from lienumba.engine.stopping import stopping_of
 
     results, memory = results or Results(resolved, runs.nominal), Memory(runs.labels.tolist())
-    enough = stopping_of(resolved, results.names)
+    enough = stopping_of(resolved, results)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):
             memory.take(piece)
@@ -228,7 +228,7 @@ def on_disk(
             warnings.warn(f"{shards.named}: {files} damaged; their runs are simulated again", stacklevel=3)
         every = np.union1d(finished, labels).astype(np.int64).tolist()
         runs = there.samples(runs_of(resolved, every, results.nominal))
-        enough = stopping_of(resolved, results.names)
+        enough = stopping_of(resolved, results)
         enough.know(finished, there.column)
         missing = runs.part(~np.isin(runs.labels, finished) & enough.kept(runs.labels))
         shards.begin(manifest(resolved) | {"overwrites": overwrite}, fresh=not resume)

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.engine.results import Piece
+from lienumba.engine.results import Piece, Results
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.stop import Stop
 from lienumba.store.layout import MET, WEIGHT
-from lienumba.store.names import Names, find_one
+from lienumba.store.names import find_one
 from lienumba.store.shards import LABEL
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, ranks
@@ -119,8 +119,8 @@ class Stopping:
         )
 
 
-def stopping_of(resolved: Scenario, names: Names) -> Stopping:
-    """The rule of a scenario; a ScenarioError if it is about none of these names."""
+def stopping_of(resolved: Scenario, results: Results) -> Stopping:
+    """The rule of a scenario; a ScenarioError if it is about nothing of which each run has one number."""
     data = resolved.data
     rule, most = data.sweep.stop, SAMPLERS[data.sweep.sampler].most_weight
     if rule is None:
@@ -132,7 +132,7 @@ def stopping_of(resolved: Scenario, names: Names) -> Stopping:
         return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most)
     assert rule.variable is not None
     try:
-        found = find_one(rule.variable, names)
+        found = find_one(rule.variable, results.names)
     except BadValueError as error:
         raise ScenarioError(error.at("sweep.stop.variable", rule.variable)) from None
     return Stopping(rule, data.sweep.runs, data.sweep.nominal, (found.variable, found.place), None, most)

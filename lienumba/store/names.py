@@ -63,7 +63,13 @@ class Names:
 
 def known(ds: xr.Dataset) -> Names:
     """The names of a dataset of runs."""
-    found = [name for variable in ds.variables if _has_runs(ds, str(variable)) for name in names_of(ds[variable])]
+    labels = _labels(ds, map(str, ds.dims))
+    found = [
+        x
+        for name, variable in ds.variables.items()
+        if name not in ds.dims and {*RUN, FULL} & {*variable.dims} and variable.dtype.kind in "biuf"
+        for x in _names(str(name), variable, labels)
+    ]
     requirements = [*map(str, ds["requirement"].values)] if MET in ds else []
 
     def value_of(requirement: str) -> str:
@@ -74,11 +80,6 @@ def known(ds: xr.Dataset) -> Names:
     return Names(with_failed(found), requirements, value_of)
 
 
-def _has_runs(ds: xr.Dataset, variable: str) -> bool:
-    x = ds.variables[variable]
-    return variable not in ds.dims and bool({*RUN, FULL} & {*x.dims}) and x.dtype.kind in "biuf"
-
-
 def with_failed(names: Iterable[Name]) -> dict[str, Name]:
     """These by what they are called; whether a run failed follows from how it ended."""
     return {FAILED: Name(FAILED, STATUS, (), OUTCOME, "1"), **{x.name: x for x in names}}
@@ -86,15 +87,23 @@ def with_failed(names: Iterable[Name]) -> dict[str, Name]:
 
 def names_of(variable: xr.DataArray) -> list[Name]:
     """The names of the numbers of a variable of a dataset."""
-    own = [*dims_of(variable), *(said for said, dim in SAID_OF.items() if dim in variable.dims)]
-    labels = {dim: [*map(str, variable[dim].values)] for dim in own if dim in variable.dims or dim in variable.coords}
-    kind = kind_of(
-        str(variable.name), variable.dims, "measure" in variable.attrs, variable.attrs.get("role") == INPUT[:-1]
-    )
-    return names_in(str(variable.name), dims_of(variable), labels, str(variable.attrs.get("units", "1")), kind)
+    return _names(str(variable.name), variable.variable, _labels(variable, dims_of(variable)))
 
 
-def dims_of(variable: xr.DataArray) -> list[str]:
+def _labels(of: xr.Dataset | xr.DataArray, dims: Iterable[str]) -> dict[str, list[str]]:
+    """Those of dimensions, and what else is said of these."""
+    own = [dim for dim in dims if dim not in NOT_OF_A_NAME]
+    there = [*own, *(said for said, dim in SAID_OF.items() if dim in own and said in of.coords)]
+    return {name: [*map(str, of[name].values)] for name in there}
+
+
+def _names(name: str, variable: xr.Variable, labels: Mapping[str, Sequence[str]]) -> list[Name]:
+    dims, attributes = dims_of(variable), variable.attrs
+    kind = kind_of(name, variable.dims, "measure" in attributes, attributes.get("role") == "input")
+    return names_in(name, dims, labels, str(attributes.get("units", "1")), kind)
+
+
+def dims_of(variable: xr.DataArray | xr.Variable) -> list[str]:
     """The dimensions that tell the names of a variable apart."""
     return [str(dim) for dim in variable.dims if dim not in NOT_OF_A_NAME]
 

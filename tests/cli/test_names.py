@@ -139,11 +139,11 @@ def test_the_end_of_a_sweep_knows_every_number_of_a_run(name: str) -> None:
     names = results_of_everything().names
     if any(x.kind in (INPUT, *OVER_TIME) for x in match(name, names)) or name in NO_NUMBER:
         with pytest.raises(ScenarioError) as refused:
-            stopping_of(resolved, names)
+            stopping_of(resolved, results_of_everything())
         text = str(refused.value)
         assert text.startswith(f'sweep.stop.variable = "{name}": {NO_NUMBER.get(name, "")}')
     else:
-        found = stopping_of(resolved, names)
+        found = stopping_of(resolved, results_of_everything())
         (own,) = match(name, names)
         assert (found.variable, found.place) == (own.variable, own.place)
 
@@ -151,7 +151,9 @@ def test_the_end_of_a_sweep_knows_every_number_of_a_run(name: str) -> None:
 @pytest.mark.parametrize(("name", "said"), {**NO_NUMBER, "pek": 'the nearest known name is "peak"'}.items())
 def test_requirements_say_what_is_no_number_of_a_run(name: str, said: str) -> None:
     with pytest.raises(ScenarioError) as refused:
-        judges_of(resolve(EVERYTHING | {"requirements": [SOON | {"value": name}]}), results_of_everything().names)
+        judges_of(
+            resolve(EVERYTHING | {"requirements": [SOON | {"value": name}]}), lambda: results_of_everything().names
+        )
     assert str(refused.value).startswith(f'requirements.in time.value = "{name}": ')
     assert said in str(refused.value)
 
