@@ -104,6 +104,6 @@ STATUSES = (
         PUSHED,
         "friction_pushes",
         "something slid along its friction instead of against it, so that friction gave energy; give a smaller "
-        "tolerance or a max_step, and look at contacts.*.slip where it ends",
+        "tolerance or a max_step, or less friction",
     ),
 )

@@ -217,3 +217,18 @@ def test_friction_of_what_flies_has_no_direction():
     series, steps = found
     assert [x[1:] for x in changes(series)] == [x[1:] for x in changes(steps)]
     np.testing.assert_allclose(series.position[0, -1], steps.position[0, -1], rtol=0, atol=1e-7)
+
+
+def test_what_changes_without_end_ends_as_chattering():
+    """A ball that gives back nearly all, and may come to rest from next to nothing: more than a thousand bounces within
+    a millionth of a long run."""
+    data = ball(0.998, tolerance=1e-9)
+    data["integrator"]["end_time"], data["output"]["every"] = 1e4, 5e3
+    data["model"]["contacts"][0]["rest_speed"] = 1e-9
+    ds = run(data)
+    assert ds.status.values.tolist() == [statuses.CHATTERING]
+    assert 5000 < int(ds.changes[0]) < 10000
+    whole = np.sqrt(2 / G) * (1 + 2 * 0.998 / 0.002)  # of all bounces
+    assert whole - 0.02 < float(ds.end_time[0]) < whole
+    sentence = next(x.sentence for x in statuses.STATUSES if x.code == statuses.CHATTERING)
+    assert sentence.startswith("contacts, friction or events changed again and again without end at nearly one time")

@@ -12,13 +12,16 @@ from lienumba.compiler.flat import compiled
 from lienumba.compiler.routines.marks import Integers1
 from lienumba.integrators.drivers.complementarity import (
     BOUNDED,
+    FEW,
     FREE,
     HOLDS,
     PARADOX,
     PRESSES,
     SLIDES,
     SOLVED,
+    UNSOLVED,
     Problem,
+    _search,
     solve,
 )
 
@@ -155,6 +158,31 @@ def test_a_rod_that_friction_pushes_into_the_floor():
     p = problem(S, [-9.81, 0.0], [(SLIDES, 2, 1, 0.9 * critical)], [0.0, 1.0])
     assert solve(p) == SOLVED
     assert p.x[0] == pytest.approx(9.81 / (S[0, 0] - 0.9 * critical * S[0, 1]), rel=1e-14)
+
+
+def impact(seed: int, rough: float) -> Problem:
+    """A body is hit at up to six points at once, some of them with this coefficient."""
+    random = np.random.default_rng(seed)
+    contacts = int(random.integers(1, 7))
+    M = np.diag([1, 1, 1, *random.uniform(0.3, 2.0, 3) / 0.4])
+    rows: list[Any] = []
+    for _ in range(contacts):
+        p, n = random.uniform(-1, 1, 3), random.normal(size=3)
+        n /= np.linalg.norm(n)
+        n = -n if n @ p > 0 else n
+        rows += [[*a, *np.cross(p, a)] for a in (n, *np.linalg.svd(n[None])[2][1:])]
+    J, v, mu = np.array(rows), random.normal(size=6), random.uniform(0, 2, contacts)
+    mu = np.where(random.random(contacts) < 0.5, rough, mu)
+    return problem(J @ M @ J.T, J @ v, [(PRESSES, 3, 2, float(x)) for x in mu])
+
+
+@pytest.mark.parametrize("seed", [7, 20, 74, 145, 188, 221, 252, 271])
+def test_where_sweeps_alone_do_not_find_it(seed: int) -> None:
+    """Coefficients of 1,000: contacts that give way less and less, friction that grows, or sweeps along its ray do."""
+    assert _search(impact(seed, 1e3), FEW, False) == UNSOLVED
+    p = impact(seed, 1e3)
+    assert solve(p) == SOLVED
+    assert wrong(p) < 1e-12
 
 
 def _entry(p: Problem, said: Integers1) -> None:
