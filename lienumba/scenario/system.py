@@ -340,8 +340,7 @@ class System:
         value : float, str or sequence of these
             A number, a formula of other parameters, or several of such: formulas read them as `k[0]`.
         """
-        given = value if isinstance(value, str) or not isinstance(value, Sequence) else [*value]
-        self._data.setdefault("parameters", {})[name] = given
+        self._data.setdefault("parameters", {})[name] = [*value] if isinstance(value, list | tuple) else value
         return self
 
     def integrator(self, *, end_time: float, **keys: object) -> Self:
