@@ -4,7 +4,6 @@ import argparse
 import sys
 import tempfile
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -36,9 +35,9 @@ def main() -> int:
     given = parser.parse_args()
     verdicts: dict[int, Verdict] = {}
     kinds: Counter[str] = Counter()
-    with ProcessPoolExecutor(given.processes, get_context("spawn"), max_tasks_per_child=PROGRAMS) as pool:
+    with get_context("spawn").Pool(given.processes, maxtasksperchild=PROGRAMS) as pool:
         seeds = range(given.first, given.first + given.count)
-        for seed, verdict in pool.map(partial(attempt, bits=given.bits), seeds):
+        for seed, verdict in pool.imap(partial(attempt, bits=given.bits), seeds):
             verdicts[seed] = verdict
             kinds.update(verdict.changes)
             if verdict.problems:
