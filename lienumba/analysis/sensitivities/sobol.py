@@ -4,8 +4,8 @@
 Of d sampled inputs, run n (d + 2) + j is row n of the sample A (j = 0), of B (j = 1), or of A with input j - 2 taken
 from B. scipy.stats.sobol_indices has the estimators (A. Saltelli et al., Computer Physics Communications 181 (2010),
 table 2 b, f). For pairs there are runs of B with input k from A behind these: E[BA_k AB_m] - E[A B] is the variance
-that both inputs explain together (A. Saltelli, ibid. 145 (2002) 280). An interval is 1.96 bootstrap standard errors
-wide to either side; rows are resampled.
+that both inputs explain together (A. Saltelli, ibid. 145 (2002) 280). An interval is Student's with bootstrap standard
+errors; rows are resampled, of which few are far out, so that a tenth of their number is its freedom.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ RESAMPLES = 200
 SEED = 2010  # of the resampling: the same dataset gives the same intervals
 AT_ONCE = 1 << 22  # numbers of resampled outputs that are in memory
 FEWEST = 4  # complete rows
-ERRORS = 1.96  # standard errors of 95 % of a normal distribution, to either side
+CONFIDENCE = 0.95
+FREEDOM, LEAST = 0.1, 3.0  # of Student's distribution: for each row, and at least
 ENDS = ("", "_low", "_high")
 
 
@@ -110,6 +111,8 @@ def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) ->
 
 def indices(values: np.ndarray, rows: Rows) -> Indices | None:
     """First and total indices of an output (runs,), of the complete rows alone; None if there are too few."""
+    from scipy.special import stdtrit
+
     y = np.where(rows.table >= 0, values[rows.table], np.nan)
     y = y[np.isfinite(y).all(axis=1)].T
     n = y.shape[1]
@@ -121,7 +124,7 @@ def indices(values: np.ndarray, rows: Rows) -> Indices | None:
     itself = _estimate(y[:, None, np.arange(n)].repeat(2, axis=1), d)[:, 0]
     choices = (generator.integers(n, size=(end - start, n)) for start, end in pairwise(parts))
     drawn = [_estimate(y[:, chosen], d) for chosen in choices]
-    half = ERRORS * np.concatenate(drawn, axis=1).std(axis=1, ddof=1)
+    half = stdtrit(max(FREEDOM * n, LEAST), 0.5 + 0.5 * CONFIDENCE) * np.concatenate(drawn, axis=1).std(axis=1, ddof=1)
     ends = np.stack([itself, itself - half, itself + half])
     second = ends[:, 2:] if len(itself) > 2 else None  # of each pair in both orders, which are one
     if second is not None:
