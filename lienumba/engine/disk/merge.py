@@ -32,7 +32,7 @@ from lienumba.store.shards import Shards
 from lienumba.store.stream import Stream, slices
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed_dataset
-from lienumba.words import plural
+from lienumba.words import listed, plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -236,7 +236,11 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
         for dim, own in columns.items():
             sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
-            stream.put(dim, slices(own, sources), told)
+            try:
+                there = slices(own, sources)
+            except ValueError as error:
+                raise damaged(listed(str(part.path) for part in parts), str(error)) from None
+            stream.put(dim, there, told)
 
         def column(name: str, place: tuple[int, ...]) -> np.ndarray:
             every: Any = np.concatenate([opened(part.path).tables["run"].column(name) for part in parts])

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated
 
+from lienumba.errors import ScenarioError
 from lienumba.keys.choices import OneOf
 from lienumba.keys.registry import Registry, literal
 from lienumba.sweep.distributions.base import Distribution
@@ -51,8 +52,11 @@ def form_of(value: object) -> str | None:
 
 
 def class_of(entry: Mapping[str, object]) -> type[Distribution]:
-    """That of a valid entry of `vary`."""
-    return DISTRIBUTIONS[form_of(entry) or ""]
+    """That of an entry of `vary`; a ScenarioError where a dataset that somebody has changed has none there."""
+    form = form_of(entry)
+    if form is None:
+        raise ScenarioError("sweep.vary of the dataset has an entry that is no distribution; give the file as it was")
+    return DISTRIBUTIONS[form]
 
 
 def follows_nominal(entry: object) -> bool:
