@@ -62,13 +62,14 @@ def drive(
     elements, rows, q = layout.element_rows(sizes), layout.state_rows(sizes), sizes.exchangeable
     best = elements + sizes.first_mask + q  # the row of the largest margin
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
-    x, places, clock, lanes = at.state, Places(at.new, at.now, at.following), at.clock, at.lanes
+    clock, lanes = at.clock, at.lanes
     iterations, status, end_step = lanes + ROW * ITERATIONS, lanes + ROW * STATUS, lanes + ROW * ACCEPTED
     memory = matrix(buffer.ctypes.data, first.work, W)
     table = memory[first.table : first.table + layout.table_rows(q)]
     since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
     cuts, measured = discontinuities.shape[1] > 1, sizes.kept > 0
     for block in range(states.shape[0]):
+        x, places = at.state, Places(at.new, at.now, at.following)
         state, p = states[block].ctypes.data, parameters[block].ctypes.data
         copy(x, state, rows)
         jumps = discontinuities[block]
