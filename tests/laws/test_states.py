@@ -52,7 +52,7 @@ def test_every_method_keeps_its_order(method):
     truth = exact(torque, 1.0, (0.5, 1.0, 0.1), more=more)
     given = {"order": 4} if METHODS[method].series else {}
     expected = given.get("order", METHODS[method].order)
-    fine = {1: 1e-3, 2: 4e-3, 8: 0.1}.get(expected, 1e-2)
+    fine = {1: 1e-3, 2: 4e-3, 8: 0.1, 9: 0.25}.get(expected, 1e-2)
     errors = []
     for h in (fine, fine / 2):
         data = pendulum(PID)

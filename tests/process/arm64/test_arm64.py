@@ -27,6 +27,8 @@ SOME = ("arm_sampled", "bouncing_ball", "dzhanibekov", "five_bar_leg", "gripper"
         "satellite", "satellite_settles", "separation", "thruster", "ur5")  # fmt: skip
 MORE = {  # what no small scenario of the gallery has
     "chord": ("heavy_top", {"projection.chord": True}),
+    "measures": ("heavy_top", {"measures": [{"name": "slow", "value": "mean(t)"}, {"name": "end", "value": "max(t)"}]}),
+    "quadrature": ("satellite", {"measures": [{"name": "slow", "value": "mean(t)"}]}),
     "radau": ("heavy_top", {"integrator.method": "radau5"}),
     "taylor": ("heavy_top", {"integrator": {"method": "taylor", "order": 4, "tolerance": 1e-12, "end_time": 1.0}}),
 }
