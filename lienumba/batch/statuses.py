@@ -53,8 +53,8 @@ STATUSES = (
     Status(
         STEP_TOO_SHORT,
         "step_too_short",
-        "the tolerance asks for a step below the shortest, or for 500,000 within 1e-5 of the run; give a larger "
-        "tolerance or a smaller integrator.min_step, or see whether a force jumps or is stiff",
+        "the tolerance asks for a step below the shortest, or for 500,000 within a thousandth of the run; give a "
+        "larger tolerance or a smaller integrator.min_step, or see whether a force jumps or is stiff",
     ),
     Status(STOPPED, "stopped_by_event", "ended by an event, as asked for"),
     Status(

@@ -10,8 +10,8 @@ BS32 = {"method": "bs32", "tolerance": 1e-5, "min_step": 1e-300}
 
 
 def test_a_run_that_creeps_ends() -> None:
-    """A torque that swings 1e13 times as fast as the run is long, from a time on."""
-    system = at_hinge("where(t > late, 1e9*sin(1e13*t), 0)").parameter("late", 9.0)
+    """A torque that swings 1e10 times within the run, from a time on."""
+    system = at_hinge("where(t > late, 1e9*sin(1e10*t), 0)").parameter("late", 9.0)
     system.vary("parameters.late", "choice", values=[0.5, 9.0])
     more = {"integrator": {"end_time": 1.0, **BS32}, "output.every": 0.25, "sweep.runs": 8, "sweep.seed": 2}
     ds = lienumba.run(system, overrides=more)
@@ -21,7 +21,7 @@ def test_a_run_that_creeps_ends() -> None:
     assert (ds.steps.values[~late] > 100_000).all()
     np.testing.assert_array_equal(np.isnan(ds["hinge_at.angle"]).sum("time"), np.where(late, 0, 2))
     sentence = next(status.sentence for status in STATUSES if status.code == STEP_TOO_SHORT)
-    assert "or for 500,000 within 1e-5 of the run" in sentence
+    assert "or for 500,000 within a thousandth of the run" in sentence
 
 
 def test_a_long_run_does_not() -> None:
