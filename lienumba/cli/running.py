@@ -139,7 +139,7 @@ def replay(
     ] = None,
     worst: Annotated[
         str | None,
-        typer.Option("--worst", metavar="NAME", help="The run with the largest |NAME|, such as pointing.angle."),
+        typer.Option("--worst", metavar="NAME", help="The run that misses it by most, or has the largest |NAME|."),
     ] = None,
     output: Annotated[
         Path | None,

@@ -82,7 +82,11 @@ def animate(
     ] = None,
     worst: Annotated[
         str | None,
-        typer.Option("--worst", metavar="NAME", help="Beside it the run with the largest |NAME|, such as tip."),
+        typer.Option(
+            "--worst",
+            metavar="NAME",
+            help="Beside it the run that misses it by most, or has the largest |NAME|.",
+        ),
     ] = None,
     mode: Annotated[
         int | None,

@@ -1,4 +1,4 @@
-"""Which run of a dataset is looked at closely: one that is named, or that in which something is largest."""
+"""Which run of a dataset is looked at closely: one that is named, or that in which something is worst."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -79,12 +79,12 @@ def check_run(ds: "xr.Dataset", where: str, run: int) -> None:
 
 
 def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
-    """The run in which the largest absolute value of a number occurs, of all that have one, failed ones too; of a
-    requirement the one that misses it by most, or comes nearest to that."""
+    """The run in which the largest absolute value of a number occurs, of all that have one, failed ones too; but what
+    requirements judge is worst where it misses one of them by most, or comes nearest to that."""
     every = known(ds)
     found = match(name, every)
-    if name in every.requirements or (found and found[0].variable in (MARGIN, MET)):
-        return _missing(ds, found[0] if found and found[0].variable in (MARGIN, MET) else None, name)
+    if judges := _judges(name, found, every):
+        return _missing(ds, judges, name)
     names = _where(name, found, every)
     peak = max((found for variable in _variables(names) for found in _peaks(ds, variable)), key=lambda x: x.size)
     if peak.size < 0.0:
@@ -103,26 +103,34 @@ def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
     )
 
 
-def _missing(ds: "xr.Dataset", margin: Name | None, name: str) -> SelectedRun:
-    """The run with the least margin of a requirement; margin: of which, if that is not its name."""
-    requirements = [*map(str, ds["requirement"].values)]
-    if margin is None:
-        which = requirements.index(name)
-    elif name in (MARGIN, MET) and len(requirements) > 1:
-        raise ScenarioError(f"--worst {name}: is of {len(requirements)} requirements; give one, such as {margin.name}")
-    else:
-        (which,) = margin.place
-    own, asked = ds[MARGIN].isel(requirement=which), requirements[which]
-    margins = own.values.astype(float)
+def _judges(asked: str, found: list[Name], every: Names) -> list[int]:
+    """The places of the requirements that say of what is asked for what is bad: that of which it is the name, the
+    margin or the verdict, or all those whose value it is."""
+    if asked in every.requirements:
+        return [every.requirements.index(asked)]
+    if found and found[0].variable in (MARGIN, MET):
+        if len(found) > 1:
+            remedy = f"give one, such as {found[0].name}"
+            raise ScenarioError(f"--worst {asked}: is of {len(found)} requirements; {remedy}")
+        return [*found[0].place]
+    if len(found) != 1:
+        return []
+    return [n for n, x in enumerate(every.requirements) if match(every.value_of(x), every) == found]
+
+
+def _missing(ds: "xr.Dataset", judges: list[int], name: str) -> SelectedRun:
+    """The run with the least margin of these requirements, which are about the same number."""
+    margins = ds[MARGIN].isel(requirement=judges).values.astype(float)
     if np.isnan(margins).all():
         raise ScenarioError(f"--worst {show(name)}: no run has a margin of it; choose a run with --run")
-    least, run = float(np.nanmin(margins)), int(ds["run"].values[np.nanargmin(margins)])
+    row, column = np.unravel_index(int(np.nanargmin(margins)), margins.shape)
+    least, run, which = float(margins[row, column]), int(ds["run"].values[row]), judges[int(column)]
     (units,) = (x.units for x in names_of(ds[MARGIN]) if x.place == (which,))
-    number = plural(len(margins), "run", "runs")
+    asked, number = show(str(ds["requirement"].values[which])), plural(len(margins), "run", "runs")
     if least > 0.0:
-        why = f"comes nearest to missing {show(asked)}"
+        why = f"comes nearest to missing {asked}"
         return SelectedRun(run, f"run {run} of {number} {why}: its margin is {_amount(least, units)}", why)
-    why = f"misses {show(asked)} by most"
+    why = f"misses {asked} by most"
     return SelectedRun(run, f"run {run} of {number} {why}: by {_amount(-least, units)}", why)
 
 

@@ -49,8 +49,8 @@ def shown_runs(
     name: str | None = None,
 ) -> list[ShownRun]:
     """Up to `count` runs: the nominal one, or that with the most usual samples; the worst; the first that failed on the
-    way; and others, evenly over the labels. runs: these instead; name: of what the worst has the largest, else it is
-    the run that departs farthest from the first of these."""
+    way; and others, evenly over the labels. runs: these instead; name: in what the worst is worst, else it is the run
+    that departs farthest from the first of these."""
     if runs:
         for run in runs:
             check_run(ds, where, run)

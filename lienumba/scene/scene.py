@@ -146,7 +146,7 @@ def scene(
     runs : sequence of int
         The labels of these runs instead.
     worst : str, optional
-        The name of what the worst run has the largest of.
+        The name of what it is worst in: a requirement, or a number whose size counts.
     allow_code : bool
         Run the Python code that the dataset brings, if runs must be simulated again.
     tell : callable

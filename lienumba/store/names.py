@@ -16,7 +16,7 @@ from lienumba.errors import BadValueError, ScenarioError
 from lienumba.mechanics.system.joint_coordinates import UNITS
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.store.form import scenario_tables
-from lienumba.store.layout import FULL, MARGIN, MET, RUN, SAID_OF, VARIABLES
+from lienumba.store.layout import FULL, MARGIN, RUN, SAID_OF, VARIABLES
 from lienumba.words import ALIKE, listed, near, show, suggestion
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def known(ds: xr.Dataset) -> Names:
         if name not in ds.dims and {*RUN, FULL} & {*variable.dims} and variable.dtype.kind in "biuf"
         for x in _names(str(name), variable, labels)
     ]
-    requirements = [*map(str, ds["requirement"].values)] if MET in ds else []
+    requirements = [*map(str, ds["requirement"].values)] if MARGIN in ds else []
 
     def value_of(requirement: str) -> str:
         tables = scenario_tables(ds, "the dataset").get("requirements", [])

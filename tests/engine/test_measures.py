@@ -69,6 +69,8 @@ CLOSED = {
     "mean(p.z, p.z > 1)": (area(SINKS) - area(RISES)) / (SINKS - RISES),
     "time_when(p.z > 1)": SINKS - RISES,
     "time_when(p.z > 3)": 0.0,
+    "time_above(p.z, 1)": SINKS - RISES,
+    f"time_above(p.z, 1, t > {0.5 * (SINKS + RISES)})": 0.5 * (SINKS - RISES),
     "first_time(p.z > 1)": RISES,
     "last_time(p.z > 1)": SINKS,
     "first_time(p.z <= 0)": 0.0,

@@ -14,7 +14,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store import provenance
-from lienumba.store.layout import MARGIN
+from lienumba.store.layout import MARGIN, VARIABLES
 from lienumba.store.names import one_of
 from lienumba.store.shards import LABEL
 from lienumba.sweep.distributions.external import Column
@@ -94,13 +94,14 @@ class Limit:
     def kept(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """All runs so far: variables and coordinates of a dataset."""
         margins, codes = np.concatenate(self.margins), np.concatenate(self.codes)
-        own = {"long_name": f"margin of the requirement: {self.requirement}", "units": self.units}
-        variables = {"margin": ("run", margins, own), "status": ("run", codes)}
+        own = {"long_name": VARIABLES[MARGIN].long_name, "units": VARIABLES[MARGIN].units}
+        variables = {MARGIN: (VARIABLES[MARGIN].dims, margins[:, None], own), "status": ("run", codes)}
         coordinates = {
             path: ("run", np.concatenate([x[path] for x in self.samples]), {"role": "input"})
             for path in self.samples[0]
         }
-        return variables, {"run": np.arange(self.count), **coordinates}
+        of = {"requirement": [self.requirement], "requirement_units": ("requirement", [self.units])}
+        return variables, {"run": np.arange(self.count), **of, **coordinates}
 
     @property
     def units(self) -> str:

@@ -59,9 +59,9 @@ def rare(
     -------
     xarray.Dataset
         `probability` with `probability_low` and `probability_high`; of all runs that were simulated the inputs, their
-        `status` and `margin` (below 0: not met); on `design_point`, nearest first, the `distance` (in standard
-        deviations), the inputs there as `design_INPUT`, and on `stream` the `direction` whose squares say how much each
-        random number has to do with it.
+        `status` and `requirement_margin` (run, requirement: below 0 if not met); on `design_point`, nearest first, the
+        `distance` (in standard deviations), the inputs there as `design_INPUT`, and on `stream` the `direction` whose
+        squares say how much each random number has to do with it.
 
     Raises
     ------

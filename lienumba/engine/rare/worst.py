@@ -10,6 +10,7 @@ from lienumba.engine.rare.limit import Limit, named
 from lienumba.engine.runner import check_workers
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
+from lienumba.store.layout import MARGIN
 from lienumba.sweep.normal import inverse
 from lienumba.words import show
 
@@ -53,8 +54,8 @@ def worst(
     Returns
     -------
     xarray.Dataset
-        Of all runs that were simulated their inputs, `status` and `margin` (below 0: not met; NaN of a failed run, than
-        which nothing is worse), and `worst`, the label of the run with the smallest.
+        Of all runs that were simulated their inputs, `status` and `requirement_margin` (run, requirement: below 0 if
+        not met; NaN of a failed run, than which nothing is worse), and `worst`, the label of the run with the smallest.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def worst(
             rng=np.random.default_rng(resolved.data.sweep.seed),
         )
     variables, coordinates = limit.kept()
-    found = variables["margin"][1]
+    found = variables[MARGIN][1][:, 0]
     label = int(np.argmin(np.where(np.isnan(found), -np.inf, found)))
     variables["worst"] = ((), label, {"long_name": "the run with the smallest margin"})
     attributes = limit.attributes(f"worst case: {limit.requirement}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from lienumba.analysis.text_table import TextTable
 from lienumba.present.terminal.console import wide_output
+from lienumba.store.layout import MARGIN
 from lienumba.words import plural, show
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def print_worst(ds: "xr.Dataset") -> None:
     """The smallest margin, and the inputs there."""
     output = wide_output(WIDTH)
     found = ds.sel(run=int(ds["worst"]))
-    margin, units = float(found["margin"]), str(ds["margin"].attrs.get("units", ""))
+    margin, units = found[MARGIN].item(), str(ds["requirement_units"].item())
     name, count = show(ds.attrs["requirement"]), plural(ds.sizes["run"], "run", "runs")
     if np.isnan(margin):
         said = "the run fails"

@@ -214,6 +214,13 @@ def _mean(parsing: _Parsing, value: ast.expr, condition: ast.expr | None) -> ast
     return ast.BinOp(total, ast.Div(), _time_of(total))
 
 
+def _time_above(parsing: _Parsing, x: ast.expr, limit: ast.expr, condition: ast.expr | None) -> ast.expr:
+    above: ast.expr = ast.Compare(x, [ast.Gt()], [limit])
+    if condition is not None:
+        above = ast.BoolOp(ast.And(), [above, condition])
+    return _time_of(parsing.keep(INTEGRAL, None, above))
+
+
 def _overshoot(parsing: _Parsing, x: ast.expr, target: ast.expr, condition: ast.expr | None) -> ast.expr:
     beyond = ast.BinOp(x, ast.Sub(), target)
     first, most, least = (ast.unparse(parsing.keep(kind, beyond, condition)) for kind in (FIRST, LARGEST, SMALLEST))
@@ -275,6 +282,14 @@ REDUCERS: dict[str, Reducer] = {
             (CONDITION,),
             False,
             lambda p, a: _time_of(p.keep(INTEGRAL, None, a[0])),
+            "s",
+        ),
+        Reducer(
+            "time_above",
+            "for how long it is above a limit",
+            ("number", "target"),
+            True,
+            lambda p, a: _time_above(p, *a),
             "s",
         ),
         Reducer(

@@ -12,8 +12,10 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba.cli import app
+from lienumba.engine.select_run import worst as worst_run
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import toml
+from lienumba.store.layout import MARGIN
 
 MEAN = np.array([1.0, 2.0, 0.5])
 STD = np.array([0.1, 0.2, 0.3])
@@ -50,8 +52,8 @@ def test_a_flight_that_ends_too_far(method: str) -> None:
     assert float(found.probability_low) <= PROBABILITY <= float(found.probability_high)
     assert (found.status == 0).all()
     x = SLOPE @ np.stack([found[f"bodies.b.velocity[{n}]"] for n in range(3)])
-    np.testing.assert_allclose(found.margin, away(SPREAD) - x, rtol=0, atol=1e-12)
-    assert found.margin.attrs["units"] == "m"
+    np.testing.assert_allclose(found.requirement_margin[:, 0], away(SPREAD) - x, rtol=0, atol=1e-12)
+    assert found.requirement_units == "m"
     if method == "subset":
         return
     np.testing.assert_allclose(found.distance, [stats.norm.isf(PROBABILITY)], rtol=1e-6)
@@ -83,7 +85,8 @@ def test_the_worst_of_a_box_is_its_corner() -> None:
     at = found.sel(run=int(found.worst))
     corner = MEAN + np.sign(SLOPE) * 3.0 * STD
     np.testing.assert_allclose([at[f"bodies.b.velocity[{n}]"] for n in range(3)], corner, atol=2e-3)
-    assert float(at.margin) == found.margin.min()
+    assert at.requirement_margin.item() == found.requirement_margin.min()
+    assert worst_run(found, "near").run == int(found.worst) == worst_run(found, f"{MARGIN}.near").run
     assert found.sizes["run"] <= 850
 
 
