@@ -44,8 +44,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
-        {"deflate", "layout", "provenance"}, {"linear_layout", "study_layout", "windows"}, {"form"}, {"files", "names"},
-        {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
+        {"deflate", "layout", "provenance", "refusals"}, {"linear_layout", "study_layout", "windows"}, {"form"},
+        {"files", "names"}, {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
@@ -64,9 +64,9 @@ INSIDE = {  # the floors of rooms, lowest first
     "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table", "weights"}, {"labels", "outcomes"},
-        {"mode_rows", "mode_runs", "summary", "summary_rows", "summary_text"},
+        {"mode_runs", "summary", "summary_rows", "summary_text"},
         {"sensitivities", "statistics", "studies"},
-        {"requirements"}, {"by_run", "comparison", "folder_index", "panels"},
+        {"requirements"}, {"by_run", "comparison", "folder_index", "mode_rows", "panels"},
     ],
 }  # fmt: skip
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "h5py", "scipy", "matplotlib"}  # NumPy: `validate` needs it anyway

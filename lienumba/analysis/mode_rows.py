@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.sensitivities.ranks import standard_ranks
 from lienumba.analysis.text_table import ROUNDING, TextTable, number_text
 from lienumba.store.linear_layout import GIVEN, STORED
 from lienumba.sweep.design import NOMINAL_RUN
@@ -69,20 +70,14 @@ def swept(ds: xr.Dataset, most: int) -> list[str]:
     if not there.any():
         return names[:most]
     frequency = ds["frequency"].values[there].reshape(int(there.sum()), -1)
-    ranks = _ranks(frequency[:, np.isfinite(frequency).all(axis=0)])
-    strength = [float(np.abs(_ranks(ds[name].values[there, None]).T @ ranks).max(initial=0.0)) for name in names]
+    frequency = frequency[:, np.isfinite(frequency).all(axis=0)]
+    varying = np.ptp(frequency, axis=0) > ROUNDING * np.abs(frequency).max(axis=0, initial=0.0)
+    ranks = [standard_ranks(x) for x in frequency[:, varying].T]
+    strength = []
+    for own in (standard_ranks(ds[name].values[there]) for name in names):
+        strength.append(max((abs(float(own @ x)) for x in ranks), default=0.0) if np.isfinite(own).all() else 0.0)
     best = sorted(np.argsort(strength, kind="stable")[::-1][:most].tolist())
     return [names[n] for n in best]
-
-
-def _ranks(x: np.ndarray) -> np.ndarray:
-    """The ranks of each column about their mean, of length 1; 0 of a column that does not vary."""
-    ranks = x.argsort(axis=0, kind="stable").argsort(axis=0) - 0.5 * (len(x) - 1)
-    varying = (
-        np.ptp(x, axis=0) > ROUNDING * np.abs(x).max(axis=0, initial=0.0) if len(x) else np.zeros(x.shape[1], bool)
-    )
-    found: np.ndarray = np.where(varying, ranks / max(float(np.linalg.norm(ranks[:, :1])), 1.0), 0.0)
-    return found
 
 
 def unstable(own: xr.Dataset) -> int:

@@ -11,7 +11,7 @@ import xarray as xr
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import FULL, MARGIN, MET
-from lienumba.store.names import OUTCOME, SOME, SUMMARY, Name, Names, dims_of, hint, known, match, names_of
+from lienumba.store.names import OUTCOME, SOME, SUMMARY, Name, Names, by_variable, dims_of, hint, known, match, names_of
 from lienumba.store.windows import windows
 from lienumba.words import listed, plural, show
 
@@ -86,7 +86,7 @@ def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
     if judges := _judges(name, found, every):
         return _missing(ds, judges, name)
     names = _where(name, found, every)
-    peak = max((found for variable in _variables(names) for found in _peaks(ds, variable)), key=lambda x: x.size)
+    peak = max((found for own in by_variable(names).values() for found in _peaks(ds, own)), key=lambda x: x.size)
     if peak.size < 0.0:
         raise ScenarioError(f"--worst {name}: no run has a value of it; choose another variable, or a run with --run")
     dim = str(ds[names[0].variable].dims[0])
@@ -161,12 +161,6 @@ def _extremes(every: Names, end: str) -> Names:
         if x.kind == SUMMARY and x.variable.endswith(end) and not x.variable.endswith(WHEN):
             found[x.variable.removesuffix(end) + x.name.removeprefix(x.variable)] = x
     return Names(found)
-
-
-def _variables(names: list[Name]) -> Iterator[list[Name]]:
-    """Names by their variables."""
-    for variable in dict.fromkeys(x.variable for x in names):
-        yield [x for x in names if x.variable == variable]
 
 
 def _peaks(ds: "xr.Dataset", names: list[Name]) -> Iterator[Peak]:

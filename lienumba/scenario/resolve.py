@@ -37,7 +37,8 @@ from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.schema.skeleton import broken
 from lienumba.scenario.study_points import Plan, plan_of
-from lienumba.store.form import damaged, scenario_tables
+from lienumba.store.form import scenario_tables
+from lienumba.store.refusals import damaged
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import plural

@@ -10,8 +10,9 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.store.files import NETCDF
-from lienumba.store.form import NUMERIC, damaged
+from lienumba.store.form import NUMERIC
 from lienumba.store.layout import CHUNK_BYTES, FULL, LABEL
+from lienumba.store.refusals import damaged
 
 if TYPE_CHECKING:
     import netCDF4

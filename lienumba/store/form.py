@@ -13,14 +13,15 @@ from lienumba.batch.statuses import STATUSES
 from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
 from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
+from lienumba.store.refusals import check_dimension, damaged
 
 if TYPE_CHECKING:
     import xarray as xr
 
 DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a selection keeps at least one label
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
-TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")  # attributes of variables
-# attributes of the whole
+# Attributes that are texts: of variables, and of the whole.
+TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
 SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", "chatters", VERDICT, VERDICTS)
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
@@ -62,11 +63,6 @@ def scenario_tables(ds: xr.Dataset | Mapping[str, Any], where: str) -> Tables:
         raise damaged(where, f"its attribute scenario cannot be read ({error})") from None
 
 
-def damaged(where: str, what: str) -> ScenarioError:
-    """The error of a dataset that somebody or something has changed."""
-    return ScenarioError(f"{where}: is not as lienumba wrote it, {what}; make it again, or give the file as it was")
-
-
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
     tables = tomllib.loads(text)
@@ -85,12 +81,7 @@ def _tables(text: str) -> Tables:
 
 def _check_selection(ds: xr.Dataset, where: str, needed: Sequence[str]) -> None:
     for dim in DIMENSIONS:
-        if dim in ds.variables and dim not in ds.dims:
-            label = ds[dim].values.tolist()
-            raise ScenarioError(
-                f"{where}: has only one {dim}, without its dimension; select with a list, such as "
-                f"ds.sel({dim}=[{label!r}])"
-            )
+        check_dimension(ds, dim, where)
     for name in needed:
         if name not in ds or "run" not in ds[name].dims:
             raise ScenarioError(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lienumba.errors import ScenarioError
+from lienumba.store.refusals import check_dimension, damaged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,28 +71,19 @@ def check_modes(ds: xr.Dataset, where: str) -> None:
     shapes = [name for name in SHAPES if name in ds]
     for dim in LABELS if shapes else (*MODE, "quantile"):
         if dim not in ds.coords:
-            raise _changed(where, f"{dim} has no labels")
-        if dim not in ds.dims:
-            label = ds[dim].values.tolist()
-            raise ScenarioError(
-                f"{where}: has only one {dim}, without its dimension; select with a list, such as "
-                f"ds.sel({dim}=[{label!r}])"
-            )
+            raise damaged(where, f"{dim} has no labels")
+        check_dimension(ds, dim, where)
         values = ds[dim].values
         if not len(values):
             raise ScenarioError(f"{where}: has no {dim}; select at least one")
         if values.dtype.kind not in LABELS[dim] or len(set(values.tolist())) < len(values):
-            raise _changed(where, f"{dim} has other labels")
+            raise damaged(where, f"{dim} has other labels")
         if dim in ALWAYS and tuple(values.tolist()) != ALWAYS[dim]:
             raise ScenarioError(f"{where}: has not every {dim} in its order; select runs, times and modes only")
     variables = NEEDED | {name: SHAPES[name] for name in shapes} | ({"origin": ("time",)} if "origin" in ds else {})
     for name, dims in variables.items():
         kinds = KINDS.get(name, "f")
         if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in kinds:
-            raise _changed(where, f"{name} is not {' by '.join(dims)}")
+            raise damaged(where, f"{name} is not {' by '.join(dims)}")
     if np.shape(ds.attrs.get("rotation", STILL)) != (3,) or not isinstance(ds.attrs.get("scenario_sha256"), str):
-        raise _changed(where, "its attributes are others")
-
-
-def _changed(where: str, what: str) -> ScenarioError:
-    return ScenarioError(f"{where}: is not as lienumba wrote it, {what}; make it again, or give the file as it was")
+        raise damaged(where, "its attributes are others")

@@ -80,6 +80,14 @@ def known(ds: xr.Dataset) -> Names:
     return Names(with_failed(found), requirements, value_of)
 
 
+def by_variable(names: Iterable[Name]) -> dict[str, list[Name]]:
+    """Names, each once, by their variables, in the order of the first of each."""
+    found: dict[str, list[Name]] = {}
+    for name in dict.fromkeys(names):
+        found.setdefault(name.variable, []).append(name)
+    return found
+
+
 def with_failed(names: Iterable[Name]) -> dict[str, Name]:
     """These by what they are called; whether a run failed follows from how it ended."""
     return {FAILED: Name(FAILED, STATUS, (), OUTCOME, "1"), **{x.name: x for x in names}}
@@ -190,9 +198,9 @@ def find_one(asked: str, names: Names) -> Name:
     return only
 
 
-def one_of(asked: str, listed: Iterable[str], whose: str, what: str, none: str) -> str:
+def one_of(asked: str, there: Iterable[str], whose: str, what: str, none: str) -> str:
     """The same word if it is among these, else a ScenarioError; none: what to do where there are none at all."""
-    names = [*listed]
+    names = [*there]
     if asked not in names:
         raise ScenarioError(f"{whose} has no {what} {show(asked)}; {suggestion(asked, names) if names else none}")
     return asked

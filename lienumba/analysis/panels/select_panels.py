@@ -20,7 +20,7 @@ from lienumba.analysis.text_table import ROUNDING
 from lienumba.batch.statuses import GOOD
 from lienumba.mechanics.system.output_variables import MODE, kept_largest
 from lienumba.store.layout import FULL, VARIABLES
-from lienumba.store.names import INPUT, OVER_TIME, STATUS, Name, dims_of, find, known, names_of
+from lienumba.store.names import INPUT, OVER_TIME, STATUS, Name, by_variable, dims_of, find, known, names_of
 from lienumba.words import plural
 
 ROTATIONS = ("rotation", "last_rotation")
@@ -104,8 +104,7 @@ def named_panels(ds: xr.Dataset, names: Sequence[str]) -> SelectedPanels:
     found: list[Panel] = []
     every = known(ds)
     for own in (find(name, every, "variable") for name in names):
-        for variable in dict.fromkeys(x.variable for x in own):
-            part = [x for x in own if x.variable == variable]
+        for variable, part in by_variable(own).items():
             found += [_input(ds[variable])] if part[0].kind == INPUT else _panels(ds[variable], part)
     shown = [panel for n, panel in enumerate(found) if panel not in found[:n]]
     return SelectedPanels(tuple(shown[:MOST_ASKED]), _left_out(shown[MOST_ASKED:], 0))

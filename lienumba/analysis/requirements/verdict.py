@@ -14,9 +14,10 @@ from lienumba.analysis.text_table import NONE, NUMBER, WORD, TextTable, number_t
 from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.toml import Tables
-from lienumba.store.form import damaged, scenario_tables
+from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import one_of
+from lienumba.store.refusals import damaged
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show

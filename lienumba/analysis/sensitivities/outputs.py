@@ -6,7 +6,7 @@ counts. The pseudo-output `failed` is 1 for a run that failed and 0 for a good o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import nan
 from typing import Any
@@ -28,6 +28,7 @@ from lienumba.store.names import (
     STATUS,
     Name,
     Names,
+    by_variable,
     dims_of,
     find,
     known,
@@ -63,7 +64,7 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
         asked = _default_outputs(every, time)
         failed = every.every[FAILED]
         asked += [failed] if time is None and good.any() and not good[sampled].all() and failed.kind == OUTCOME else []
-    for variable, wanted in _by_variable(asked):
+    for variable, wanted in by_variable(asked).items():
         if variable == STATUS:
             if time is not None:
                 raise _timeless(FAILED, time)
@@ -79,20 +80,12 @@ def of_every_run(ds: xr.Dataset, names: Sequence[str], time: float | None) -> It
     every = known(ds)
     once = [x for x in every.every.values() if x.kind not in (*OVER_TIME, INPUT, OUTCOME)]
     everywhere = np.ones(ds.sizes["run"], bool)
-    for variable, wanted in _by_variable([found for name in names for found in _find(name, every)] or once):
+    for variable, wanted in by_variable([found for name in names for found in _find(name, every)] or once).items():
         if variable == STATUS:
             failed = (~ds[STATUS].isin(GOOD).values).astype(float)
             yield Output(FAILED, "1", "whether the run failed", failed)
         else:
             yield from _of_variable(ds, wanted, time if wanted[0].kind in OVER_TIME else None, everywhere)
-
-
-def _by_variable(names: Iterable[Name]) -> Iterator[tuple[str, list[Name]]]:
-    """Names by their variables, in the order of the first of each."""
-    found: dict[str, list[Name]] = {}
-    for name in dict.fromkeys(names):
-        found.setdefault(name.variable, []).append(name)
-    yield from found.items()
 
 
 def _timeless(name: str, time: float) -> ScenarioError:

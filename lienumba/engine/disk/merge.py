@@ -26,13 +26,14 @@ from lienumba.scenario.resolve import resolve, written_tables
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.files import read
 from lienumba.store.finished import Finished, RecordColumns
-from lienumba.store.form import damaged, scenario_tables
+from lienumba.store.form import scenario_tables
 from lienumba.store.outputs import Output
+from lienumba.store.refusals import damaged
 from lienumba.store.shards import Shards
 from lienumba.store.stream import Stream, slices
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed_dataset
-from lienumba.words import listed, plural
+from lienumba.words import plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -232,15 +233,14 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
     try:
         for part in parts:
             opened(part.path).check({table: results.dtype(table) for table in results.tables}, str(part.path))
+            for dim, wanted in results.labels(part.labels["run"]).items():
+                if len(lost := np.setdiff1d(wanted, part.labels[dim])):
+                    raise damaged(str(part.path), f"it has lost the course of {_named(lost)}")
         columns = results.labels(labels[order])
         for dim, own in columns.items():
             sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
-            try:
-                there = slices(own, sources)
-            except ValueError as error:
-                raise damaged(listed(str(part.path) for part in parts), str(error)) from None
-            stream.put(dim, there, told)
+            stream.put(dim, slices(own, sources), told)
 
         def column(name: str, place: tuple[int, ...]) -> np.ndarray:
             every: Any = np.concatenate([opened(part.path).tables["run"].column(name) for part in parts])

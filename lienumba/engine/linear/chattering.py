@@ -15,12 +15,11 @@ import numpy as np
 from lienumba.batch.statuses import SUCCESS
 from lienumba.compiler.derivatives import replayed
 from lienumba.compiler.symbols import Graph, Symbol, live
-from lienumba.engine.linear.stiffness import Column, course
+from lienumba.engine.linear.course import Column, course
 from lienumba.engine.simulate import Runs
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.linear.equations import CLOCK, STATE
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.system.applied_forces import generalized
 from lienumba.scenario.resolve import Scenario
@@ -67,9 +66,7 @@ def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]
 def _chatters(prepared: Prepared, moments: Sequence[tuple[float, np.ndarray]]) -> str | None:
     """The name of the first force that does; moments: times (s) and states (1, 18 k) of a run."""
     tracer, numbers = FreedomTracer.of(prepared.model), split(prepared.model)[1]
-    laws = tracer.law_states.initial(prepared.model)
-    augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, 1).T)
-    states = [(t, tracer.rows(prepared.model, bodies, laws, augmented)) for t, bodies in moments]
+    states = [(t, tracer.rows_at_start(prepared.model, bodies, prepared.angles)) for t, bodies in moments]
     for jump in _jumps(tracer):
         values = [*jump.compared, *jump.branches]
         with np.errstate(all="ignore"):

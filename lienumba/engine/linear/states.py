@@ -15,7 +15,6 @@ from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of
@@ -154,9 +153,8 @@ class Asked:
 
 def _start(tracer: FreedomTracer, prepared: Prepared) -> tuple[list[Any], np.ndarray]:
     """The rows of the states at t = 0, and which runs are there."""
-    laws = tracer.law_states.initial(prepared.model)
-    augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, len(prepared.labels)).T)
-    return tracer.rows(prepared.model, np.asarray(prepared.states), laws, augmented), prepared.codes == SUCCESS
+    rows = tracer.rows_at_start(prepared.model, np.asarray(prepared.states), prepared.angles)
+    return rows, prepared.codes == SUCCESS
 
 
 def _is_dataset(source: object) -> bool:

@@ -5,12 +5,13 @@ again. Where a run took about as many steps as that asks for, and nothing that i
 mechanism is stiff. Nothing is asked of kernels, and of runs whose steps are as short as their motion wants, nothing.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
+from lienumba.engine.linear.course import Column, course
 from lienumba.engine.linear.looked import Looked
 from lienumba.engine.linear.states import States
 from lienumba.engine.linear.systems import Recorded
@@ -19,26 +20,21 @@ from lienumba.errors import ScenarioError
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.stability import polynomial, reach
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import Prepared, prepare
 
-RUNS, TIMES = 3, 9  # that are looked at: the runs with the most steps
+RUNS = 3  # that are looked at: those with the most steps
 LEAST, FEW = 1000, 5  # steps of all runs, below which nobody waits for them; more where there are more bodies
-SLOW = (
-    0.2  # of a turn in a step that accuracy alone would allow, tolerance^(1/order) rad: below, something else is fast
-)
+# Of a turn in a step that accuracy alone would allow, tolerance^(1/order) rad: below, something else is fast.
+SLOW = 0.2
 DEAD = 30.0  # time constants in a run, after which a mode has died out
 APART = 10.0  # by so much what has died out is faster than what has not
 FEWEST, MOST = 0.5, 2.0  # steps, of those that stability asks for
 ENDED = 4.0  # steps for each time on which one has to end, below which these are the reason
 INSTEAD = "radau5"
-STATE = ("position", "rotation", "velocity", "angular_velocity")
-
-Column = Callable[[str, np.ndarray], np.ndarray]  # of a variable, of runs by their labels
 
 
 @dataclass(frozen=True)
@@ -91,22 +87,6 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     return None
 
 
-def course(resolved: Scenario, column: Column, labels: np.ndarray) -> tuple[list[float], np.ndarray, np.ndarray]:
-    """Some times, the end among them, the states of bodies there (times, runs, 18 k), and the largest angular velocity
-    (rad/s) that is stored of each run."""
-    output, every = resolved.data.output, resolved.times
-    if output.mode == "full" and {*STATE} <= {*output.variables}:
-        some, whole = np.unique(np.linspace(0, len(every) - 1, TIMES + 1).astype(int)[1:]), column(STATE[-1], labels)
-        parts = [column(name, labels)[:, some] for name in STATE]
-    else:
-        some = np.array([len(every) - 1])
-        parts = [column(f"last_{name}", labels)[:, None] for name in STATE]
-        whole = parts[-1]
-    found = np.concatenate([x.reshape(*x.shape[:3], -1) for x in parts], axis=3)
-    states = np.moveaxis(found.reshape(len(labels), len(some), -1), 1, 0)
-    return [float(every[n]) for n in some], states, np.abs(whole).reshape(len(labels), -1).max(axis=1)
-
-
 def _allowed(
     prepared: Prepared, moments: Sequence[tuple[float, np.ndarray]], R: np.ndarray, end: float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -114,10 +94,8 @@ def _allowed(
     died out is much faster than all others; and the rate (1/s) of the fastest."""
     tracer, runs = FreedomTracer.of(prepared.model), len(prepared.labels)
     recorded, numbers = Recorded.of(tracer, Looked((), ())), split(prepared.model)[1]
-    laws = tracer.law_states.initial(prepared.model)
-    augmented = list(tracer.augmented.start(prepared.angles, UNIQUE, runs).T)
     for t, bodies in moments:
-        rows = tracer.rows(prepared.model, bodies, laws, augmented)
+        rows = tracer.rows_at_start(prepared.model, bodies, prepared.angles)
         states = States(np.asarray(prepared.labels), np.ones(runs, bool), t, rows, numbers)
         allowed, rates = np.full(runs, np.inf), np.zeros(runs)
         for system in recorded.systems(states):

@@ -33,13 +33,10 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     """From assembled states (runs, 18 k) to where they come to; rotation: three numbers, floats or arrays (runs,)."""
     from lienumba.integrators.tracing.linear.equilibrium import rest
     from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-    from lienumba.integrators.tracing.row_selection import UNIQUE
 
     runs, tracer = len(states), FreedomTracer.of(model)
-    laws = tracer.law_states.initial(model)
-    augmented = list(tracer.augmented.start(angles, UNIQUE, runs).T)
-    found = rest(tracer, model, tracer.rows(model, states, laws, augmented), runs, rotation, driven=True)
-    first = len(found.rows) - len(augmented)
+    found = rest(tracer, model, tracer.rows_at_start(model, states, angles), runs, rotation, driven=True)
+    first = len(found.rows) - tracer.augmented.rows
     with np.errstate(all="ignore"):
         posture = tracer.posture(model, [tuple(found.rows[:first])], tuple(found.rows[first:]), 0.0)
         bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in posture.now.bodies for x in body]

@@ -145,30 +145,25 @@ class Mechanism:
         )
         return state.with_velocities(u - np.linalg.lstsq(C, off, rcond=NEGLIGIBLE)[0])
 
+    def slope(self, state: State, t: float) -> Array:
+        """How `State.flat` changes."""
+        found = self.motion(state, t)
+        if found.condition * LEAST > 1.0:
+            raise SingularError(f"condition {found.condition:.1e} at {t:.3g} s")
+        a = found.accelerations.reshape(-1, 6)
+        turning = state.R @ hat(state.w)
+        return np.concatenate([state.v.ravel(), turning.ravel(), a[:, :3].ravel(), a[:, 3:].ravel()])
+
     def run(self, times: Sequence[float], tolerance: float = 1e-11) -> list[Motion]:
         """From the start on, at these times."""
-        k = len(self.bodies)
-
-        def state_of(y: Array) -> State:
-            r, R, v, w = np.split(y, np.cumsum([3 * k, 9 * k, 3 * k]))
-            return State(
-                tuple(self.bodies),
-                *(x.reshape(k, *s) for x, s in zip((r, R, v, w), ((3,), (3, 3), (3,), (3,)), strict=True)),
-            )
+        s = self.start
 
         def slope(t: float, y: Array) -> Array:
-            now = state_of(y)
-            found = self.motion(now, t)
-            if found.condition * LEAST > 1.0:
-                raise SingularError(f"condition {found.condition:.1e} at {t:.3g} s")
-            a = found.accelerations.reshape(k, 6)
-            return np.concatenate([now.v.ravel(), (now.R @ hat(now.w)).ravel(), a[:, :3].ravel(), a[:, 3:].ravel()])
+            return self.slope(s.like(y), t)
 
-        s = self.start
-        y = np.concatenate([x.ravel() for x in (s.r, s.R, s.v, s.w)])
-        done = solve_ivp(slope, (0.0, times[-1]), y, "DOP853", times, rtol=tolerance, atol=0.01 * tolerance)
+        done = solve_ivp(slope, (0.0, times[-1]), s.flat, "DOP853", times, rtol=tolerance, atol=0.01 * tolerance)
         assert done.success, done.message
-        return [self.motion(state_of(y), t) for t, y in zip(done.t.tolist(), done.y.T, strict=True)]
+        return [self.motion(s.like(y), t) for t, y in zip(done.t.tolist(), done.y.T, strict=True)]
 
     def kinetic(self, motion: Motion) -> float:
         u = motion.state.u

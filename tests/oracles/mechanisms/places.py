@@ -36,6 +36,18 @@ class State:
         """Velocities (6 k)."""
         return np.concatenate([self.v, self.w], axis=1).ravel()
 
+    @property
+    def flat(self) -> Array:
+        """All of its numbers (18 k)."""
+        return np.concatenate([x.ravel() for x in (self.r, self.R, self.v, self.w)])
+
+    def like(self, flat: Array) -> "State":
+        """Another state of the same bodies."""
+        k = len(self.names)
+        parts = np.split(flat, np.cumsum([3 * k, 9 * k, 3 * k]))
+        shapes = ((3,), (3, 3), (3,), (3,))
+        return State(self.names, *(x.reshape(k, *s) for x, s in zip(parts, shapes, strict=True)))
+
     def with_velocities(self, u: Array) -> "State":
         v, w = np.split(u.reshape(-1, 6), 2, axis=1)
         return State(self.names, self.r, self.R, v, w)

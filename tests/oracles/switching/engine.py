@@ -16,9 +16,9 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from tests.oracles.mechanisms import joints
-from tests.oracles.mechanisms.engine import LEAST, Mechanism, Motion, SingularError
+from tests.oracles.mechanisms.engine import Mechanism, Motion
 from tests.oracles.mechanisms.numbers import number
-from tests.oracles.mechanisms.places import Array, Function, Places, State, hat, vee
+from tests.oracles.mechanisms.places import Array, Function, Places, State, vee
 from tests.oracles.switching.laws import Condition, UnlikeError, complementary, gap, stop
 
 Table = Mapping[str, Any]
@@ -336,27 +336,17 @@ class Changing:
         self, state: State, t: float, end: float, tolerance: float, most: float, tell: Callable[..., None]
     ) -> tuple[float, State | None]:
         """Up to the next change, and behind it."""
-        m, k = self.mechanism(self.carrying), len(state.names)
-
-        def state_of(y: Array) -> State:
-            parts = np.split(y, np.cumsum([3 * k, 9 * k, 3 * k]))
-            shapes = ((3,), (3, 3), (3,), (3,))
-            return State(state.names, *(x.reshape(k, *s) for x, s in zip(parts, shapes, strict=True)))
+        m, state_of = self.mechanism(self.carrying), state.like
 
         def slope(t: float, y: Array) -> Array:
-            now = state_of(y)
-            found = m.motion(now, t)
-            if found.condition * LEAST > 1.0:
-                raise SingularError(f"condition {found.condition:.1e} at {t:.3g} s")
-            a = found.accelerations.reshape(k, 6)
-            return np.concatenate([now.v.ravel(), (now.R @ hat(now.w)).ravel(), a[:, :3].ravel(), a[:, 3:].ravel()])
+            return m.slope(state_of(y), t)
 
         def steps(t: float, y: Array, to: float) -> DOP853:
             return DOP853(slope, t, y, to, rtol=tolerance, atol=0.01 * tolerance, max_step=most)
 
         watched = self._watched()
         values = {key: self._watch(key, state, t) for key in watched}
-        solver = steps(t, np.concatenate([x.ravel() for x in (state.r, state.R, state.v, state.w)]), end)
+        solver = steps(t, state.flat, end)
         while solver.status == "running":
             before, y0 = solver.t, solver.y.copy()
             message = solver.step()

@@ -129,7 +129,7 @@ def _keep_between(
         keep_over(kernels, sizes, at, plan, n, t, length, low, high, 1, holds)
     unknown = lanes & (choose(before == before, choose(after == after, splat(0.0), 1.0), 1.0) == 1.0)
     if any_lane(unknown):
-        _lose(at.measures + ROW * layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND], after, unknown)
+        _lose(kept, plan.kept[n, KEPT_KIND], after, unknown)
 
 
 @apart

@@ -10,7 +10,7 @@ from lienumba.integrators.methods.charts import JOINT
 from lienumba.integrators.tracing.joint_tracer import JointTracer
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.tracer import Method, split
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.system import kkt
 from lienumba.mechanics.system.switches import permanent
 from lienumba.mechanics.tree.motion import read_state
@@ -39,3 +39,8 @@ class FreedomTracer(JointTracer):
         with np.errstate(all="ignore"):
             moves = read_state(model, self.tree(model), placed)
         return [*moves, *self.law_states.together(laws), *augmented]
+
+    def rows_at_start(self, model: Model, bodies: np.ndarray, angles: Mapping[Counted, np.ndarray]) -> list[Any]:
+        """The same of runs that begin: bodies (runs, 18 k), and the angles of joints that are counted (runs,)."""
+        augmented = self.augmented.start(angles, UNIQUE, len(bodies)).T
+        return self.rows(model, bodies, self.law_states.initial(model), list(augmented))

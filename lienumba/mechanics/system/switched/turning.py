@@ -104,9 +104,9 @@ def _creeps(
         for (r, column), c in C.items():
             rate = rate + c * a[column] if r == row else rate
         grows.append(rate)
-    (x, y), (a, b) = sliding, grows
+    (x, y), (dx, dy) = sliding, grows
     unit = where(speed > 0.0, speed, 1.0)
-    growing, turning = (x * a + y * b) / unit, (x * b - y * a) / unit
+    growing, turning = (x * dx + y * dy) / unit, (x * dy - y * dx) / unit
     across = STRAIGHT * absolute(turning)
     ends, begins = minimum(growing + across, 0.0), maximum(growing - across, 0.0)  # 0 where it turns
     alone = where(pressing > 0.0, (begins / BEGUN - ends / BRAKED) / where(pressing > 0.0, pressing, 1.0), 0.0)

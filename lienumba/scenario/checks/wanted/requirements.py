@@ -34,15 +34,7 @@ def check_stop(stop: Stop, sweep: Keys, runs: int, requirements: list[Keys], rep
     if stop.requirement is not None and sampler is not None and sampler.row:
         rule = f'decides by independent runs, but those of the sampler "{sampler.name}" share their samples'
         report.add("sweep.stop.requirement", rule, 'use the sampler "random"', stop.requirement)
-    table = sweep.get("table")
-    if isinstance(table, dict) and table.get("weights") is not None:
-        rule = "needs weights that are known never to exceed a number, and those of a table are not"
-        report.add("sweep.stop", rule, "take it out, or the column weight out of the table")
-    if sampler is not None and sampler.weighted:
-        for place, requirement in placed(REQUIREMENTS, requirements):
-            if requirement.get("failed") == "ignore":
-                rule = "has no bounds at every run where runs have weights, and [sweep.stop] asks for them"
-                report.add(f"{place}.failed", rule, 'give failed = "count", or take sweep.stop out', "ignore")
+    _check_weights(sweep, sampler is not None and sampler.weighted, requirements, report)
     if stop.variable is None and stop.requirement is None:
         report.miss("sweep.stop.variable", "give it with width, or give requirement")
     if stop.requirement is not None:
@@ -53,6 +45,18 @@ def check_stop(stop: Stop, sweep: Keys, runs: int, requirements: list[Keys], rep
         report.add(
             "sweep.stop.every", f"is never reached by sweep.runs = {runs}", "give fewer, or more runs", stop.every
         )
+
+
+def _check_weights(sweep: Keys, weighted: bool, requirements: list[Keys], report: Report) -> None:
+    """Runs with weights are asked on the way only where these have a bound; weighted: by the sampler."""
+    table = sweep.get("table")
+    if isinstance(table, dict) and table.get("weights") is not None:
+        rule = "needs weights that are known never to exceed a number, and those of a table are not"
+        report.add("sweep.stop", rule, "take it out, or the column weight out of the table")
+    for place, requirement in placed(REQUIREMENTS, requirements) if weighted else ():
+        if requirement.get("failed") == "ignore":
+            rule = "has no bounds at every run where runs have weights, and [sweep.stop] asks for them"
+            report.add(f"{place}.failed", rule, 'give failed = "count", or take sweep.stop out', "ignore")
 
 
 def _check_decided(stop: Stop, name: str, known: list[str], report: Report) -> None:
