@@ -8,7 +8,9 @@ import xarray as xr
 
 from lienumba.analysis.sensitivities.ranks import standard_ranks
 from lienumba.analysis.text_table import ROUNDING, TextTable, number_text
+from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.store.linear_layout import GIVEN, STORED
+from lienumba.sweep import weighted
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.words import listed, plural
 
@@ -104,6 +106,9 @@ def _notes(own: xr.Dataset, there: int, many: bool) -> Iterator[str]:
         unlike = int((own["mac"].values[:, n] < UNLIKE).sum()) if "mac" in own else 0
         if unlike:
             yield f"mode {mode} has a shape of its own in {plural(unlike, 'run', 'runs')}: it may be another mode there"
+    weights = weights_of(own)
+    if weights is not None:
+        yield weights_told(weights)
     if own.sizes["mode"] > MOST:
         yield f"{own.sizes['mode'] - MOST} more modes are in the dataset"
     if missing := own.sizes["run"] - there:
@@ -115,8 +120,13 @@ def _numbers(own: xr.Dataset, many: bool, fastest: float) -> list[str]:
     grows = [f"{int(own['grows'].sum()):,}"] if many else []
     frequency = _quantiles(own["frequency_quantiles"].values, ".6g", many)
     damping = _quantiles(own["damping_ratio_quantiles"].values, ".4g", many, 1.0)
-    growth = own["growth"].values[np.isfinite(own["growth"].values)]
-    median = float(np.median(growth)) if len(growth) else float("nan")
+    there = np.isfinite(own["growth"].values)
+    growth, weights = own["growth"].values[there], weights_of(own, there)
+    median = float("nan")
+    if weights is None and len(growth):
+        median = float(np.median(growth))
+    elif weights is not None and weights.any():
+        (median,) = weighted.quantiles(growth, weights, (0.5,))
     return [*frequency, *damping, number_text(median, ".4g", fastest), *grows]
 
 

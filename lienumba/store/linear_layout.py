@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lienumba.errors import ScenarioError
+from lienumba.store.layout import RUN, WEIGHT
 from lienumba.store.refusals import check_dimension, damaged
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ SHAPES = {
     "rotation": (*MODE[:2], *PLACE, "body_axis"), "start_position": (MODE[0], *PLACE),
     "start_rotation": (MODE[0], *PLACE, "body_axis"),
 }  # fmt: skip
+OPTIONAL = {"origin": ("time",), WEIGHT: RUN}
 KINDS = {"grows": "b", "stable": "b", "crossed": "b", "status": "iu", "origin": "iu"}  # of arrays; else numbers
 QUANTILES, PARTS, STILL = (0.05, 0.5, 0.95), ("real", "imag"), (0.0, 0.0, 0.0)
 # Kinds of labels, and which there are always.
@@ -80,7 +82,9 @@ def check_modes(ds: xr.Dataset, where: str) -> None:
             raise damaged(where, f"{dim} has other labels")
         if dim in ALWAYS and tuple(values.tolist()) != ALWAYS[dim]:
             raise ScenarioError(f"{where}: has not every {dim} in its order; select runs, times and modes only")
-    variables = NEEDED | {name: SHAPES[name] for name in shapes} | ({"origin": ("time",)} if "origin" in ds else {})
+    variables = (
+        NEEDED | {name: SHAPES[name] for name in shapes} | {name: dims for name, dims in OPTIONAL.items() if name in ds}
+    )
     for name, dims in variables.items():
         kinds = KINDS.get(name, "f")
         if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in kinds:

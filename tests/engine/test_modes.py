@@ -305,6 +305,19 @@ def test_the_nominal_run_is_the_first_and_no_part_of_quantiles() -> None:
     assert rows.headline == "t = 0 s: 3 runs beside the nominal one"
 
 
+def test_quantiles_are_those_of_runs_by_their_weights() -> None:
+    spread = {"distribution": "normal", "mean": 300.0, "std": 30.0}
+    path = "forces.second.stiffness"
+    sweep = {"sampler": "importance", "runs": 4000, "vary": {path: spread}, "proposal": {path: {"shift": 3.0}}}
+    found = lienumba.modes(carts([]) | {"sweep": sweep})
+    assert float(found[path].median()) > 360.0
+    exact = np.sqrt(300.0 + 30.0 * np.array([-1.6448536, 0.0, 1.6448536])) / (2 * np.pi)
+    np.testing.assert_allclose(found.frequency_quantiles.sel(mode=2)[:, 0], exact, rtol=0.02)
+    (rows,) = mode_rows(found)
+    assert any("4,000 runs have weights, which statistics respect" in note for note in rows.notes)
+    assert "weighted runs" in lienumba.analysis.sensitivity(found, "frequency.2").attrs["notes"]
+
+
 def test_what_drifts_is_one_mode_for_each_freedom() -> None:
     body = {"name": "block", "mass": 1.0, "inertia": [1, 2, 3], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
     found = lienumba.modes({"model": {"bodies": [body]}, **SHORT})

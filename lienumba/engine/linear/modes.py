@@ -17,7 +17,9 @@ from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.store.layout import RUN, VARIABLES, WEIGHT, texts
 from lienumba.store.linear_layout import MODE, MODES, PARTS, QUANTILES, SHAPE, SHAPES
+from lienumba.sweep import weighted
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
@@ -60,8 +62,8 @@ def modes(
         `translation` and `turn` of all bodies (global axes, the largest component 1) on (..., body, axis, part);
         `mac`: how alike a shape is to that of the run it was compared with; `crossed`: whether a mode is on the other
         side of another one, in the order of frequencies, than in the first run; `position` and `rotation` of the
-        bodies. On (quantile, time, mode): `frequency_quantiles`, `damping_ratio_quantiles` over the sampled runs.
-        `origin` on time. NaN where a run has fewer modes, or is not there.
+        bodies. On (quantile, time, mode): `frequency_quantiles`, `damping_ratio_quantiles` over the sampled runs, by
+        their `weight` if they have one. `origin` on time. NaN where a run has fewer modes, or is not there.
 
     Raises
     ------
@@ -148,7 +150,8 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
     there = np.isfinite(values.real).any(axis=2)
     sampled = np.asarray(asked.labels) != NOMINAL_RUN
     counted = sampled if sampled.any() else ~sampled
-    over = ("quantile", *dims[1:])
+    weights = asked.weights()
+    over, own = ("quantile", *dims[1:]), None if weights is None else weights[counted]
     variables: dict[str, Any] = {
         "growth": (dims, values.real, {"units": "s-1", "long_name": "real part of the eigenvalue"}),
         "angular_frequency": (dims, values.imag, {"units": "rad s-1", "long_name": "imaginary part"}),
@@ -157,9 +160,11 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         "grows": (dims, growing, {"long_name": "whether the mode grows, beyond rounding"}),
         "stable": (dims[:2], there & ~growing.any(axis=2), {"long_name": "no mode grows"}),
         "status": (dims[:2], np.where(there, 0, 1).astype(np.int8), {"long_name": STATUS}),
-        "frequency_quantiles": (over, _quantiles(frequency[counted]), {"units": "Hz"}),
-        "damping_ratio_quantiles": (over, _quantiles(damping[counted]), {"units": "1"}),
+        "frequency_quantiles": (over, _quantiles(frequency[counted], own), {"units": "Hz"}),
+        "damping_ratio_quantiles": (over, _quantiles(damping[counted], own), {"units": "1"}),
     }
+    if weights is not None:
+        variables[WEIGHT] = (RUN, weights, texts(VARIABLES[WEIGHT].units, VARIABLES[WEIGHT].long_name))
     coordinates: dict[str, Any] = {
         "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "mode": np.arange(1, most + 1),
         "quantile": list(QUANTILES), **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
@@ -183,11 +188,14 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
     return xr.Dataset(variables, coordinates, asked.attributes(MODES))
 
 
-def _quantiles(x: Array) -> Array:
-    """Over the runs that have the mode (quantiles, time, mode)."""
+def _quantiles(x: Array, weights: Array | None) -> Array:
+    """Over the runs that have the mode (quantiles, time, mode); weights: of runs, if they have some."""
     found = np.full((len(QUANTILES), *x.shape[1:]), np.nan)
     for place in np.ndindex(x.shape[1:]):
         own = x[(slice(None), *place)]
-        if np.isfinite(own).any():
-            found[(slice(None), *place)] = np.quantile(own[np.isfinite(own)], QUANTILES)
+        there = np.isfinite(own)
+        if weights is None and there.any():
+            found[(slice(None), *place)] = np.quantile(own[there], QUANTILES)
+        elif weights is not None and weights[there].any():
+            found[(slice(None), *place)] = weighted.quantiles(own[there], weights[there], QUANTILES)
     return found

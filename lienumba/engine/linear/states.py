@@ -21,6 +21,7 @@ from lienumba.scenario.base.arguments import labels_of
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Prepared, check_initial, design, prepare
 from lienumba.store import provenance
 from lienumba.store.form import scenario_tables
@@ -109,6 +110,10 @@ class Asked:
         seed = own.data.sweep.seed
         said = provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command())
         return {KIND: kind, **said}
+
+    def weights(self) -> np.ndarray | None:
+        """Of these runs, None if they have none."""
+        return weights(self.scenario, self.labels) if self.scenario.weighted else None
 
     def prepared(self) -> Prepared:
         """These runs at their start."""
