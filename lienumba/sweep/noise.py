@@ -13,6 +13,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.noise import Recorded, Recursion
+from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.normal import inverse
 from lienumba.sweep.samplers.streams import SMALLEST
@@ -21,7 +22,7 @@ AT_ONCE = 256  # runs whose courses are in memory to read single numbers of them
 
 
 @dataclass(frozen=True)
-class Courses:
+class Courses(RunNumbers):
     """name: of the stream; labels (runs,): of the nominal run all samples are 0; count: of samples of each."""
 
     name: str
@@ -62,7 +63,7 @@ class Courses:
 
 
 @dataclass(frozen=True)
-class RecordedCourses:
+class RecordedCourses(RunNumbers):
     """Courses that stand in a file, of which those of some runs are read when they are needed; labels (runs,): rows of
     the file, of the nominal run all samples are 0; count: of samples of each, behind its end the last one."""
 

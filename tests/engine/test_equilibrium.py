@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.integrators.tracing.linear import equilibrium
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
@@ -201,3 +202,34 @@ def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
     found = lienumba.equilibrium(scenario, rotation=(0, 0, 9.0))
     assert found.status.item() == 0
     np.testing.assert_allclose([found["arm.angle"].item(), found["two.angle"].item()], best.x, atol=1e-6)
+
+
+def test_what_nothing_can_balance_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motor on a hinge, without and with a weight against it, and what falls; a floor is far, but it is there."""
+    scenario = pendulum(0.2, sampler="table", table={"columns": {"gravity[2]": [0.0, -G]}})
+    wind = {"name": "wind", "type": "torque", "body": "bob", "frame": "body", "value": [0, 0.7, 0]}
+    scenario["model"] |= {"gravity": [0, 0, 0], "forces": [wind]}
+    found = lienumba.equilibrium(scenario)
+    assert found.status.values.tolist() == [1, 0]
+    assert found.force.values[0] == pytest.approx(0.7)
+    assert 1.2 * G * 0.5 * np.sin(found["swing.angle"].values[1]) == pytest.approx(0.7)
+    ball = {"name": "ball", "mass": 2.0, "inertia": [0.01, 0.01, 0.01], "position": [0, 0, 1.5]}
+    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0]] * 2,
+             "normal": [0, 0, 1], "radius": 0.1, "stiffness": 1e4}  # fmt: skip
+    drop = lienumba.equilibrium({"model": {"bodies": [ball], "contacts": [floor]}, **SHORT})
+    assert drop.status.item() == 3  # it lies, and may roll
+    assert drop.position.values[0, 0, 2] == pytest.approx(0.1 - 2.0 * G / 1e4, abs=1e-9)
+
+    def searched(*given: Any) -> None:
+        raise AssertionError("a step was made")
+
+    monkeypatch.setattr(equilibrium._Search, "_step", searched)
+    assert (lienumba.equilibrium("scenarios/falling_rod.toml").status == 1).all()
+
+
+def test_what_goes_to_and_fro_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disc that rolls lies down, from one face on the other."""
+    made, step = [], equilibrium._Search._step
+    monkeypatch.setattr(equilibrium._Search, "_step", lambda *given: made.append(None) or step(*given))
+    assert lienumba.equilibrium("scenarios/rolling_disc.toml", runs=[0]).status.item() == 1
+    assert len(made) < 100

@@ -17,6 +17,7 @@ from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, R
 from lienumba.integrators.tracing.program import Outline, Program
 
 _DRIVERS: Memo[Flat] = Memo(3)
+KERNEL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
 
 
@@ -97,11 +98,12 @@ def load(outline: Outline, made: ObjectCode) -> Machine:
 
 def prepare(machine: Machine, parameters: np.ndarray) -> None:
     """Fill the hoisted rows of every block of parameters (blocks, P, W)."""
-    work = machine.buffer()
+    work, every = machine.buffer(), _addresses(parameters)
+    room = work.ctypes.data
     for address in machine.prepares:
-        function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address)
-        for block in parameters:
-            function(0, block.ctypes.data, 0, 0, 0, work.ctypes.data)
+        function = KERNEL(address)
+        for block in every:
+            function(0, block, 0, 0, 0, room)
 
 
 def place(machine: Machine, states: np.ndarray, parameters: np.ndarray, bodies: int) -> np.ndarray:
@@ -143,8 +145,15 @@ def _each(
 ) -> None:  # fmt: skip
     """Call a kernel for each block, at times (blocks, W), or at 0."""
     work, clock = machine.buffer(), aligned(CLOCK, W)
-    function = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(int(machine.kernels[kernel]))
-    for n, (x, p, out) in enumerate(zip(given, parameters, found, strict=True)):
+    function, ticks, room = KERNEL(int(machine.kernels[kernel])), clock.ctypes.data, work.ctypes.data
+    every = zip(*(_addresses(x) for x in (given, parameters, found)), strict=True)
+    for n, (x, p, out) in enumerate(every):
         if times is not None:
             clock[TIME] = times[n]
-        function(x.ctypes.data, p.ctypes.data, clock.ctypes.data, 0, out.ctypes.data, work.ctypes.data)
+        function(x, p, ticks, 0, out, room)
+
+
+def _addresses(blocks: np.ndarray) -> list[int]:
+    """Of every block of an array (blocks, rows, W)."""
+    first, step = blocks.ctypes.data, blocks.strides[0]
+    return [first + step * n for n in range(len(blocks))]

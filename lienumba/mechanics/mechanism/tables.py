@@ -6,9 +6,10 @@ a kernel gets their address as a parameter, so that another table compiles nothi
 behind the last one the values there are kept.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -40,21 +41,20 @@ class Numbers:
         return float(found) if found.ndim == 0 else found
 
 
-@runtime_checkable
-class RunNumbers(Protocol):
+class RunNumbers(ABC):
     """Numbers in memory that each run has of its own."""
 
+    @abstractmethod
     def part(self, runs: Any) -> "RunNumbers":
         """Those of some of the runs (indices or a slice)."""
-        ...
 
+    @abstractmethod
     def rows(self) -> np.ndarray:
         """(runs, numbers), one run behind the other."""
-        ...
 
+    @abstractmethod
     def gather(self, index: Number) -> Any:
         """Of each run the number at its index."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,10 @@ import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
-from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
+from lienumba.integrators.tracing.linear.unbalanced import PLACES, polynomials, unbalanced
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.tracer import Posture, split
 from lienumba.mechanics.mechanism.massless import with_lent_masses
@@ -35,6 +36,7 @@ Array = npt.NDArray[Any]
 STILL = (0.0, 0.0, 0.0)
 LONGEST = 0.2  # rad, and of the size of the mechanism: the most that a step moves
 STEPS = 400
+TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
 HALVINGS = 12
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
@@ -209,12 +211,13 @@ class _Search:
 
     # ---------------------------------------------------------------- the search
     def found(self, driven: bool) -> Resting:
-        """All runs together, none of which sees another; those that rest take no further part."""
-        every = np.arange(self.runs)
-        (done, still), left, worst = np.zeros((2, self.runs), bool), np.full(self.runs, np.nan), np.zeros(self.runs)
-        last = np.full(self.runs, np.inf)
+        """All runs together, none of which sees another; those that rest take no further part, nor do those that never
+        will."""
+        every, worst = np.arange(self.runs), self._unbalanced()
+        (done, still), left, never = np.zeros((2, self.runs), bool), np.where(worst > 0.0, worst, np.nan), worst > 0.0
+        last, before, repeated = np.full(self.runs, np.inf), np.full((2, self.runs), np.nan), np.zeros(self.runs)
         for _ in range(STEPS):
-            which = every[~done & np.isfinite(self.state).all(axis=0)]
+            which = every[~done & ~never & np.isfinite(self.state).all(axis=0)]
             if not len(which):
                 break
             step = self._step(which)
@@ -227,6 +230,10 @@ class _Search:
             last[which] = np.minimum(last[which], step.force)
             settled = (size < DONE) | (~falls & (size < np.sqrt(DONE)))
             done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
+            as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
+            repeated[which] = np.where(~as_before[0] & as_before[1], repeated[which] + 1, 0)
+            never[which] = repeated[which] >= TO_AND_FRO
+            before[:, which] = step.force, before[0, which]
         good = done & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
@@ -237,6 +244,33 @@ class _Search:
         if driven and self.model.drivers and len(which):
             self.state[:, which] = self.with_rates(self.state[:, which], self.asked(self.state[:, which], which))
         return Resting(list(self.state), status, left, growth)
+
+    def _unbalanced(self) -> Array:
+        """The largest force of each run that nothing can balance, wherever it is at rest; else 0 (runs,)."""
+        first = self.tree.state + self.tracer.laws
+        angles = range(first, first + len(self.tracer.augmented.angles))
+        rates, same = set(self.rates), (self.state == self.state[:, :1]).all(axis=1)
+
+        def known(array: str, row: int) -> float | None:
+            if array == "state":  # behind the angles stands what the search does not change
+                fixed = row >= angles.stop and same[row]
+                return 0.0 if row in rates else float(self.state[row, 0]) if fixed else None
+            moves = array == "parameters" or (array == UNKNOWN and row >= self.n)
+            return None if moves else 0.0
+
+        free = {(STATE, row) for row in (*range(self.tree.state, first), *angles)}
+        free |= {(UNKNOWN, self.n + row) for row in range(self.m)}
+        rows = polynomials(self.equations.values[: self.n], known, free)
+        if not rows.any():
+            return np.zeros(self.runs)
+        every, draw = np.arange(self.runs), np.random.default_rng(0).uniform
+        forces = []
+        for _ in range(PLACES):
+            dq = draw(-1.0, 1.0, (self.runs, self.n)) * self.sizes
+            state = self._elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
+            at = self._at(state, np.zeros((self.runs, self.n)), self.mu, every, self.values)
+            forces.append((at.vector("along", self.runs) * self.sizes)[:, rows])
+        return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
 
     def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
         """Of runs whose forces are balanced the status and the growth; their states move as they should from now on."""
@@ -288,14 +322,8 @@ class _Search:
     def _moved(self, which: Array, step: "_Step") -> Array:
         """Move the states by as much of the step as leads to finite forces; how much that is."""
         runs, part, old = len(which), step.short.copy(), self.state[:, which]
-        chart = self.tracer.chart_of(self._of(which))
-        elements = self.tree.state + self.tracer.laws
         for _ in range(HALVINGS):
-            u = [*(part * step.dq.T), *np.zeros((self.n, runs)), *(part * step.ds.T)]
-            u += [np.zeros(runs)] * (chart.size - len(u))
-            with np.errstate(all="ignore"):
-                moved = chart.settled(chart.moved(tuple(old[:elements]), tuple(u)))
-            new = np.array([*(np.broadcast_to(np.asarray(x), (runs,)) for x in moved), *old[elements:]])
+            new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
             _, at, _ = self._looked(new, which, self.values)
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
             if not bad.any():
@@ -303,6 +331,15 @@ class _Search:
             part[bad] *= 0.5
         self.state[:, which] = self._counted(new, which)
         return part
+
+    def _elsewhere(self, state: Array, dq: Array, ds: Array, which: Array) -> Array:
+        """The states moved by these coordinates (runs, n), and states of laws."""
+        runs, chart, elements = len(which), self.tracer.chart_of(self._of(which)), self.tree.state + self.tracer.laws
+        u = [*dq.T, *np.zeros((self.n, runs)), *ds.T]
+        u += [np.zeros(runs)] * (chart.size - len(u))
+        with np.errstate(all="ignore"):
+            moved = chart.settled(chart.moved(tuple(state[:elements]), tuple(u)))
+        return np.array([*(np.broadcast_to(np.asarray(x), (runs,)) for x in moved), *state[elements:]])
 
     def _counted(self, state: Array, which: Array) -> Array:
         """With the turns of joints counted on."""
