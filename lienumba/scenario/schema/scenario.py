@@ -281,7 +281,7 @@ class Integrator(Section):
     first_step: Positive | None = Field(default=None, description="the first step in s that is tried, above 0")
     max_step: Positive | None = Field(default=None, description="the longest step in s, above 0")
     min_step: Positive | None = Field(default=None, description="the shortest step in s, above 0")
-    end_time: Positive = Field(description="the simulated time in s, above 0")
+    end_time: Annotated[Positive, Field(ge=1e-100)] = Field(description="the simulated time in s, 1e-100 or more")
     dexpinv: DexpInv | None = Field(
         default=None,
         description='"closed", or a whole number of terms of the series of dexpinv, from 0 to 10 (or omit it: as many '

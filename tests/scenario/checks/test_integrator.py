@@ -112,6 +112,10 @@ CASES = {
         "integrator.max_step = 1e-30: asks for 1e+28 steps until integrator.end_time = 0.01, at most 2,147,483,647 are "
         "possible; give a longer one",
     ),
+    "a time that cannot be divided": (
+        integrator("tolerance = 1e-6").replace("end_time = 0.01", "end_time = 5e-324"),
+        "integrator.end_time = 5e-324: must be at least 1e-100; give the simulated time in s, 1e-100 or more",
+    ),
     "too many stored times": (
         integrator("tolerance = 1e-6") + "[output]\nevery = 1e-12\n",
         "output.every = 1e-12: stores 1e+10 states until integrator.end_time = 0.01, at most 1,000,000 are possible; "
