@@ -14,7 +14,7 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM, PUSHED = range(10, 18)
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM, PUSHED, CONTRADICTS = range(10, 19)
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -105,5 +105,12 @@ STATUSES = (
         "friction_pushes",
         "something slid along its friction instead of against it, so that friction gave energy; give a smaller "
         "tolerance or a max_step, or less friction",
+    ),
+    Status(
+        CONTRADICTS,
+        "contradiction",
+        "joints, locks, stops and drivers that hold at once ask for different motions, as where something engages or "
+        "hits what a driver goes on moving, or is locked in a dead point; let go of one of them before, or drive by a "
+        "force",
     ),
 )

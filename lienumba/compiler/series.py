@@ -22,6 +22,7 @@ FULL, INNER = True, False  # sums over all products, or over those without a coe
 BEFORE = ("state", "parameters", "clock")  # inputs that are known before the first order
 NUMBER = "work"  # where the graph of everything has k, 1/k and 1/(k + 1), which the code of an order has in its clock
 PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked"  # kinds of series
+SLIGHT = 1e-12  # a root below this is 0 but for rounding
 LONGEST = 4  # products that are summed together
 JUMPS = (*COMPARISONS, "power_of_two", "gather")  # constant but where they jump
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -192,7 +193,7 @@ class _Expansion:
                 return self.here(x) * inverse
             return ((self.here(x) - self.sum_of(a[1], node, INNER)) - self.here(a[1]) * own) * inverse
         if op == "sqrt":
-            positive = own > 0.0  # at 0 it has no series: it stays there until the first step shows what it becomes
+            positive = own > SLIGHT  # at 0 it has no series: it stays there until the first step shows what it becomes
             half = operations.where(positive, 0.5 / operations.where(positive, own, 1.0), 0.0)
             return (self.here(x) - self.sum_of(node, node, INNER)) * half
         if op == "exp":

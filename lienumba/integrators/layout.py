@@ -256,14 +256,14 @@ def peak_row(sizes: Sizes) -> int:
 @kernel
 def event_rows(sizes: Sizes) -> int:
     """What the kernel `events` writes: the conditions, the values that events read, with the kinetic and the potential
-    energy (J) behind them, and how fast friction pushes."""
+    energy (J) behind them, and how fast switches move that should not."""
     return pushing_row(sizes) + sizes.switches
 
 
 @kernel
 def pushing_row(sizes: Sizes) -> int:
     """Where it is said of each switch how fast (m/s or rad/s) what touches moves along its friction, which should be
-    against it; behind the energies."""
+    against it, or what holds moves although it does; behind the energies."""
     return conditions(sizes) + (sizes.values + 2 if sizes.values > 0 else 0)
 
 
@@ -292,9 +292,15 @@ def border_gaps(sizes: Sizes) -> int:
 
 
 @kernel
+def border_alone(sizes: Sizes) -> int:
+    """The diagonal of S as it would be without permanent rows: what rounding in S compares with."""
+    return border_gaps(sizes) + sizes.switched
+
+
+@kernel
 def border_numbers(sizes: Sizes) -> int:
     """`CONTACT_NUMBERS` of each switch: its coefficients, its length (m, or 1) and its speed (m/s or rad/s)."""
-    return border_gaps(sizes) + sizes.switched
+    return border_alone(sizes) + sizes.switched
 
 
 @kernel
@@ -333,7 +339,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 16  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 17  # rows of numbers with which changes of one run are worked out
 
 
 @kernel

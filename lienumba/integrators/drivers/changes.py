@@ -58,7 +58,6 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 ROUNDS = 64  # at one time
-DRIVEN = 1e3  # times what is at rest: what touches and comes nearer faster after all impulses is driven through
 CLOSING = 200  # iterations to close a joint over a gap, of which steps have none
 WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
 
@@ -322,11 +321,23 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
         if p.switches[s, SWITCH_KIND] == UNILATERAL:
             touches = on or reactions.touches(rows, first, sizes, lane, s, row)
             hit = hit or (touches and r.rates[row] < -still)
-    if hit and impacts.impulses(r, rows, first, sizes, lane) != complementarity.SOLVED:
-        rows[first.lanes + STATUS, lane] = codes.UNSOLVED
+    if hit:
+        said = impacts.impulses(r, rows, first, sizes, lane)
+        if said != complementarity.SOLVED:
+            rows[first.lanes + STATUS, lane] = _unsolved(r, complementarity.UNSOLVED)
+        elif not impacts.holds(r, rows, first, sizes, lane):
+            rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for i in range(sizes.switched):
         rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
     return hit
+
+
+@inlined
+def _unsolved(r: Reactions, said: int) -> float:
+    """The status of a run in which impulses or forces were not found."""
+    if said == complementarity.PARADOX:
+        return codes.PARADOX
+    return codes.CONTRADICTS if complementarity.contradicts(r.problem) else codes.UNSOLVED
 
 
 @apart
@@ -366,9 +377,9 @@ def _go_on(
     reactions.read(r, rows, first, sizes, lane)
     for s in range(sizes.switches):
         row, unilateral = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_KIND] == UNILATERAL
-        driven = unilateral and r.rates[row] < -DRIVEN * reactions.still(rows, first, sizes, lane, s)
+        driven = unilateral and r.rates[row] < -impacts.DRIVEN * reactions.still(rows, first, sizes, lane, s)
         if driven and reactions.touches(rows, first, sizes, lane, s, row):
-            rows[first.lanes + STATUS, lane] = codes.UNSOLVED
+            rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
@@ -378,8 +389,7 @@ def _go_on(
         for i in range(sizes.switched):
             rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
     if said != complementarity.SOLVED:
-        paradox = said == complementarity.PARADOX
-        rows[first.lanes + STATUS, lane] = codes.PARADOX if paradox else codes.UNSOLVED
+        rows[first.lanes + STATUS, lane] = _unsolved(r, said)
     for s in range(sizes.switches):
         was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]
         was, now = float(STICK) if was == LEAN else was, float(STICK) if now == LEAN else now

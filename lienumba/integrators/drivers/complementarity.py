@@ -413,6 +413,17 @@ def _roughen(p: Problem) -> int:
 
 
 @apart
+def contradicts(p: Problem) -> bool:
+    """Whether there is no x either where nothing has friction: what holds and what presses ask for different motions.
+    Uses up the problem."""
+    for s in range(p.law.size):
+        p.friction[s], p.bound[s] = 0.0, 0.0
+    for i in range(p.free.size):
+        p.x[i] = 0.0
+    return solve(p) != SOLVED
+
+
+@apart
 def solve(p: Problem) -> int:
     """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found. Of contacts with
     friction that say the same the impulses of least norm."""

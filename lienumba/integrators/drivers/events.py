@@ -32,7 +32,7 @@ from lienumba.integrators.layout import (
 from lienumba.numerics.operations import absolute, maximum, minimum
 
 SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
-PUSHES = 1e-6  # of the largest speed of a switch so far: what moves along its friction by more is pushed by it
+PUSHES = 1e-6  # of the largest speed of a switch so far: what moves by more is pushed by friction, or torn apart
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
 
@@ -113,16 +113,17 @@ def _see(
 ) -> Lanes:  # fmt: skip
     """The conditions at the end of the open step, and of each whether its time is SOUGHT, is that of the end or is
     NEVER, in the lanes `good`. What becomes true as the time passes the end of a step that ends on a discontinuity is
-    true at the end. Returns 1 where friction pushes there, 0 elsewhere."""
+    true at the end. Returns the status of lanes in which friction pushes there, or what holds moves; 0 elsewhere."""
     count = layout.conditions(sizes)
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
     until, noise = load(at.lanes, UNTIL), splat(0.0)
     store(at.clock, layout.TIME, until)
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
-    pushed = splat(0.0)
+    fails = splat(0.0)
     for s in range(sizes.switches):  # before times of conditions take the place of these rows
         fast = PUSHES * load(at.change, layout.change_speeds(sizes) + s)
-        pushed = choose(load(new, layout.pushing_row(sizes) + s) > fast, splat(1.0), pushed)
+        status = codes.CONTRADICTS if plan.switches[s, SWITCH_KIND] == BILATERAL else codes.PUSHED
+        fails = choose(load(new, layout.pushing_row(sizes) + s) > fast, splat(status), fails)
     hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
     if any_lane(jumps):
@@ -153,7 +154,7 @@ def _see(
     for n in range(sizes.events):
         if plan.acts[n, ACTION] != RECORDS and any_lane(load(times, n) < NEVER):
             _acts(sizes, first, rows, runs, queue, plan, n)
-    return pushed
+    return fails
 
 
 @apart
@@ -168,7 +169,7 @@ def find_events(
     times = at.conditions + ROW * 2 * count
     store(at.lanes, CHANGED, splat(0.0))
     store(at.lanes, NEAR, splat(0.0))
-    pushed = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
+    fails = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
         sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
@@ -198,7 +199,7 @@ def find_events(
     left = load(at.lanes, PICKED)
     going, new = good & (left >= 0.0), at.conditions + ROW * count
     going = going & (load(at.lanes, CHANGED) == 0.0)
-    store(at.lanes, STATUS, choose(going & (pushed != 0.0), splat(codes.PUSHED), load(at.lanes, STATUS)))
+    store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))
     follow(sizes, at, new, going)
     stages.commit(going, at.conditions, new, count)
     return left

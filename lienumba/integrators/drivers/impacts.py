@@ -23,6 +23,7 @@ from lienumba.integrators.layout import (
     Workspace,
 )
 
+DRIVEN = 1e3  # times what is at rest: what holds or touches, and still moves faster after all impulses, is driven
 SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked
 GAINS, LESSER = 1e-12, 60  # of what goes to and fro in an impact: rounding; halvings of what comes back
 
@@ -47,6 +48,19 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
     if said == SOLVED:
         _come_to_rest(r, rows, first, sizes, lane)
     return said
+
+
+@apart
+def holds(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
+    """Whether all that is to hold has come to rest by the impulses that were found."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for s in range(sizes.switches):
+        bilateral = p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF
+        row, most = p.switches[s, SWITCH_FIRST], DRIVEN * still(rows, first, sizes, lane, s)
+        for i in range(row, row + p.switches[s, SWITCH_ROWS] if bilateral else row):
+            if size(p.rates[i]) > most:
+                return False
+    return True
 
 
 @apart

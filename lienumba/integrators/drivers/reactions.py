@@ -54,15 +54,16 @@ EDGE = 1e-6  # of the most that friction can be
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
 FIRM, BARE, SHARED, TANGENT, PHASES = range(5)  # rows, in the order in which they are taken
-INDEPENDENT = 1e-10  # of a row's own size: a pivot below this says that others say the same
+INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 
 
 class Reactions(NamedTuple):
-    """rates (q,): of the switched rows before; wanted, taken (q,): which of the rows may be used, and which are;
-    begins (s,): whether and how sliding begins from rest."""
+    """rates (q,): of the switched rows before; least (q,): pivots below which rows say nothing new; wanted, taken (q,):
+    which of the rows may be used, and which are; begins (s,): whether and how sliding begins from rest."""
 
     problem: Problem
     rates: np.ndarray
+    least: np.ndarray
     wanted: np.ndarray
     taken: np.ndarray
     begins: np.ndarray
@@ -79,7 +80,7 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
         v[q + 8], v[q + 9], v[q + 10], v[q + 11], system,
     )  # fmt: skip
-    return Reactions(p, v[q + 12], v[q + 13], v[q + 14], v[q + 15][:s])
+    return Reactions(p, v[q + 12], v[q + 13], v[q + 14], v[q + 15], v[q + 16][:s])
 
 
 @apart
@@ -92,6 +93,7 @@ def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
             n += 1
     for i in range(sizes.switched):
         r.rates[i] = rows[first.change + layout.border_rates(sizes) + i, lane]
+        r.least[i] = INDEPENDENT * p.S[i, i] + NOISE * rows[first.change + layout.border_alone(sizes) + i, lane]
         p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
     for s in range(sizes.switches):
         p.law[s], p.friction[s], p.bound[s], r.begins[s] = float(FREE), 0.0, 0.0, RESTS
@@ -348,7 +350,7 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 @inlined
 def _held(r: Reactions, row: int) -> bool:
     """Whether rows that are taken say the same as this one."""
-    return not r.problem.matrix[row, row] > INDEPENDENT * r.problem.S[row, row]
+    return not r.problem.matrix[row, row] > r.least[row]
 
 
 @apart
@@ -399,7 +401,7 @@ def _take(r: Reactions, phase: float) -> None:
     while True:
         best = -1
         for i in range(q):
-            if r.wanted[i] == phase and r.taken[i] == 0.0 and p.matrix[i, i] > INDEPENDENT * p.S[i, i]:
+            if r.wanted[i] == phase and r.taken[i] == 0.0 and p.matrix[i, i] > r.least[i]:
                 stronger = phase != BARE and best >= 0 and p.matrix[i, i] > 2.0 * p.matrix[best, best]
                 if best < 0 or stronger or (phase == BARE and p.x[i] > p.x[best]):
                     best = i

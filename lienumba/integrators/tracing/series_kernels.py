@@ -247,7 +247,8 @@ def _cut(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Numb
     leaves of a step that nothing cuts. 2, and the factor to its length; 0 where it already ends so; and how far the
     first branch certainly holds (s)."""
     t, tolerance = graph.input("clock", layout.TIME), graph.input("clock", layout.TOLERANCE)
-    beyond = BEYOND * tolerance * graph.input("extra", layout.control_row(tracer.sizes) + layout.REMEMBERED)
+    uncut = graph.input("extra", layout.control_row(tracer.sizes) + layout.REMEMBERED)
+    beyond = BEYOND * tolerance * minimum(uncut, h)  # a series that ends by itself, as in a fall, has endless steps
     beyond = maximum(beyond, LEAST_BEYOND * (t + h))
     first: Number = 2.0 * h
     for place in made.gaps:

@@ -71,7 +71,9 @@ def events(tracer: Tracer) -> Kernel:
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
     if values:
         outputs += dynamics.energies(model, posture.now)
-    return tracer.kernel("events", outputs + pushing)
+    used = tracer.augmented.mask(tracer.augmented_rows(graph), tracer.structure.rows)
+    parting = turning.parting(model, posture.now, used)
+    return tracer.kernel("events", outputs + [x + y for x, y in zip(pushing, parting, strict=True)])
 
 
 def measure(tracer: Tracer) -> Kernel:
@@ -92,9 +94,9 @@ def border(tracer: Tracer) -> Kernel:
     S, b, sound = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
     now, first = posture.now, constraints.permanent_rows(model)
     w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
-    triangle = turning.triangle(model, now, S)
+    alone = turning.alone(model, now)
     numbers, memory = turning.numbers(model, now, w, b), turning.memory(model, now, w)
-    return tracer.kernel("border", (*triangle, *w, *b, *gap, *numbers, *memory, sound))
+    return tracer.kernel("border", (*turning.triangle(S, alone), *w, *b, *gap, *alone, *numbers, *memory, sound))
 
 
 def kick(tracer: Tracer) -> Kernel:

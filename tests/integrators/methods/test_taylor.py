@@ -142,6 +142,24 @@ def test_what_the_last_terms_of_a_series_do_not_tell(force: dict[str, Any]) -> N
     assert np.abs(ends[0] - ends[1]).max() < 1e-9
 
 
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-10])
+def test_what_falls_as_a_polynomial_does_not_fall_through_a_spring(tolerance: float) -> None:
+    """From 1 m on a spring that only pushes: z = -a + a cos wt - v/w sin wt while they touch, a = m g/k."""
+    body = {"name": "drop", "mass": 2.0, "inertia": [1, 1, 1], "position": [0, 0, 1]}
+    spring = {"name": "spring", "type": "force", "body": "drop", "value": [0, 0, "-1000*min(p.z, 0)"]}
+    data = {
+        "model": {"gravity": [0, 0, -9.81], "bodies": [body], "forces": [spring]},
+        "quantities": [{"name": "p", "type": "point", "body": "drop"}],
+        "integrator": {"method": "taylor", "tolerance": tolerance, "end_time": 1.0},
+        "output": {"every": 1.0},
+    }
+    w, a, v = 500**0.5, 9.81 / 500, (2 * 9.81) ** 0.5
+    touching = (2 * np.pi - 2 * np.arctan2(v, a * w)) / w  # it leaves as fast as it has come
+    flight = 1.0 - v / 9.81 - touching
+    expected = v * flight - 0.5 * 9.81 * flight**2
+    assert float(run(data).position[0, -1, 0, 2]) == pytest.approx(expected, abs=10 * tolerance)
+
+
 @pytest.mark.parametrize("coordinates", COORDINATES)
 def test_laws_with_states_and_many_turns_in_a_step(coordinates: str) -> None:
     """A law that counts turns and has a state, and a rotor that turns more than once in a step."""

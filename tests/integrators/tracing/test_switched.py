@@ -12,11 +12,11 @@ from lienumba.integrators.tracing import state_kernels
 from lienumba.integrators.tracing.joint_tracer import JointTracer
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.tracer import Method, Tracer, split
-from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.kinematics import OFF, Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched import turning
-from lienumba.mechanics.system.switches import FRICTION
+from lienumba.mechanics.system.switches import FRICTION, JOINT, LOCK
 from tests.compiler.evaluation import machine_code
 from tests.rigs import switching
 from tests.rigs.modes import SLIDE, STICK, integrate
@@ -196,6 +196,7 @@ def test_what_the_kernels_say_lies_where_drivers_look(traced: Any) -> None:
     w = constraints.rates(model, now)[first:]
     close(part(layout.border_rates, q), w)
     close(part(layout.border_gaps, q), constraints.residual(model, now)[first:])
+    close(part(layout.border_alone, q), turning.alone(model, now))
     numbers = turning.numbers(model, now, w, b)
     close(part(layout.border_numbers, layout.CONTACT_NUMBERS * sizes.switches), numbers, 1e-9)
     close(part(layout.border_memory, sizes.memory), turning.memory(model, now, w))
@@ -241,4 +242,8 @@ def test_conditions_of_what_is_on(traced: Any) -> None:
         if switch.what == FRICTION and mode.on == SLIDE:
             force = -np.array(mode.memory)
         size = np.linalg.norm(force) if switch.tangents else 0.0
-        close(fast, max(force @ np.array(w)[rows], 0.0) / size if size else 0.0, 1e-8)
+        expected = max(force @ np.array(w)[rows], 0.0) / size if size else 0.0
+        if switch.what in (JOINT, LOCK) and mode.on != OFF:  # of what holds: rows that are not used
+            own = range(k + switch.first, k + switch.first + switch.rows)
+            expected = max((abs(w[i]) for i in own if not case.mask[i]), default=0.0)
+        close(fast, expected, 1e-8)

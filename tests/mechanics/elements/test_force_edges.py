@@ -6,6 +6,7 @@ from math import nan
 import numpy as np
 import pytest
 
+import lienumba
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
@@ -42,6 +43,23 @@ def test_a_spring_of_no_length_is_linear():
     for d in (0.0, 1e-14, 1e-8, 1.0):
         Q = applied_forces.generalized(model(force), at_rest((0.0, 0.0, 0.0), (d, -2.0 * d, 0.0)))
         assert Q[6:9] == pytest.approx([-40.0 * d, 80.0 * d, 0.0], rel=1e-14)
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-15])
+@pytest.mark.parametrize("method", ["taylor", "radau3"])
+def test_quadratic_drag_from_rest(method, speed):
+    """A fall: v = u tanh(g t/u), u^2 = m g/c; of the root of what is 0 there is no derivative."""
+    drop = {"name": "drop", "mass": 2.0, "inertia": [1, 1, 1], "position": [0, 0, 0], "velocity": [0, 0, speed]}
+    drag = {"name": "air", "type": "drag", "body": "drop", "point": [0, 0, 0], "linear": 0, "quadratic": 0.5}
+    data = {
+        "title": "A drop",
+        "model": {"gravity": [0, 0, -9.81], "bodies": [drop], "forces": [drag]},
+        "integrator": {"method": method, "tolerance": 1e-7, "end_time": 1.0},
+        "output": {"times": [0, 1.0]},
+    }
+    ds = lienumba.run(data)
+    limit = (2.0 * 9.81 / 0.5) ** 0.5
+    assert float(ds.velocity[0, -1, 0, 2]) == pytest.approx(-limit * np.tanh(9.81 / limit), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,10 @@ class UnlikeError(Exception):
     """What the two cannot be expected to do alike, or what is not known here."""
 
 
+class ContradictingError(UnlikeError):
+    """What has to hold at once asks for different motions."""
+
+
 def complementary(M: Array, q: Array, B: Array, b: Array, C: Array, c: Array) -> tuple[Array, Array, Array]:
     """x, m and p with M x = q + B' m + C' p, B x = b, C x >= c, p >= 0, and one of the two equal for each row: by
     trying all subsets. Where several p do, one of those with the fewest entries."""
@@ -42,7 +46,7 @@ def complementary(M: Array, q: Array, B: Array, b: Array, C: Array, c: Array) ->
                 pushes = np.zeros(len(C))
                 pushes[list(some)] = p
                 return x, m, pushes
-    raise UnlikeError("equations that contradict each other")
+    raise ContradictingError("equations that contradict each other")
 
 
 # ---------------------------------------------------------------- unilateral constraints

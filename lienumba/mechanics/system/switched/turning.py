@@ -16,6 +16,7 @@ from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
+ROUNDING = 1e-9  # of the speeds of bodies
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
 BRAKED = 0.01  # of gravity: what is braked by more ends by itself, if it goes
 BEGUN = 1e-4  # of gravity: what grows by more has begun
@@ -73,6 +74,22 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
             power = power + f * x
         size = _length(force)
         found.append(where(size > 0.0, maximum(power, 0.0) / where(size > 0.0, size, 1.0), 0.0))
+    return found
+
+
+def parting(model: Model, now: Instant, mask: Sequence[Number]) -> list[Any]:
+    """Of each joint and lock how fast (m/s or rad/s) a row moves that holds, and is not used since others say the same:
+    0, unless these do no longer. mask: of all rows of C."""
+    first = constraints.permanent_rows(model)
+    rates, speeds = constraints.rates(model, now)[first:], constraints.sizes(model, now)[2][first:]
+    found = list[Any]()
+    for switch in switches_of(model):
+        fastest: Any = 0.0
+        for i in range(switch.first, switch.first + switch.rows if switch.what in (JOINT, LOCK) else switch.first):
+            fast = absolute(rates[i])
+            idle = where(now.modes[switch.key].on > OFF, 1.0 - mask[first + i], 0.0)
+            fastest = maximum(fastest, where(fast > ROUNDING * speeds[i], idle * fast, 0.0))
+        found.append(fastest)
     return found
 
 
@@ -167,15 +184,20 @@ def memory(model: Model, now: Instant, rates: Sequence[Number]) -> list[Any]:
     return found
 
 
-def triangle(model: Model, now: Instant, S: Sequence[Sequence[Number]]) -> list[Any]:
-    """The lower triangle of S, row by row; 0 in rows that say nothing beyond the permanent ones but for rounding: where
-    the diagonal is negligible beside what it would be for the bodies alone."""
-    first, alone = constraints.permanent_rows(model), [0.0 for _ in S]
-    bodies = with_lent_masses(model).bodies
+def alone(model: Model, now: Instant) -> list[Any]:
+    """The diagonal of S as it would be for the bodies without their permanent constraints."""
+    first, bodies = constraints.permanent_rows(model), with_lent_masses(model).bodies
+    found: list[Any] = [0.0] * sum(switch.rows for switch in switches_of(model))
     for (row, column), x in constraints.jacobian(model, now).items():
         if row >= first:
             body = bodies[column // 6]
             mass = body.mass if column % 6 < 3 else (body.inertia[0] + body.inertia[1] + body.inertia[2]) / 3.0
-            alone[row - first] = alone[row - first] + x * x / mass
+            found[row - first] = found[row - first] + x * x / mass
+    return found
+
+
+def triangle(S: Sequence[Sequence[Number]], alone: Sequence[Number]) -> list[Any]:
+    """The lower triangle of S, row by row; 0 in rows that say nothing beyond the permanent ones but for rounding: where
+    the diagonal is negligible beside what it would be without these."""
     says = [where(S[i][i] > NEGLIGIBLE * scale, 1.0, 0.0) for i, scale in enumerate(alone)]
     return [says[i] * S[i][j] * says[j] for i in range(len(S)) for j in range(i + 1)]

@@ -148,7 +148,7 @@ def test_rows_that_only_rounding_tells_from_others_are_zero():
     structure = kkt.Structure.of(model)
     S = dynamics.border(model, structure, now, [1.0] * structure.rows)[0]
     triangle = np.zeros((5, 5))
-    triangle[np.tril_indices(5)] = turning.triangle(model, now, S)
+    triangle[np.tril_indices(5)] = turning.triangle(S, turning.alone(model, now))
     assert [bool(x) for x in np.diag(triangle)] == [True, True, False, False, False]
     close(triangle[:2, :2], np.tril(np.array(S)[:2, :2]))
     assert not triangle[2:].any()
