@@ -17,7 +17,7 @@ from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, O
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switches import JOINT, LOCK, permanent
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import minimum, where
+from lienumba.numerics.operations import is_zero, minimum, where
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -34,6 +34,8 @@ def velocity(tracer: Tracer) -> Kernel:
         lost = projection.lost_rate(model, there, counts)
         code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
         code = where(projection.turned(model, posture.now, there) > 0.0, codes.SINGULAR, code)
+    if not is_zero(leapt := projection.leapt(model, posture.now)):
+        code = where(leapt > 0.0, codes.SINGULAR, code)
     code = where(finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("velocity", (*rows, violation, code))
 

@@ -12,11 +12,13 @@ from typing import Any
 from lienumba.groups import so3
 from lienumba.groups.state import State
 from lienumba.keys.registry import Registry
-from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.elements.contacts import CONTACTS
+from lienumba.mechanics.mechanism.kinematics import OFF, Instant
 from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.dynamics import energies, mass_matrix
+from lienumba.mechanics.system.switches import CONTACT, Switch, switches_of
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, where
 
@@ -24,6 +26,7 @@ EPSILON = 2.220446049250313e-16
 LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
 LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
 TURNED = 0.05  # of the kinetic energy: that of the change with which a loop leaves the branch on which it moved
+LEAPT = 1e-3  # of the speed of the bodies: the rate of a closed gap where its contact has leapt
 ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
@@ -180,6 +183,26 @@ def turned(model: Model, before: Instant, after: Instant) -> Any:
     largest = constraints.largest([c for dv in x for c in dv])
     taken = energies(model, replace(after, bodies=changed))[0] - TURNED * energies(model, before)[0]
     return where(largest > LOST_RATE, taken, 0.0)
+
+
+def leapt(model: Model, before: Instant) -> Any:
+    """By how much (m/s) more than `LEAPT` a closed contact moves along its normal before velocities are projected, of
+    those that may leap: in a step that has passed over such a leap, the projection would take the energy of an impact,
+    which is in no books."""
+    worst: Any = 0.0
+    if not any(leaps(model, switch) for switch in switches_of(model)):
+        return worst
+    rates, (_, _, speeds) = constraints.rates(model, before), constraints.sizes(model, before)
+    for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
+        if c.level == "position" and c.switch is not None and leaps(model, c.switch):
+            row, closed = rows.start, before.modes[c.switch.key].on > OFF
+            worst = maximum(where(closed, absolute(rates[row]) - LEAPT * speeds[row] - LOST_RATE, 0.0), worst)
+    return worst
+
+
+def leaps(model: Model, switch: Switch) -> bool:
+    """Whether a switch is a contact that may."""
+    return switch.what == CONTACT and CONTACTS[model.contacts[switch.index].type].leaps
 
 
 def velocity_correction(

@@ -48,6 +48,20 @@ class Drop:
             for plane in self.planes
         )
 
+    def leans(self, rotations: np.ndarray) -> float:
+        """The least sine between the axis of any disc and the normal of any plane; infinite without discs. rotations
+        (b, 3, 3)."""
+        return min(
+            (
+                float(np.linalg.norm(np.cross(normal, R @ foot.keys["axis"])))
+                for R, feet in zip(rotations, self.feet, strict=True)
+                for foot in feet
+                for _, normal in self.planes
+                if foot.type == "cylinder_plane"
+            ),
+            default=np.inf,
+        )
+
 
 def drop(seed: int) -> Drop:
     """One of them."""

@@ -19,6 +19,16 @@ def test_what_is_thrown_sinks_nowhere_and_gains_no_energy(seed: int) -> None:
     assert verdict.steps < 10_000
 
 
+def test_a_disc_that_falls_on_its_face_ends_there() -> None:
+    """146: where it touches leapt to the other side within a step, and the projection of velocities took a quarter of
+    its energy."""
+    verdict = judge(drop(146))
+    assert verdict.problems() == []
+    assert (verdict.status, verdict.flat) == ("step_too_short", True)
+    assert verdict.residual < 0.01
+    assert verdict.steps < 100
+
+
 def test_all_shapes_are_drawn_and_begin_above_their_planes() -> None:
     titles = set()
     for seed in range(200):
@@ -34,5 +44,7 @@ def test_all_shapes_are_drawn_and_begin_above_their_planes() -> None:
 
 def test_a_verdict_tells_what_should_not_be() -> None:
     assert Verdict("success", 9, 1, 0.1, 0.0, 0.0, 1.0).problems() == []
+    assert Verdict("step_too_short", 9, 1, 0.1, 0.0, 0.0, 1.0).problems() == ["step_too_short"]
+    assert Verdict("step_too_short", 9, 1, 0.1, 0.0, 0.0, 1.0, flat=True).problems() == []
     bad = Verdict("non_finite", 9, 1, 1e3, 200.0, 1e-6, 1.0).problems()
     assert bad == ["non_finite", "residual 1.0e+03", "energy rises by 2.0e+02", "sinks by 1.0e-06 m"]

@@ -60,11 +60,13 @@ AnyFriction = Annotated[
 class ContactType(Section):
     """A contact, as a scenario describes it.
 
-    words: what it is, for the documents; example: keys of its own, for tests.
+    words: what it is, for the documents; example: keys of its own, for tests; leaps: whether where it touches may leap
+    to another place, while both bodies hardly turn.
     """
 
     words: ClassVar[str] = ""
     example: ClassVar[dict[str, Any]] = {}
+    leaps: ClassVar[bool] = False
 
     name: Name = Field(description=NAME_RULE)
     if TYPE_CHECKING:

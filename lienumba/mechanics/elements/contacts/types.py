@@ -78,6 +78,7 @@ class SphereSphere(ContactType):
 class CylinderPlane(WithAxis, Radius, OnPlane):
     words = "the edge of a round disc of the first body, a wheel, on a plane of the second"
     example: ClassVar[dict[str, Any]] = {"radius": 0.1, "axis": [0.0, 1.0, 0.0]}
+    leaps: ClassVar[bool] = True  # to the other side, as the disc lies flat
 
     type: Literal["cylinder_plane"]
 
