@@ -42,6 +42,11 @@ def frame(z, x):
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
+def _twists(moved):
+    """v (global) and w (body frame) of every body (k, 6), from places and their derivatives."""
+    return np.array([[*v, *vee(R.T @ dR)] for _, R, v, dR in moved])
+
+
 def vee(A):
     """w of the antisymmetric part of hat(w)."""
     return 0.5 * np.array([A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1]])
@@ -65,12 +70,11 @@ class Minimal:
 
     def twists(self, q, t, dq, dt):
         """v (global) and w (body frame) of every body (k, 6)."""
-        return np.array([[*v, *vee(R.T @ dR)] for _, R, v, dR in self._moved(q, t, dq, dt, 0.0)])
+        return _twists(self._moved(q, t, dq, dt, 0.0))
 
-    def _bias(self, q, t, dq):
-        """v' and w' where the coordinates do not accelerate (k, 6)."""
+    def _bias(self, q, t, dq, here):
+        """v' and w' where the coordinates do not accelerate (k, 6); here: places and their derivatives."""
         steps = [(c, self._moved(q, t, dq, 1.0, sign * n * REACH), sign) for n, c in STENCIL for sign in (1, -1)]
-        here = self._moved(q, t, dq, 1.0, 0.0)
         out = []
         for i, (_, R, _, _) in enumerate(here):
             a = sum(sign * c * moved[i][2] for c, moved, sign in steps) / REACH
@@ -82,8 +86,9 @@ class Minimal:
         """q'', and v', w' of every body (k, 6)."""
         n, k = len(q), len(self.masses)
         J = np.stack([self.twists(q, t, e, 0.0) for e in np.eye(n)], axis=2) if n else np.zeros((k, 6, 0))
-        bias, u = self._bias(q, t, dq), self.twists(q, t, dq, 1.0)
-        load = self._loads(q, t, u)
+        here = self._moved(q, t, dq, 1.0, 0.0)
+        bias = self._bias(q, t, dq, here)
+        load = self._loads([(r, R) for r, R, _, _ in here], t, _twists(here))
         A, b = np.zeros((n, n)), np.zeros(n)
         for i in range(k):
             M = np.zeros((6, 6))
@@ -93,13 +98,14 @@ class Minimal:
         ddq = np.linalg.solve(A, b)
         return ddq, J @ ddq + bias
 
-    def _loads(self, q, t, u):
+    def _loads(self, places, t, u):
         """Weight, gyroscopic torque and given forces (k, 6)."""
         load = np.zeros((len(self.masses), 6))
         for i, (m, inertia) in enumerate(zip(self.masses, self.inertias, strict=True)):
             w = u[i, 3:]
-            load[i] = [*(m * self.gravity), *np.cross(inertia @ w, w)]
-        return load if self.forces is None else load + self.forces(self.places(q, t), u, t)
+            (a, b, c), (x, y, z) = inertia @ w, w
+            load[i] = [*(m * self.gravity), b * z - c * y, c * x - a * z, a * y - b * x]
+        return load if self.forces is None else load + self.forces(places, u, t)
 
     def run(self, q, dq, end):
         """q and q' at the end."""
@@ -107,7 +113,7 @@ class Minimal:
         if n == 0:
             return q, dq
         rates = lambda t, y: [*y[n:], *self.accelerations(y[:n], y[n:], t)[0]]  # noqa: E731
-        done = solve_ivp(rates, (0.0, end), [*q, *dq], method="DOP853", rtol=1e-11, atol=1e-12)
+        done = solve_ivp(rates, (0.0, end), [*q, *dq], method="DOP853", rtol=1e-10, atol=1e-11)
         return done.y[:n, -1], done.y[n:, -1]
 
     def state(self, q, dq, t):
@@ -118,7 +124,7 @@ class Minimal:
         """Force, and torque about a point, global, that these bodies need from outside beside weight and forces."""
         _, a = self.accelerations(q, dq, t)
         u, places = self.twists(q, t, dq, 1.0), self.places(q, t)
-        load = self._loads(q, t, u)
+        load = self._loads(places, t, u)
         force, torque = np.zeros(3), np.zeros(3)
         for i in bodies:
             r, R = places[i]

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.minimal.arm import F_B, HINGE_JOINT, Z_B, F, P, S, Z, arm, assert_same, run, scenario
 from tests.oracles.minimal.coordinates import euler, turn
 
-END = 0.5
+END = 0.3
 SHOULDER = {"name": "j", "type": "cylindrical", "bodies": ["a", "b"], "points": [P, S], "axes": [Z, Z_B]}
 BALL = {"name": "j", "type": "spherical", "bodies": ["a", "b"], "points": [P, S]}
 ANGLE, DISPLACEMENT = 1, 2  # the coordinates of the cylindrical joint

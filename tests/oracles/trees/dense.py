@@ -82,19 +82,27 @@ def vee(A: Array) -> Array:
 def partial(m: Mechanism, q: Array, t: float) -> tuple[Array, Array, Array]:
     """What a unit rate of every coordinate does: v (bodies, n, 3), w (bodies, n, 3), closure (n, rows)."""
     n = len(q)
-    r, R, gap = poses(m, q[:, None] + 1j * TINY * np.eye(n), np.full(n, t))
+    return _rates(*poses(m, q[:, None] + 1j * TINY * np.eye(n), np.full(n, t)))
+
+
+def _rates(r: Array, R: Array, gap: Array) -> tuple[Array, Array, Array]:
+    """What the steps of size i TINY that these poses have taken say."""
     return r.imag / TINY, vee((R.imag / TINY) @ np.swapaxes(R.real, -1, -2)), gap.imag / TINY
 
 
 def motion(m: Mechanism, t: float, q: Array, qd: Array) -> Motion:
     """Accelerations and multipliers of a state."""
     n = len(q)
-    (r,), (R,), _ = (np.swapaxes(x, 0, 1) for x in poses(m, q[:, None], np.array([t])))
-    V, W, C = partial(m, q, t)
     reach = 1.0 / (m.speed + float(np.abs(qd).sum()))
-    around = poses(m, q[:, None] + reach * qd[:, None] * CIRCLE, t + reach * CIRCLE)
-    v, dR, _ = (np.einsum("k,bk...->b...", FIRST / reach, x).real for x in (*around[:2], around[2][None]))
-    a, ddR, gamma = (np.einsum("k,bk...->b...", SECOND / reach**2, x).real for x in (*around[:2], around[2][None]))
+    members = np.array(np.broadcast_to(q[:, None], (n, 1 + n + len(CIRCLE))), complex)  # here, partially, and around
+    members[:, 1 : n + 1] += 1j * TINY * np.eye(n)
+    members[:, n + 1 :] += reach * qd[:, None] * CIRCLE
+    places, turns, gaps = poses(m, members, t + reach * np.concatenate([np.zeros(n + 1), CIRCLE]))
+    r, R = places[:, 0].real, turns[:, 0].real
+    V, W, C = _rates(places[:, 1 : n + 1], turns[:, 1 : n + 1], gaps[1 : n + 1])
+    around = places[:, n + 1 :], turns[:, n + 1 :], gaps[None, n + 1 :]
+    v, dR, _ = (np.einsum("k,bk...->b...", FIRST / reach, x).real for x in around)
+    a, ddR, gamma = (np.einsum("k,bk...->b...", SECOND / reach**2, x).real for x in around)
     w, alpha = (vee(x @ np.swapaxes(R, -1, -2)) for x in (dR, ddR))
 
     # a, alpha and gamma so far: as if the coordinates did not accelerate
@@ -167,7 +175,7 @@ def simulate(m: Mechanism, q: Array, qd: Array, times: Sequence[float]) -> list[
     state, found = np.concatenate([q, qd]), [motion(m, times[0], q, qd)]
     for start, end in pairwise(times):
         if n:
-            done = solve_ivp(flow, (start, end), state, "DOP853", rtol=1e-11, atol=1e-12)
+            done = solve_ivp(flow, (start, end), state, "DOP853", rtol=1e-10, atol=1e-11)
             assert done.success
             state = done.y[:, -1]
         found.append(motion(m, end, state[:n], state[n:]))

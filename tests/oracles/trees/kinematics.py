@@ -15,7 +15,10 @@ GROUND: Place = (np.zeros(3), np.eye(3))
 
 
 def vector(*parts: Any) -> Array:
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+    found = np.empty((*np.broadcast(*parts).shape, len(parts)), np.result_type(*parts))
+    for i, part in enumerate(parts):
+        found[..., i] = part
+    return found
 
 
 def turned(R: Array, u: Array) -> Array:
@@ -24,9 +27,10 @@ def turned(R: Array, u: Array) -> Array:
 
 
 def hat(u: Array) -> Array:
-    z = 0 * u[..., 0]
-    rows = [(z, -u[..., 2], u[..., 1]), (u[..., 2], z, -u[..., 0]), (-u[..., 1], u[..., 0], z)]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    found = np.zeros((*u.shape, 3), u.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[..., k, j], found[..., j, k] = u[..., i], -u[..., i]
+    return found
 
 
 def exponential(u: Array) -> Array:
@@ -46,8 +50,10 @@ def about_x(angle: Any) -> Array:
 
 def about_z(angle: Any) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    z = 0 * c
-    return np.stack([vector(c, -s, z), vector(s, c, z), vector(z, z, z + 1)], axis=-2)
+    found = np.zeros((*np.shape(c), 3, 3), np.result_type(c))
+    found[..., 0, 0] = found[..., 1, 1] = c
+    found[..., 1, 0], found[..., 0, 1], found[..., 2, 2] = s, -s, 1.0
+    return found
 
 
 def frame(axis: Any, reference: Any) -> Array:

@@ -29,7 +29,7 @@ def limb(word: str, names: list[tuple[str, str]], draw: Random) -> list[Link]:
 
 def tree(word: str) -> tuple[Tree, Random]:
     draw = Random("rotors", word)
-    names = [("a", "ground"), ("b", "a"), ("c", "b"), ("d", "a"), ("e", "d")]
+    names = [("a", "ground"), ("b", "a"), ("c", "b"), ("d", "a")]
     links = limb(word, names, draw)
     if word == "floating":
         links[0] = Link("a", draw.body(), draw.joint("ja", "spherical", ("ground", "a")))
@@ -43,7 +43,7 @@ def moving(word: str) -> tuple[Tree, list[Motion]]:
     return here, simulate(here.mechanism, *draw.start(here), TIMES)
 
 
-@pytest.mark.parametrize("word", ["x", "yy", "zzz", "floating"])
+@pytest.mark.parametrize("word", ["x", "floating"])
 def test_a_random_tree_moves_as_in_minimal_coordinates(word: str) -> None:
     here, history = moving(word)
     ds = run(scenario(here, history[0]))
@@ -93,12 +93,12 @@ def test_velocities_that_are_omitted_have_the_least_energy_of_bodies_and_rotors(
     links[known] = replace(links[known], joint=replace(links[known].joint, says={"rate": 1.3}))
     said = replace(here, links=links)
     m = here.mechanism
-    M = 0.5 * np.array([[_energy(m, q, e + f) - _energy(m, q, e - f) for e in np.eye(5)] for f in np.eye(5)])
-    others = [n for n in range(5) if n != known]
-    best = np.zeros(5)
+    M = 0.5 * np.array([[_energy(m, q, e + f) - _energy(m, q, e - f) for e in np.eye(4)] for f in np.eye(4)])
+    others = [n for n in range(4) if n != known]
+    best = np.zeros(4)
     best[known] = 1.3
     best[others] = np.linalg.solve(M[np.ix_(others, others)], -M[others, known] * 1.3)
-    still = simulate(m, q, np.zeros(5), (0.0,))[0]
+    still = simulate(m, q, np.zeros(4), (0.0,))[0]
     ds = run(scenario(said, still, omit=("velocity", "angular_velocity"), step=1e-2))
     exact = simulate(m, q, best, (0.0,))[0]
     np.testing.assert_allclose(ds["velocity"][0], exact.v, atol=1e-12)
