@@ -16,7 +16,7 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.elements.quantities import integrands
+from lienumba.mechanics.elements.quantities import integrands, kept
 from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Model
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
@@ -45,17 +45,10 @@ def plan(model: Model, held: Sequence[int], integrated: bool) -> Plan:
 
 
 def _kept(model: Model, integrated: bool) -> list[tuple[int, int, int, int]]:
-    """What is kept of runs as a whole, by the numbers of signals among those of all measures; integrated: whether steps
-    integrate signals themselves."""
-    found, before = list[tuple[int, int, int, int]](), 0
+    """What is kept of runs as a whole; integrated: whether steps integrate signals themselves."""
     made = integrands(model) if integrated else ()
-    for measure in model.measures:
-        for x in measure.kept:
-            value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
-            place = made.index(value) if x.kind == INTEGRAL and value in made else NONE
-            found.append((KEPT.index(x.kind), value, condition, place))
-        before += len(measure.signals)
-    return found
+    places = [made.index(x.value) if x.kind == INTEGRAL and x.value in made else NONE for x in kept(model)]
+    return [(KEPT.index(x.kind), x.value, x.condition, place) for x, place in zip(kept(model), places, strict=True)]
 
 
 def _needed(model: Model, event: Event) -> int:

@@ -41,13 +41,14 @@ class Kernel:
     """One compiled function.
 
     first_hoisted: the row behind the parameters where its invariants begin; rows: where in `out` each output goes, by
-    default one after the other.
+    default one after the other; renews: whether it reads rows of `out`, so that all that it leaves behind is left last.
     """
 
     name: str
     outputs: tuple[Any, ...]
     first_hoisted: int
     rows: tuple[int, ...] | None = None
+    renews: bool = False
     order: list[Symbol] = field(init=False)
     hoisted: dict[int, int] = field(init=False)
     work_rows: int = field(init=False, default=0)
@@ -116,9 +117,12 @@ class _Writer:
             last_use |= {x.id: i for node in part for x in node.args if x.__class__ is Symbol}
         computed = {node.id for part in parts for node in part}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
-        late = []  # values that are not computed here
+        late: list[tuple[str, int, Value]] = []  # not computed here, or not stored before all is
         for array, row, x in stores:
-            if isinstance(x, Symbol) and x.id in computed:
+            if isinstance(x, Symbol) and x.id in computed and self.kernel.renews:
+                last_use[x.id] = len(parts)
+                late.append((array, row, x))
+            elif isinstance(x, Symbol) and x.id in computed:
                 stored.setdefault(x.id, []).append((array, row))
             else:
                 late.append((array, row, x))

@@ -90,8 +90,10 @@ class _Shared:
                 f"%t{n} = getelementptr i32, ptr %rows, i64 {n}\n%o{n} = load i32, ptr %t{n}, align 4\n"
                 f"%p{line} = getelementptr i8, ptr %{array}, i32 %o{n}"
             )
-        written = [segment.accesses[access][3] for access in self.middle]
-        pointers = [f"ptr noalias {'' if w else 'readonly '}%g{group}" for group, w in enumerate(written)]
+        of = [segment.accesses[access] for access in self.middle]
+        renewed = any(array == "out" and not written for _, array, _, written in segment.accesses)
+        alone = ["" if array == "out" and renewed else "noalias " for _, array, _, _ in of]
+        pointers = [f"ptr {alone[group]}{'' if x[3] else 'readonly '}%g{group}" for group, x in enumerate(of)]
         if self.alone:
             pointers += [*(f"ptr %{array}" for array in ARRAYS), "ptr noalias readonly %rows"]
         body = "\n".join(lines)

@@ -14,12 +14,12 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
-    "simplified", "measure", "slopes", "quadrature",
+    "simplified", "measure", "keep", "slopes", "quadrature",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
     CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, SIMPLIFIED,
-    MEASURE, SLOPES, QUADRATURE, COMBINE,
+    MEASURE, KEEP, SLOPES, QUADRATURE, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -67,11 +67,13 @@ RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # which of the integrals that a step makes itself it is (-1: none of them); and the rows of each: the value, its time
 # (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be known,
 # because something was undefined, and whether what is between the ends of this step may change it. Signals are known in
-# POINTS of a step, of a part of it, and in one place besides; behind that, by how much each changed in the last step.
+# POINTS of a step, of a part of it, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES),
+# and its rate at the end of that, NaN where it is not known (RATES).
 KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_NUMBERS = range(5)
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_OPEN, KEPT_ROWS = range(6)
 POINTS = 5
+ELSEWHERE, CHANGES, RATES = range(2 * POINTS, 2 * POINTS + 3)
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 
 
@@ -376,13 +378,19 @@ def signal_row(sizes: Sizes, point: int) -> int:
 @kernel
 def gain_row(sizes: Sizes) -> int:
     """The first row of what the step adds to integrals, as it says itself."""
-    return signal_row(sizes, 2 * POINTS + 2)
+    return signal_row(sizes, RATES + 1)
+
+
+@kernel
+def open_row(sizes: Sizes) -> int:
+    """The row that says whether what is between the ends of this step may change anything that is kept."""
+    return gain_row(sizes) + sizes.integrands
 
 
 @kernel
 def measure_rows(sizes: Sizes) -> int:
     """Of all this; none where nothing is kept."""
-    return gain_row(sizes) + sizes.integrands
+    return open_row(sizes) + 1 if sizes.kept > 0 else 0
 
 
 @kernel

@@ -118,7 +118,10 @@ class Formula:
     @property
     def smooth(self) -> bool:
         """Whether it has, as it is written, neither kinks nor jumps."""
-        calls = [node.func for node in ast.walk(self._tree) if isinstance(node, ast.Call)]
+        nodes = list(ast.walk(self._tree))
+        if any(isinstance(x, ast.BoolOp) or (isinstance(x, ast.Compare) and len(x.ops) > 1) for x in nodes):
+            return False
+        calls = [node.func for node in nodes if isinstance(node, ast.Call)]
         return not any(isinstance(x, ast.Name) and (x.id in KINKED or x.id in self.tables) for x in calls)
 
     def switches(self, state: frozenset[str]) -> list["Formula"]:

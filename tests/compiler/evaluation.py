@@ -47,7 +47,7 @@ def machine_code(kernel: Kernel) -> Callable[..., np.ndarray]:
         memory = {n: np.ascontiguousarray(arrays.get(n, np.zeros((1, W)))) for n in ("state", "clock", "extra")}
         parameters = arrays.get("parameters", np.zeros((0, W)))
         memory["parameters"] = np.concatenate([parameters, np.full((max(hoisted - len(parameters), 1), W), np.nan)])
-        memory["out"] = np.full((rows, W), np.nan)
+        memory["out"] = arrays["out"].copy() if "out" in arrays else np.full((rows, W), np.nan)
         memory["work"] = np.full((kernel.work_rows + 1, W), np.nan)
         pointers = [memory[name].ctypes.data for name in ("state", "parameters", "clock", "extra", "out", "work")]
         assert engine

@@ -216,3 +216,15 @@ def test_outputs_go_to_their_rows(segment, monkeypatch):
     spread = call(Kernel("spread", outputs, PARAMETERS, (7, 0, 3, 9, 2)), **given)
     assert_same_bits(spread[[7, 0, 3, 9, 2]], plain)
     assert np.isnan(spread[[1, 4, 5, 6, 8]]).all()
+
+
+@pytest.mark.parametrize("segment", [1, 3, 300])
+def test_what_a_kernel_renews_is_read_before(segment: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However it is cut: rows change places, and each is read again behind the first that is written."""
+    cut_every(segment, monkeypatch)
+    graph = Graph()
+    a, b, c = graph.inputs("out", 3)
+    outputs = (b + 0.0, c * a, (a + b) * c)
+    old = numbers(3, 7)
+    new = call(Kernel("main", outputs, PARAMETERS, renews=True), out=old, **arrays(0))
+    np.testing.assert_array_equal(new[:3], [old[1] + 0.0, old[2] * old[0], (old[0] + old[1]) * old[2]])

@@ -15,6 +15,7 @@
     close, end, dense  see `lienumba.integrators.tracing.extension_kernels`
     events     state -> the conditions of events and of switched constraints, and to what events set held numbers
     measure    state -> the signals of which something is kept of runs as a whole
+      keep       state, what is known of runs -> the same behind a step whose ends say everything
       slopes     as step, with the slopes of all stages, where lanes have no time of their own
       quadrature slopes -> integrals of signals over the step, where `step` does not say them
     border     state -> what a change of modes has to know (see `lienumba.integrators.layout`)
@@ -51,6 +52,7 @@ from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.tracer import Method, Tracer, split
+from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.switches import Switch
 
@@ -125,7 +127,11 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     if tracer.augmented.switches:
         kernels |= {"border": state_kernels.border(tracer), "kick": state_kernels.kick(tracer)}
     if template.measures:
-        kernels["measure"] = state_kernels.measure(tracer)
+        tracer.sizes = tracer.sizes._replace(
+            signals=len(quantities.signals(template)), kept=len(quantities.kept(template)),
+            integrands=len(step_kernels.integrated(tracer)) if "step" in kernels or "quadrature" in kernels else 0,
+        )  # fmt: skip
+        kernels |= {"measure": state_kernels.measure(tracer), "keep": state_kernels.keep(tracer)}
     rows = len(values)
     for name, kernel in kernels.items():
         kernels[name] = kernel.hoisted_from(rows)
@@ -133,8 +139,6 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     tracer.close()
     sizes = tracer.sizes._replace(
         chord=chord, observed=sum(count for _, count in observed.values()), parameters=max(rows, 1), series=series,
-        signals=sum(len(x.signals) for x in template.measures), kept=sum(len(x.kept) for x in template.measures),
-        integrands=len(step_kernels.integrated(tracer)) if "step" in kernels or "quadrature" in kernels else 0,
     )  # fmt: skip
     return Program(
         sizes, tracer.augmented,

@@ -1,23 +1,27 @@
 """The kernels that look at one state, or correct it: velocity projection, selection of rows, what is stored."""
 
 from collections.abc import Iterable
+from dataclasses import replace
+from math import nan
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import codes, layout
-from lienumba.integrators.tracing import law_states
+from lienumba.integrators.methods.step_ends import Ends, Known, added, matters
+from lienumba.integrators.tracing import law_states, step_kernels
 from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import SLIDE, STICK
-from lienumba.mechanics.mechanism.model import Model, reads_state
+from lienumba.mechanics.mechanism.model import INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Model, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switches import JOINT, LOCK, permanent
+from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import is_zero, minimum, where
+from lienumba.numerics.operations import is_zero, maximum, minimum, where
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -81,12 +85,68 @@ def events(tracer: Tracer) -> Kernel:
 def measure(tracer: Tracer) -> Kernel:
     """The signals of which something is kept of runs as a whole."""
     graph, model = tracer.graph()
+    wanted = range(len(quantities.signals(model)))
+    return tracer.kernel("measure", _signals(tracer, graph, model, wanted).values())
+
+
+def keep(tracer: Tracer) -> Kernel:
+    """What the end of a step adds to what is kept of runs, at `out`; extra: what drivers know of lanes, PICKED 1 where
+    a step is over, -1 where it is left before its end. Where what is between its ends may matter, nothing is added, and
+    KEPT_OPEN says so."""
+    graph, model = tracer.graph()
+    t, until, picked = (graph.input("extra", row) for row in (layout.T, layout.UNTIL, layout.PICKED))
+    kept, made = quantities.kept(model), step_kernels.integrated(tracer)
+    followed = {x.condition for x in kept} | {x.value for x in kept if x.kind in (LARGEST, SMALLEST)}
+    lasting = {x.value for x in kept if x.kind == LAST}
+    after = _signals(tracer, graph, model, {*followed, *lasting} - {NONE})
+    rates = _rates(tracer, graph, model, followed)
+    sizes, ends, rows = tracer.sizes, dict[int, Ends](), dict[int, Number]()
+    for n in sorted(followed - {NONE}):
+        places = [layout.signal_row(sizes, k) + n for k in (0, layout.CHANGES, layout.RATES)]
+        before, changed, rate = (graph.input("out", row) for row in places)
+        if n in rates:
+            ends[n] = Ends(before, after[n], changed, ((until - t) * rate, (until - t) * rates[n]))
+            rows[places[2]] = where(picked == 0.0, rate, rates[n])
+        else:
+            ends[n] = Ends(before, after[n], changed)
+            rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
+        rows[places[0]] = where(picked == 0.0, before, after[n])
+    some: Number = 0.0
+    for n, x in enumerate(kept):
+        own = layout.KEPT_ROWS * n
+        known, value, condition = Known(*graph.inputs("out", 4, own)), ends.get(x.value), ends.get(x.condition)
+        gain: Number | None = None
+        if x.kind == INTEGRAL and x.value != NONE:
+            place = made.index(x.value) if x.value in made else NONE
+            gain = nan if place == NONE else graph.input("out", layout.gain_row(sizes) + place)
+        opens = matters(x.kind, known, value, condition, gain)
+        holds = None if condition is None else where(condition.after > 0.0, 1.0, 0.0)
+        taken = where(opens > 0.0, 0.0, picked)
+        new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
+        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED]
+        rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}
+        rows[own + layout.KEPT_OPEN] = opens
+        some = opens if n == 0 else maximum(some, opens)
+    rows[layout.open_row(sizes)] = where(picked > 0.0, some, -picked)
+    return replace(tracer.kernel("keep", rows.values(), [*rows]), renews=True)
+
+
+def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
+    """The rates of those signals of which they follow from the velocities."""
+    now = tracer.now(graph, model)[0].now
+    view = kinematics.moving(kinematics.still(now, tuple(range(len(model.bodies)))))
+    asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted and quantities.moves(model, x)}
+    return {n: lift(quantities.evaluate(model, x, view)).b for n, x in asked.items()}
+
+
+def _signals(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
+    """Signals of all measures, by their numbers among them."""
     posture, mask = tracer.now(graph, model)
-    asked = [x for measure in model.measures for x in measure.signals]
-    read = [name for x in asked if reads_state(x) for name in x.quantities]
+    asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted}
+    read = [name for x in asked.values() if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
-    return tracer.kernel("measure", [quantities.evaluate(model, x, everything, observed) for x in asked])
+    return {n: quantities.evaluate(model, x, everything, observed) for n, x in asked.items()}
 
 
 def border(tracer: Tracer) -> Kernel:

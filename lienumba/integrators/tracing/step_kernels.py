@@ -128,7 +128,7 @@ def integrated(tracer: Tracer) -> tuple[int, ...]:
 def _integrands(tracer: Tracer, model: Model, posture: Posture) -> list[Number]:
     """What the signals that are integrated are at a state."""
     view = kinematics.still(posture.now, tuple(range(len(model.bodies))))
-    signals = [x for measure in model.measures for x in measure.signals]
+    signals = quantities.signals(model)
     return [quantities.evaluate(model, signals[n], view) for n in integrated(tracer)]
 
 

@@ -13,7 +13,7 @@ from lienumba.integrators.drivers.measuring.points import (
     slope,
     time_of,
 )
-from lienumba.integrators.layout import KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Sizes, Workspace
+from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Sizes, Workspace
 from lienumba.numerics.operations import absolute, maximum, minimum
 
 GRID = 32  # places in which an interpolant is looked at
@@ -41,7 +41,7 @@ def _peak(
     left = lanes & inside & (most + UNSURE * (most - least) > known)
     if not any_lane(left):
         return
-    to, far = signals(sizes, at, 2, 0), high - low
+    to, far = signals(sizes, at, 0, ELSEWHERE), high - low
     near = 0.5 / GRID
     x2 = minimum(maximum(place, splat(near)), splat(1.0 - near))
     x1, x3 = x2 - near, x2 + near

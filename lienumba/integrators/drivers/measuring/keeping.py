@@ -25,6 +25,7 @@ from lienumba.integrators.drivers.measuring.points import (
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     COUNTS,
+    ELSEWHERE,
     INTEGRATES,
     KEEPS_FIRST,
     KEEPS_LAST,
@@ -145,7 +146,7 @@ def keep_parts(
         place = turn(sizes, at, condition, k)
         turns = lanes & (place > 0.0)
         if any_lane(turns):
-            middle, to = choose(turns, place * whole, high), signals(sizes, at, 2, 0)
+            middle, to = choose(turns, place * whole, high), signals(sizes, at, 0, ELSEWHERE)
             look(kernels, sizes, at, t, length, middle, to)
             there = choose(turns, load(to, condition), after)
             _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, low, middle, before, there, lanes)

@@ -11,10 +11,11 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.drivers.measuring.keeping import gain, keep_over, keep_parts
+from lienumba.integrators.drivers.measuring.keeping import keep_over, keep_parts
 from lienumba.integrators.drivers.measuring.points import look, look_along, may_turn, signals, truth, turn, value_of
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
+    CHANGES,
     COUNTS,
     FRESH,
     INTEGRATES,
@@ -28,73 +29,16 @@ from lienumba.integrators.layout import (
     KEPT_TRUE,
     KEPT_UNDEFINED,
     KEPT_VALUE,
+    PICKED,
     POINTS,
+    RATES,
     SEEN,
-    SMALLEST,
     UNTIL,
     Sizes,
     T,
     Workspace,
 )  # fmt: skip
 from lienumba.numerics.operations import absolute, maximum
-
-FARTHEST = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
-
-
-@inlined
-def _reach(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
-    """By how much a signal may leave what it is at the ends of a step, judging by how it changes in it and did in the
-    one before."""
-    change = absolute(value_of(sizes, at, signal, POINTS - 1) - value_of(sizes, at, signal, 0))
-    return FARTHEST * (change + load(signals(sizes, at, 2, 1), signal))
-
-
-@inlined
-def _matters(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
-    """1 where what is between the ends of the open step may change what is kept, else 0."""
-    kept, kind, value = at.measures + ROW * layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND], plan.kept[n, KEPT_SIGNAL]
-    condition, open_, never = plan.kept[n, KEPT_CONDITION], splat(0.0), splat(0.0)
-    if condition >= 0:
-        a, b = value_of(sizes, at, condition, 0), value_of(sizes, at, condition, POINTS - 1)
-        reach = _reach(sizes, at, condition)
-        never = choose((a <= -reach) & (b <= -reach) & (a < 0.0), splat(1.0), splat(0.0))
-        open_ = choose(((a > reach) & (b > reach)) | (never == 1.0), splat(0.0), splat(1.0))
-    if kind == INTEGRATES:
-        if value >= 0:
-            stepped = gain(sizes, at, plan, n)
-            open_ = choose(stepped == stepped, open_, 1.0)
-    elif kind == KEEPS_FIRST:
-        known = load(kept, KEPT_TIME)
-        open_ = choose(known == known, splat(0.0), splat(1.0))
-    elif kind == COUNTS:
-        open_ = maximum(open_, 1.0 - load(kept, KEPT_TRUE))
-    elif kind != KEEPS_LAST:
-        sign = -1.0 if kind == SMALLEST else 1.0
-        far = sign * load(kept, KEPT_VALUE) - _reach(sizes, at, value)
-        a, b = sign * value_of(sizes, at, value, 0), sign * value_of(sizes, at, value, POINTS - 1)
-        open_ = choose((a <= far) & (b <= far), open_, 1.0)
-    return choose(never == 1.0, splat(0.0), open_)
-
-
-@inlined
-def _keep_end(sizes: Sizes, at: Workspace, plan: Plan, n: int, t: Lanes, lanes: Mask) -> None:
-    """What a step of which the ends say everything changes in these lanes."""
-    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
-    kind, value, until = plan.kept[n, KEPT_KIND], plan.kept[n, KEPT_SIGNAL], load(at.lanes, UNTIL)
-    holds = splat(1.0)
-    if condition >= 0:
-        holds = truth(sizes, at, condition, POINTS - 1)
-        store(kept, KEPT_TRUE, choose(lanes, holds, load(kept, KEPT_TRUE)))
-    lasting = lanes & (holds == 1.0)
-    if kind == KEEPS_LAST:
-        store(kept, KEPT_TIME, choose(lasting, until, load(kept, KEPT_TIME)))
-        store(kept, KEPT_UNDEFINED, choose(lasting, splat(0.0), load(kept, KEPT_UNDEFINED)))
-        if value >= 0:
-            store(kept, KEPT_VALUE, choose(lasting, value_of(sizes, at, value, POINTS - 1), load(kept, KEPT_VALUE)))
-    elif kind == INTEGRATES:
-        store(kept, KEPT_TIME, load(kept, KEPT_TIME) + choose(lasting, until - t, 0.0))
-        if value >= 0:
-            store(kept, KEPT_VALUE, load(kept, KEPT_VALUE) + choose(lasting, gain(sizes, at, plan, n), 0.0))
 
 
 @apart
@@ -125,17 +69,6 @@ def _keep_within(
         keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, whole, partly)
 
 
-@inlined
-def _take_ends(sizes: Sizes, at: Workspace, good: Mask, whole: Lanes) -> None:
-    """How much signals change in this step, for the next one, and what they are where that begins."""
-    for signal in range(sizes.signals):
-        before, after = value_of(sizes, at, signal, 0), value_of(sizes, at, signal, POINTS - 1)
-        changes, change = signals(sizes, at, 2, 1), absolute(after - before)
-        store(changes, signal, choose(good, change, load(changes, signal)))
-        store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
-    store(at.lanes, SEEN, choose(good, choose(whole == 1.0, splat(1.0), 0.0), load(at.lanes, SEEN)))
-
-
 @apart
 def _open(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, closed: bool
@@ -150,6 +83,40 @@ def _open(
     stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
 
 
+@apart
+def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, good: Mask, unseen: Mask) -> None:
+    """What signals are where a step begins that is not where the last one ended."""
+    there = signals(sizes, at, 0, POINTS - 1)
+    look(kernels, sizes, at, t, length, splat(0.0), there)
+    stages.commit(unseen, signals(sizes, at, 0, 0), there, sizes.signals)
+    for signal in range(sizes.signals):
+        rates = signals(sizes, at, 0, RATES)
+        store(rates, signal, choose(unseen, splat(np.nan), load(rates, signal)))
+    store(at.lanes, SEEN, choose(good, splat(1.0), load(at.lanes, SEEN)))
+
+
+@apart
+def _look_into(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
+    good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
+) -> None:  # fmt: skip
+    """Keep what has to be of a step in the lanes `good`, of what its ends do not say everything of."""
+    cut = until < load(at.lanes, UNTIL)
+    whole = choose(cut, (until - t) / length, 1.0)
+    _open(kernels, sizes, nodes, at, t, length, closed)
+    look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
+    for n in range(sizes.kept):
+        opens = good & (cut | (load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN) != 0.0))
+        if any_lane(opens):
+            _keep_within(kernels, sizes, at, first, rows, plan, n, t, length, whole, opens)
+    for signal in range(sizes.signals):
+        before, after = value_of(sizes, at, signal, 0), value_of(sizes, at, signal, POINTS - 1)
+        changes, change = signals(sizes, at, 0, CHANGES), absolute(after - before)
+        store(changes, signal, choose(good, change, load(changes, signal)))
+        store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
+    store(at.lanes, SEEN, choose(good & cut, splat(0.0), load(at.lanes, SEEN)))
+
+
 @inlined
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
@@ -158,29 +125,15 @@ def measure(
     """Keep what has to be of the open step in the lanes `good`, which are left at `until`; closed: whether the slopes
     of its stages are not known. The clock stays as it is. Whether the step is looked into is a matter of each lane, and
     of each thing that is kept."""
-    now, begin, end = load(at.clock, layout.TIME), signals(sizes, at, 0, 0), signals(sizes, at, 0, POINTS - 1)
-    whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
+    now, end = load(at.clock, layout.TIME), load(at.lanes, UNTIL)
     unseen = good & (load(at.lanes, SEEN) == 0.0)
     if any_lane(unseen):
-        look(kernels, sizes, at, t, length, splat(0.0), end)
-        stages.commit(unseen, begin, end, sizes.signals)
-    store(at.clock, layout.TIME, load(at.lanes, UNTIL))
-    call(kernels[layout.MEASURE], at.new, at.parameters, at.clock, 0, end, at.work)
-    matters = splat(0.0)
-    for n in range(sizes.kept):
-        opens = choose(whole < 1.0, splat(1.0), _matters(sizes, at, plan, n))
-        store(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN, opens)
-        matters = maximum(matters, opens)
-    open_ = good & (matters == 1.0)
-    if any_lane(open_):
-        _open(kernels, sizes, nodes, at, t, length, closed)
-        look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
-    for n in range(sizes.kept):
-        opens = load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN)
-        if any_lane(open_ & (opens == 1.0)):
-            _keep_within(kernels, sizes, at, first, rows, plan, n, t, length, whole, good & (opens == 1.0))
-        _keep_end(sizes, at, plan, n, t, good & (opens == 0.0))
-    _take_ends(sizes, at, good, whole)
+        _see(kernels, sizes, at, t, length, good, unseen)
+    store(at.clock, layout.TIME, end)
+    store(at.lanes, PICKED, choose(good, choose(until < end, splat(-1.0), 1.0), 0.0))
+    call(kernels[layout.KEEP], at.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
+        _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, closed)
     store(at.clock, layout.TIME, now)
 
 
@@ -220,11 +173,13 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.MEASURE], at.state, at.parameters, at.clock, 0, signals(sizes, at, 0, 0), at.work)
     seen = first.measures + layout.signal_row(sizes, 0)
-    changes = first.measures + layout.signal_row(sizes, 2 * POINTS + 1)
+    changes = first.measures + layout.signal_row(sizes, CHANGES)
+    rates = first.measures + layout.signal_row(sizes, RATES)
     for lane in range(W):
         for signal in range(sizes.signals):
             if rows[first.lanes + FRESH, lane] != 0.0:
                 rows[changes + signal, lane] = np.inf
+                rows[rates + signal, lane] = np.nan
     for n in range(sizes.kept):
         kept, kind = first.measures + layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND]
         value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]

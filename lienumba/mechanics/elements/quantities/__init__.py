@@ -26,15 +26,19 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     counted_angles,
     evaluate,
     integrands,
+    kept,
     level,
+    moves,
     observe,
     parts,
     rows,
+    signals,
     units,
 )
 
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
-    "integrands", "is_input", "joined", "kind_of", "level", "observe", "owner", "parts", "rows", "switched", "units",
+    "integrands", "is_input", "joined", "kept", "kind_of", "level", "moves", "observe", "owner", "parts", "rows",
+    "signals", "switched", "units",
 ]  # fmt: skip

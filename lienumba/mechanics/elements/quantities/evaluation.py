@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.quantities.base import OBSERVED, VELOCITY, Observed, Part, joined, kind_of, owner
+from lienumba.mechanics.elements.quantities.base import POSITION, VELOCITY, Observed, Part, joined, kind_of, owner
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import (
@@ -14,6 +14,7 @@ from lienumba.mechanics.mechanism.model import (
     NONE,
     Coordinate,
     Counted,
+    Kept,
     Law,
     Model,
     Quantity,
@@ -126,23 +127,40 @@ def level(model: Model, name: str) -> int:
 def integrands(model: Model) -> tuple[int, ...]:
     """Of the signals of all measures those that steps can integrate by the weights of their stages: what is smooth as
     it is written, and needs no accelerations."""
-    found, before = dict[int, None](), 0
+    every = signals(model)
+    asked = dict.fromkeys(x.value for x in kept(model) if x.kind == INTEGRAL and x.value != NONE)
+    return tuple(n for n in asked if _smooth(model, every[n]))
+
+
+def signals(model: Model) -> list[Timed]:
+    """Those of all measures."""
+    return [x for measure in model.measures for x in measure.signals]
+
+
+def kept(model: Model) -> list[Kept]:
+    """What is kept of runs as a whole, by the numbers of signals among those of all measures."""
+    found, before = list[Kept](), 0
     for measure in model.measures:
         for x in measure.kept:
-            if x.kind == INTEGRAL and x.value != NONE and _smooth(model, measure.signals[x.value]):
-                found[before + x.value] = None
+            value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
+            found.append(Kept(x.kind, value, condition))
         before += len(measure.signals)
-    return tuple(found)
+    return found
 
 
-def _smooth(model: Model, x: Timed) -> bool:
-    """Whether a number is, as far as formulas say, and knows neither accelerations nor multipliers."""
+def moves(model: Model, x: Timed) -> bool:
+    """Whether the rate of a number follows from the velocities: it is smooth as it is written, and of positions."""
+    return _smooth(model, x, POSITION)
+
+
+def _smooth(model: Model, x: Timed, most: int = VELOCITY) -> bool:
+    """Whether a number is, as far as formulas say, and needs no more than this level of what it reads."""
     names = x.quantities if isinstance(x, Law) else ()
     formula = x.function if isinstance(x, Law) else x
-    if (isinstance(formula, Formula) and not formula.smooth) or any(level(model, name) == OBSERVED for name in names):
+    if (isinstance(formula, Formula) and not formula.smooth) or any(level(model, name) > most for name in names):
         return False
     read = [(_named(model, owner(name)[0]), owner(name)[1]) for name in names]
-    return all(_smooth(model, y) for q, rest in read if q is not None for y in kind_of(q).reads(q, rest))
+    return all(_smooth(model, y, most) for q, rest in read if q is not None for y in kind_of(q).reads(q, rest))
 
 
 def _named(model: Model, name: str) -> Quantity | None:
