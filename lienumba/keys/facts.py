@@ -44,9 +44,9 @@ def at_most(section: type[BaseModel], key: str) -> float:
 
 
 def is_text(section: type[BaseModel], key: str) -> bool:
-    """Whether the values of a key are texts, such as names and choices, and never numbers."""
-    leaves = list(_leaves(section.model_fields[key].annotation))
-    return str in leaves and not {float, int} & set(leaves)
+    """Whether the values of a key are texts, such as names and choices, or true or false, and never numbers."""
+    leaves = set(_leaves(section.model_fields[key].annotation))
+    return bool({str, bool} & leaves) and not {float, int} & leaves
 
 
 def is_choice(section: type[BaseModel], key: str) -> bool:

@@ -36,7 +36,7 @@ BESIDE = ("quantities", "noise", "events", MEASURES, REQUIREMENTS, INPUTS, START
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "contact", "limit", "about", "units", "function", "returns", "level", "rows", "derivative",
-    "action", "interpolation",
+    "action", "once", "interpolation",
 }  # fmt: skip  # whose values are texts as they should be
 WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events", INPUTS)
 WITH_STATE = ("drivers", "forces", "quantities", "events", INPUTS)  # whose formulas may read tables and quantities

@@ -1,4 +1,4 @@
-"""Joints that events engage and that can never close, whatever the bodies do."""
+"""Joints that events engage and that can never close, whatever the bodies do, or never hold."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,14 +17,16 @@ from lienumba.mechanics.system.switches import permanent
 from lienumba.words import listed
 
 APART = 1e-6  # relative to the lengths around: what is nearer may be rounding
+TIMES = 201  # at which it is looked whether a driver moves
 
 
-def problems_of_captures(model: Model, now: Instant) -> list[Problem]:
-    """Of one run (floats) at its start."""
-    return [problem for event in model.events if event.action == ENGAGE.name for problem in _of(model, now, event)]
+def problems_of_captures(model: Model, now: Instant, end: float) -> list[Problem]:
+    """Of one run (floats) at its start; end: of the run (s)."""
+    engaging = [event for event in model.events if event.action == ENGAGE.name]
+    return [problem for event in engaging for problem in _of(model, now, event, end)]
 
 
-def _of(model: Model, now: Instant, event: m.Event) -> Iterator[Problem]:
+def _of(model: Model, now: Instant, event: m.Event, end: float) -> Iterator[Problem]:
     joint, place = model.joints[event.joint], f"events.{event.name}.joint"
     between, least = _reach(model, event.joint)
     if least > 0.0:
@@ -34,23 +36,51 @@ def _of(model: Model, now: Instant, event: m.Event) -> Iterator[Problem]:
         names = [model.bodies[i].name if i >= 0 else "ground" for i in joint.bodies]
         rule = f"can never close: it is open, and {names[0]} and {names[1]} cannot move against each other"
         yield Problem(place, rule, "correct its points, or give a joint that lets them move", joint.name)
+    for name in _driven(model, now, event.joint, end):
+        rule = f"can never hold: model.drivers.{name} moves its bodies against each other all the time"
+        yield Problem(place, rule, "let the driver come to rest, or let a force move them", joint.name)
+
+
+def _driven(model: Model, now: Instant, index: int, end: float) -> Iterator[str]:
+    """The driver that alone moves the bodies of a joint against each other, by what the joint would hold, and stands
+    still at no time of the run."""
+    lasting = permanent(model)
+    most = rank.rank_of(lasting, now).rank
+    for n, driver in enumerate(model.drivers if rank.rank_of(_welded(model, now, index), now).rank == most else ()):
+        left = replace(model, drivers=(*model.drivers[:n], *model.drivers[n + 1 :]))
+        holds, welds = (rank.rank_of(x, now).rank for x in (_with(left, index), _welded(left, now, index)))
+        if holds == welds == most == rank.rank_of(permanent(left), now).rank + 1:
+            rows = constraints.rows_of(lasting)[len(lasting.joints) + n]
+            rates = [constraints.time_rate(lasting, replace(now, t=float(t)))[rows] for t in np.linspace(0, end, TIMES)]
+            if any((x > 0).all() or (x < 0).all() for x in np.array(rates, float).T):
+                yield driver.name
+
+
+def _with(model: Model, index: int) -> Model:
+    """What lasts, with a joint that is engaged."""
+    lasting = permanent(model)
+    joints = list(lasting.joints)
+    joints[index] = replace(joints[index], active=True)
+    return replace(lasting, joints=tuple(joints))
+
+
+def _welded(model: Model, now: Instant, index: int) -> Model:
+    """What lasts, with the bodies of a joint welded together where they are."""
+    lasting, joint, (a, b) = permanent(model), model.joints[index], (now.motion(i) for i in model.joints[index].bodies)
+    joints, place = list(lasting.joints), so3.rotate_back(a.R, so3.subtract(b.r, a.r))
+    joints[index] = Joint(joint.name, "fixed", joint.bodies, (place, (0.0, 0.0, 0.0)), (_axes(a.R), _axes(b.R)))
+    return replace(lasting, joints=tuple(joints))
 
 
 def _held(model: Model, now: Instant, index: int) -> bool:
     """Whether a joint is open between two bodies that cannot move against each other: a weld where they are says
     nothing that the permanent constraints do not. In singular positions bodies seem to move more freely, never less."""
-    lasting, joint = permanent(model), model.joints[index]
-    joints, (a, b) = list(lasting.joints), (now.motion(i) for i in joint.bodies)
-    joints[index] = replace(joints[index], active=True)
-    closed = replace(lasting, joints=tuple(joints))
+    closed = _with(model, index)
     rows = constraints.rows_of(closed)[index]
     gaps, (reach, far, _) = constraints.residual(closed, now)[rows], constraints.sizes(closed, now)
     if not any(abs(gap) > APART * (x + y) for gap, x, y in zip(gaps, reach[rows], far[rows], strict=True)):
         return False
-    place = so3.rotate_back(a.R, so3.subtract(b.r, a.r))
-    joints[index] = Joint(joint.name, "fixed", joint.bodies, (place, (0.0, 0.0, 0.0)), (_axes(a.R), _axes(b.R)))
-    welded = replace(lasting, joints=tuple(joints))
-    return rank.rank_of(welded, now).rank == rank.rank_of(lasting, now).rank
+    return rank.rank_of(_welded(model, now, index), now).rank == rank.rank_of(permanent(model), now).rank
 
 
 def _meets(joint: Joint) -> bool:

@@ -134,7 +134,7 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     _check_forces(whole, now)
     if touching := problems_of_stops(whole, now):
         raise ScenarioError(*touching)
-    if never := problems_of_captures(whole, now):
+    if never := problems_of_captures(whole, now, scenario.data.integrator.end_time):
         raise ScenarioError(*never)
     always = _rank(lasting, typical) if switches_of(whole) else found
     return Nominal(scenario, whole, now, typical, found, always, (model, start), done, rests)

@@ -36,7 +36,7 @@ def sliding(axis: list[float], **settings: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("value", "when", "status", "end"),
     [
-        (f"-{DEPTH}*t", f"block.z < -{DEPTH}", "contradiction", 1.0),
+        (f"-{DEPTH}*t**2", f"block.z < -{DEPTH}", "contradiction", 1.0),
         (THERE, "t > 1.2", "success", 2.0),
         (f"{THERE} - max(t - 1.5, 0)**3", "t > 1.2", "contradiction", 1.5),
         (f"-{DEPTH}*sin(t*pi/2)", "t > 1", "contradiction", 1.0),

@@ -48,7 +48,8 @@ class Changes:
         along = {f["joint"] for f in self.model.get("forces", []) if "joint" in f}
         seen = {q["joint"] for q in self.quantities if "joint" in q}
         coupled = {name for j in self.joints for name in j.get("joints", [])}
-        self.loose = [j for j in self.free if j["name"] not in along | seen | coupled and "bodies" in j]
+        kept = along | seen | coupled | {j["name"] for j in self.joints if j.get("armature")}
+        self.loose = [j for j in self.free if j["name"] not in kept and "bodies" in j]
         for _ in range(int(d.rng.integers(2, 6))):
             d.one((self.lock, self.lock, self.release, self.engage, self.set, self.limit, self.limit, self.contact,
                    self.contact, self.record))()  # fmt: skip

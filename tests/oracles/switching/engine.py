@@ -7,7 +7,7 @@ Times are found on SciPy's dense output, and made good by integrating up to them
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -70,10 +70,12 @@ class Changing:
         self.on = {name for name in switched if self.every[name].get("active", True)}
         self.unilateral: dict[str, Function] = {}
         self.restitution: dict[str, tuple[float, float]] = {}
+        self.stopped: dict[str, str] = {}  # which joint a stop stops
         for limit in self.model.get("limits", []):
             q = joints.coordinate(self.every[limit["joint"]], limit["coordinate"])
             for key, side in (("low", 1.0), ("high", -1.0)):
                 if key in limit:
+                    self.stopped[f"{limit['name']}.{key}"] = limit["joint"]
                     self._unilateral(f"{limit['name']}.{key}", stop(q, side, limit[key]), limit)
         for contact in self.model.get("contacts", []):
             self._unilateral(contact["name"], gap(contact), contact)
@@ -122,7 +124,14 @@ class Changing:
         return m
 
     def motion(self, state: State, t: float) -> Motion:
-        return _with_all(self.mechanism(self.carrying).motion(state, t), self.every)
+        """Of joints the loads with those of their locks and stops."""
+        now = _with_all(self.mechanism(self.carrying).motion(state, t), self.every)
+        loads = dict(now.loads)
+        for name, load in now.loads.items():
+            joint = self.stopped.get(name, name.partition(".")[0])
+            if name not in self.every and joint in self.every:
+                loads[joint] = loads[joint] + load
+        return replace(now, loads=loads)
 
     def force(self, now: Motion, name: str) -> float:
         """That of a unilateral constraint that carries."""

@@ -72,3 +72,20 @@ def test_bodies_that_cannot_move_do_not_meet() -> None:
         'events.shut.joint = "pin": can never close: it is open, and ground and a cannot move against each other; '
         "correct its points, or give a joint that lets them move"
     )
+
+
+def test_a_driver_that_goes_on_moving_what_is_to_be_held_is_told_before_the_run() -> None:
+    """By a driver that stands still once, as by a joint that leaves its motion, nothing is known before."""
+    slide = {"name": "slide", "type": "prismatic", "bodies": ["ground", "a"], "at": [0, 0, 0], "axis": [1, 0, 0]}
+    there = [bar("a") | {"position": [0, 0, 0]}]
+    data = scenario(there, [slide], bodies=["ground", "a"], points=[[0.01, 0, 0], [0, 0, 0]])
+    data["model"]["drivers"] = [{"name": "pull", "joint": "slide", "value": "0.1*t"}]
+    assert refused(data) == (
+        'events.shut.joint = "pin": can never hold: model.drivers.pull moves its bodies against each other all the '
+        "time; let the driver come to rest, or let a force move them"
+    )
+    data["model"]["drivers"][0]["value"] = "0.1*t**2"
+    accepted(data)
+    data["model"]["drivers"][0]["value"] = "0.1*t"
+    data["model"]["joints"][1] |= {"type": "prismatic", "axes": [[1, 0, 0]] * 2, "references": [[0, 0, 1]] * 2}
+    accepted(data)
