@@ -26,12 +26,18 @@ def shortest(*asked: Any) -> Film:
     return replace(film, times=film.times[:2])
 
 
+def blank(self: Any, picture: Any, **how: Any) -> None:
+    """A file for a figure, which takes longest to draw: pictures are tested elsewhere."""
+    picture.write(b"") if hasattr(picture, "write") else Path(picture).touch()
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(SCENARIOS, tmp_path / "scenarios")
     for name, value in player.ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(import_module("lienumba.figures.animate"), "film", shortest)
+    monkeypatch.setattr(import_module("matplotlib.figure").Figure, "savefig", blank)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
