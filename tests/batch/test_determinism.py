@@ -24,7 +24,7 @@ def test_other_seeds_give_other_bits() -> None:
 
 @pytest.mark.parametrize("sweep", [*SWEEPS.values(), linkage], ids=[*SWEEPS, "linkage"])
 def test_one_and_two_workers(sweep: Any) -> None:
-    data = sweep(runs=100)
+    data = sweep(runs=60)
     assert_same(run(data, workers=1), run(data, workers=2))
 
 

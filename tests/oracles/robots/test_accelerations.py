@@ -22,8 +22,7 @@ ENGINES = ("mujoco", "pinocchio")
 CLOSE = 1e-11  # relative to the largest acceleration
 NO_PROJECTION = {"position": "none", "velocity": "none"}
 MACHINE = [  # robots, and the coordinates in which their kernels integrate
-    ("ur5", "lie"), ("solo12_rotors", "lie"), *((name, "joint") for name in NAMES), ("ur5_rotors", "joint"),
-    ("solo12_rotors", "joint"),
+    ("ur5", "lie"), ("solo12_rotors", "lie"), *((name, "joint") for name in NAMES), ("solo12_rotors", "joint"),
 ]  # fmt: skip
 
 

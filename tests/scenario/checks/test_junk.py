@@ -57,8 +57,8 @@ def test_junk_in_place_of_any_value(place: tuple[Any, ...]) -> None:
         check_sentences(problems(changed(FULL, place, junk)))
 
 
-def junk_for(number: int, more: tuple[Any, ...] = (), apart: int = 3) -> list[Any]:
-    """Every third kind of junk, of neighbouring places others, and what is left out."""
+def junk_for(number: int, more: tuple[Any, ...] = (), apart: int = 5) -> list[Any]:
+    """One of `apart` kinds of junk, of neighbouring places others, and what is left out."""
     return [*[*JUNK, *more][number % apart :: apart], KeyError]
 
 
@@ -104,7 +104,7 @@ def test_junk_in_a_law(kind: str, index: int) -> None:
     listed = [law, *(law + inside for inside in places(item)), *(law + (key,) for key in NEW_KEYS if key not in item)]
     for number, place in enumerate(listed, LAWS.index((kind, index))):
         known = place[-1] not in NEW_KEYS or place[-1] in item
-        for junk in junk_for(number, FORMULAS, 13):
+        for junk in junk_for(number, FORMULAS, 19):
             if junk is KeyError and not known:
                 continue
             try:
