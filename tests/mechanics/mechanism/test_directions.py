@@ -25,7 +25,7 @@ def spread(now, runs):
 @pytest.mark.parametrize("topology", TOPOLOGIES)
 @pytest.mark.parametrize("runs", [None, 1, 3])
 def test_together_or_one_after_the_other(topology, runs, monkeypatch):
-    for seed in range(10):
+    for seed in range(4):
         model, now = mechanism(topology, seed)
         state = now if runs is None else spread(now, runs)
         together = blocks(model, state)

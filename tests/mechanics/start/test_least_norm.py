@@ -88,7 +88,7 @@ def scaled(size: float) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.parametrize("size", [1e-3, 1e-2, 0.1, 50.0])
+@pytest.mark.parametrize("size", [1e-3, 50.0])
 def test_forces_in_the_plane_grow_with_the_size(size: float) -> None:
     """They are unique, however small the lever arms are beside the 1 rad of the rows that say the same."""
     small, normal = (lienumba.run(scaled(s)).isel(run=0).joint_force.sel(axis=["x", "z"]) for s in (size, 1.0))

@@ -43,7 +43,6 @@ def coupled(tree: Tree, here: Motion, link: Link) -> tuple[Array, Array, float]:
 @pytest.mark.parametrize(
     ("kinds", "order", "ratio", "offset", "planet"),
     [
-        (("revolute", "revolute"), "+-", -2.5, 0.3, False),
         (("revolute", "revolute"), "-+", 1.7, -8.0, True),
         (("revolute", "prismatic"), "+-", 0.4, 0.1, False),
         (("prismatic", "revolute"), "--", 3.0, 1.0, True),

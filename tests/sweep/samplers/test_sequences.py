@@ -114,7 +114,7 @@ def test_a_sampler_says_whether_it_matters_which_path_comes_first(sampler):
 @pytest.mark.parametrize("sampler", SEQUENCES)
 def test_every_number_is_uniform_over_the_seeds(sampler):
     """Also where a single run is looked at: no sample is biased."""
-    found = np.array([points(sampler, 8, seed) for seed in range(200)])
+    found = np.array([points(sampler, 8, seed) for seed in range(100)])
     for path in range(len(PATHS)):
         for run in (0, 1, 7):
             assert stats.kstest(found[:, path, run], "uniform").pvalue > 1e-4

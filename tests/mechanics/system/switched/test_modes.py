@@ -19,7 +19,7 @@ from lienumba.scenario.start import prepare
 from tests.rigs import switching
 from tests.rigs.random_trees import close
 
-SEEDS = range(12)
+SEEDS = range(8)
 FOUR_BAR = Path(__file__).parents[4] / "scenarios" / "four_bar.toml"
 
 
