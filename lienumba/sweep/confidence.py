@@ -18,6 +18,15 @@ def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
     return stats.t.ppf(0.5 + 0.5 * confidence, n - 1) * deviation / np.sqrt(n)
 
 
+def freedom(terms: np.ndarray) -> float:
+    """The degrees of freedom of a variance that is estimated from independent terms (n,) with mean 0: those of the
+    chi-squared distribution that varies as much (F. E. Satterthwaite, Biometrics Bull. 2 (1946) 110), by their
+    kurtosis; fewer where few of them are most of it."""
+    squares = terms * terms
+    spread = len(terms) * float(squares @ squares) - float(squares.sum()) ** 2
+    return max(2.0 * len(terms) * float(squares.sum()) ** 2 / spread, 1.0) if spread > 0.0 else float(len(terms))
+
+
 def ranks(n: Counts, probability: float, confidence: float) -> tuple[np.ndarray, np.ndarray]:
     """The places, from 0, of the two of n sorted values between which a quantile lies: by the binomial distribution of
     how many values it exceeds, which assumes nothing of how they are distributed. Below 0, or from n on: there is none.

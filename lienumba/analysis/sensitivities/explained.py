@@ -4,8 +4,8 @@ The runs are put in the order of the input and cut into n^0.4 groups. Parabolas 
 mean of their squares, without what noise adds to it (p s^2 for p coefficients and a residual variance s^2), over the
 variance of y is the index. Its standard error has three parts: the influence function y^2 - (y - m)^2 - S y^2 of the
 ratio, the variance of the noise that is taken off, and the difference to straight lines in place of parabolas, which
-bounds what groups are too coarse for. S. Da Veiga, F. Gamboa, B. Iooss, C. Prieur, Basics and Trends in Sensitivity
-Analysis (SIAM 2021), chapter 4, has the influence function.
+bounds what groups are too coarse for. Student's t has the freedom of the influence's kurtosis. S. Da Veiga, F. Gamboa,
+B. Iooss, C. Prieur, Basics and Trends in Sensitivity Analysis (SIAM 2021), chapter 4, has the influence function.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from itertools import pairwise
 from math import nan
 
 import numpy as np
+
+from lienumba.sweep.confidence import freedom
 
 CONFIDENCE = 0.95
 FEWEST = 100  # runs, from which on intervals hold what they say (docs/statistics.md)
@@ -62,7 +64,8 @@ def half_of(influence: np.ndarray, found: Fit, variance: float, coarse: float) -
 
     n = len(influence)
     sampling = (influence.var() * n + found.noise / variance**2) / (n * (n - found.coefficients))
-    factor = stdtrit(n - found.coefficients, 0.5 + 0.5 * CONFIDENCE)
+    free = min(n - found.coefficients, freedom(influence - influence.mean()))
+    factor = stdtrit(free, 0.5 + 0.5 * CONFIDENCE)
     return float(factor * (sampling + coarse**2) ** 0.5)
 
 
