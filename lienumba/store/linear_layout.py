@@ -82,9 +82,7 @@ def check_modes(ds: xr.Dataset, where: str) -> None:
             raise damaged(where, f"{dim} has other labels")
         if dim in ALWAYS and tuple(values.tolist()) != ALWAYS[dim]:
             raise ScenarioError(f"{where}: has not every {dim} in its order; select runs, times and modes only")
-    variables = (
-        NEEDED | {name: SHAPES[name] for name in shapes} | {name: dims for name, dims in OPTIONAL.items() if name in ds}
-    )
+    variables = NEEDED | {name: dims for name, dims in (SHAPES | OPTIONAL).items() if name in ds}
     for name, dims in variables.items():
         kinds = KINDS.get(name, "f")
         if name not in ds or ds[name].dims != dims or ds[name].dtype.kind not in kinds:

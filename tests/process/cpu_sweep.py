@@ -30,6 +30,15 @@ def rotations() -> str:
     return hashlib.sha256(struct.pack(f"{len(numbers)}d", *numbers)).hexdigest()
 
 
+def modes() -> dict[str, str]:
+    """Of eigenvalues and shapes, of redundant loops and of bodies that turn about all axes."""
+    import lienumba
+    from tests.rigs import sweeps
+
+    found = {name: hashes(lienumba.modes(sweeps.SWEEPS[name](runs=12))) for name in ("loop", "links", "top")}
+    return {f"{sweep} {name}": own for sweep, hashed in found.items() for name, own in hashed.items()}
+
+
 def main(names: list[str]) -> None:
     from lienumba.compiler import native
     from tests.rigs import sweeps
@@ -39,6 +48,8 @@ def main(names: list[str]) -> None:
     found = {name: hashes(sweeps.run(every[name](runs=12))) for name in names if name in every}
     if "rotations" in names:
         found["rotations"] = {"given": rotations()}
+    if "modes" in names:
+        found["modes"] = modes()
     json.dump({"cpu": native.cpu(), "hashes": found}, sys.stdout)
 
 

@@ -16,7 +16,7 @@ from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
 ELIMINATION = "lienumba.compiler.dense.elimination"
-EIGENVALUES = "lienumba.compiler.dense.eigenvalues"
+EIGENVALUES, EIGENVECTORS = (f"lienumba.compiler.dense.{name}" for name in ("eigenvalues", "eigenvectors"))
 
 
 @cache
@@ -29,19 +29,32 @@ def _given(x: Array) -> Array:
     return np.ascontiguousarray(x, float)
 
 
+def _columns(b: Array) -> Array:
+    """One column, where there are not several."""
+    return b[:, :, None] if b.ndim == 2 else b
+
+
 def product(A: Array, B: Array) -> Array:
     """A B, where B may also be (runs, rows)."""
-    flat = B.ndim == A.ndim - 1
-    right = B[:, :, None] if flat else B
+    right = _columns(B)
     found = np.empty((len(A), A.shape[1], right.shape[2]))
     if found.size:
         _routine("product")(_given(A), _given(right), found)
-    return found[:, :, 0] if flat else found
+    return found if B.ndim == 3 else found[:, :, 0]
 
 
 def turned(A: Array) -> Array:
     """A^T."""
     return A.transpose(0, 2, 1)
+
+
+def unit_rows(C: Array) -> tuple[Array, Array]:
+    """C with rows of length 1, and how long they were (runs, rows); 1 of those that are 0."""
+    squares = np.zeros(C.shape[:2])
+    for n in range(C.shape[2]):
+        squares += C[:, :, n] * C[:, :, n]
+    lengths = np.where(squares == 0.0, 1.0, np.sqrt(squares))
+    return C / lengths[:, :, None], lengths
 
 
 @dataclass(frozen=True)
@@ -66,21 +79,41 @@ class Rows:
         _routine("reflected")(L, Q, most, rank, order, np.empty(n), float(negligible))
         return Rows(rank, Q, L, order)
 
+    def part(self, runs: Array) -> "Rows":
+        """Of these runs alone."""
+        return Rows(self.rank[runs], self.Q[runs], self.L[runs], self.order[runs])
+
     def within(self, b: Array) -> Array:
-        """y with C Q y = b in the rows that say something, 0 in what they leave free."""
-        found = np.zeros(self.Q.shape[:2])
-        _routine("forward")(self.L, self.rank, self.order, _given(b), found)
-        return found
+        """y with C Q y = b (runs, rows) or (runs, rows, k) in the rows that say something, 0 in what they leave
+        free."""
+        right = _columns(b)
+        found = np.zeros((*self.Q.shape[:2], right.shape[2]))
+        if right.size:
+            _routine("forward")(self.L, self.rank, self.order, _given(right), found)
+        return found if b.ndim == 3 else found[:, :, 0]
 
     def least(self, b: Array) -> Array:
         """The shortest x with C x = b in the rows that say something."""
+        if not self.rank.any():
+            return np.zeros((*self.Q.shape[:2], *b.shape[2:]))
         return product(self.Q, self.within(b))
 
     def multipliers(self, g: Array) -> Array:
         """mu with Q^T C^T mu = g as far as rows can; of those that say nothing of their own 0."""
-        found = np.zeros(self.L.shape[:2])
-        _routine("backward")(self.L, self.rank, self.order, _given(g), found)
-        return found
+        right = _columns(g)
+        found = np.zeros((*self.L.shape[:2], right.shape[2]))
+        if found.size:
+            _routine("backward")(self.L, self.rank, self.order, _given(right), found)
+        return found if g.ndim == 3 else found[:, :, 0]
+
+    def least_multipliers(self, g: Array) -> Array:
+        """Those of least length with C^T mu = g as far as rows can."""
+        along = product(turned(self.Q), g)
+        if (self.rank == self.L.shape[1]).all():
+            return self.multipliers(along)
+        said = np.arange(self.L.shape[2]) < self.rank[:, None]
+        own = Rows.of(np.where(said[:, :, None], turned(self.L), 0.0), 0.0, self.rank)
+        return own.least(np.where(said if g.ndim == 2 else said[:, :, None], along, 0.0))
 
 
 def solved(A: Array, b: Array, first: Array, negligible: float) -> Array:
@@ -88,13 +121,12 @@ def solved(A: Array, b: Array, first: Array, negligible: float) -> Array:
 
     Where columns depend on others, of pivots below a fraction of the largest, their numbers are 0, too.
     """
-    flat = b.ndim == A.ndim - 1
-    right = b[:, :, None] if flat else b
+    right = _columns(b)
     found = np.zeros(right.shape)
     if found.size:
         work = np.empty((2, b.shape[1]))
         _routine("solved")(_given(A).copy(), _given(right).copy(), first, found, work, float(negligible))
-    return found[:, :, 0] if flat else found
+    return found if b.ndim == 3 else found[:, :, 0]
 
 
 def symmetric_values(A: Array, first: Array) -> Array:
@@ -106,11 +138,28 @@ def symmetric_values(A: Array, first: Array) -> Array:
 
 def eigenvalues(A: Array) -> Array:
     """Of real matrices, complex (runs, n); NaN where they are not found, as of what is not finite."""
-    found = np.full((2, *A.shape[:2]), np.nan)
-    good = np.isfinite(A).all(axis=(1, 2))
-    own = np.full((2, int(good.sum()), A.shape[1]), np.nan)
+    found, good = np.full(A.shape[:2], complex(np.nan, np.nan)), np.isfinite(A).all(axis=(1, 2))
+    own = np.empty((2, int(good.sum()), A.shape[1]))
     if own.size:
-        _routine("eigenvalues", EIGENVALUES)(_given(A[good]).copy(), own[0], own[1])
-    found[:, good] = own
-    whole: Array = found[0] + 1j * found[1]
-    return whole
+        _routine("eigenvalues", EIGENVALUES)(_given(A[good]).copy(), own[0], own[1], np.empty((0, 0)))
+    found.real[good], found.imag[good] = own
+    return found
+
+
+def eigenvectors(A: Array) -> tuple[Array, Array]:
+    """The same, and vectors of any length as columns (runs, n, n): of a real eigenvalue one; of a pair the real and the
+    imaginary part of that of the first, whose imaginary part is positive."""
+    found, good = np.full(A.shape[:2], complex(np.nan, np.nan)), np.isfinite(A).all(axis=(1, 2))
+    own, vectors = np.empty((2, int(good.sum()), A.shape[1])), np.full(A.shape, np.nan)
+    if own.size:
+        Z = np.empty((own.shape[1], *A.shape[1:]))
+        _routine("eigenvectors", EIGENVECTORS)(_given(A[good]).copy(), Z, own[0], own[1], np.empty((1, 2)))
+        vectors[good] = Z
+    found.real[good], found.imag[good] = own
+    return found, vectors
+
+
+def magnitudes(values: Array) -> Array:
+    """Of complex numbers."""
+    found: Array = np.sqrt(values.real * values.real + values.imag * values.imag)
+    return found

@@ -1,6 +1,7 @@
 """Eigenvalues of real matrices as routines: balanced, made Hessenberg, and then Francis' double steps.
 
-After balanc, elmhes and hqr of EISPACK (Smith et al. 1976, Matrix Eigensystem Routines).
+After balanc, elmhes, elmtrans and hqr2 of EISPACK (Smith et al. 1976, Matrix Eigensystem Routines). Where vectors are
+wanted, A becomes Z S Z^-1 with S upper triangular but for blocks of two, and the eigenvalues have the same bits.
 """
 
 import numpy as np
@@ -14,25 +15,30 @@ BALANCED = 0.95  # of the norms of a row and its column: what is not worth scali
 NAN = float("nan")
 
 
-def eigenvalues(A: Floats3, real: Floats2, imaginary: Floats2) -> None:
-    """Of matrices (runs, n, n), which are overwritten; NaN where they are not found."""
+def eigenvalues(A: Floats3, real: Floats2, imaginary: Floats2, none: Floats2) -> None:
+    """Of matrices (runs, n, n), which are overwritten; NaN where they are not found; none: an empty array."""
     for run in range(A.shape[0]):
-        _balance(A[run])
-        _reduce(A[run])
-        if not _found(A[run], real[run], imaginary[run]):
-            for k in range(A.shape[1]):
-                real[run, k] = NAN
-                imaginary[run, k] = NAN
+        balance(A[run], none, False)
+        reduce(A[run], none, False)
+        if not found(A[run], none, real[run], imaginary[run], False):
+            lose(real[run], imaginary[run])
 
 
 @inlined
-def _size(x: float) -> float:
+def lose(real: np.ndarray, imaginary: np.ndarray) -> None:
+    for k in range(real.shape[0]):
+        real[k] = NAN
+        imaginary[k] = NAN
+
+
+@inlined
+def size_of(x: float) -> float:
     return -x if x < 0.0 else x
 
 
 @apart
-def _balance(A: np.ndarray) -> None:
-    """Scale rows and columns by powers of two until they are alike."""
+def balance(A: np.ndarray, Z: np.ndarray, vectors: bool) -> None:
+    """Scale rows and columns by powers of two until they are alike; Z (diagonal) by as much, if vectors are wanted."""
     n, goes_on = A.shape[0], True
     for _ in range(ITERATIONS):
         if not goes_on:
@@ -42,8 +48,8 @@ def _balance(A: np.ndarray) -> None:
             column, row = 0.0, 0.0
             for j in range(n):
                 if j != i:
-                    column += _size(A[j, i])
-                    row += _size(A[i, j])
+                    column += size_of(A[j, i])
+                    row += size_of(A[i, j])
             f, total, scaled = 1.0, column + row, column
             if column > 0.0 and row > 0.0 and total < 1e300:
                 while scaled < 0.5 * row / f:
@@ -58,16 +64,18 @@ def _balance(A: np.ndarray) -> None:
                         A[i, j] /= f
                     for j in range(n):
                         A[j, i] *= f
+                    if vectors:
+                        Z[i, i] *= f
 
 
 @apart
-def _reduce(A: np.ndarray) -> None:
+def reduce(A: np.ndarray, Z: np.ndarray, vectors: bool) -> None:
     """To Hessenberg's form, by elimination with pivots."""
     n = A.shape[0]
     for m in range(1, n - 1):
         pivot, best = 0.0, m
         for j in range(m, n):
-            if _size(A[j, m - 1]) > _size(pivot):
+            if size_of(A[j, m - 1]) > size_of(pivot):
                 pivot, best = A[j, m - 1], j
         if best != m:
             for j in range(m - 1, n):
@@ -78,6 +86,10 @@ def _reduce(A: np.ndarray) -> None:
                 x = A[j, best]
                 A[j, best] = A[j, m]
                 A[j, m] = x
+            for j in range(n if vectors else 0):
+                x = Z[j, best]
+                Z[j, best] = Z[j, m]
+                Z[j, m] = x
         if pivot != 0.0:
             for i in range(m + 1, n):
                 factor = A[i, m - 1] / pivot
@@ -86,27 +98,30 @@ def _reduce(A: np.ndarray) -> None:
                         A[i, j] -= factor * A[m, j]
                     for j in range(n):
                         A[j, m] += factor * A[j, i]
+                    for j in range(n if vectors else 0):
+                        Z[j, m] += factor * Z[j, i]
     for i in range(2, n):
         for j in range(i - 1):
             A[i, j] = 0.0
 
 
 @apart
-def _found(H: np.ndarray, real: np.ndarray, imaginary: np.ndarray) -> bool:
+def found(H: np.ndarray, Z: np.ndarray, real: np.ndarray, imaginary: np.ndarray, vectors: bool) -> bool:
     """From the last ones to the first, each pair deflated; whether all were found."""
     end, shift, tried, norm = H.shape[0] - 1, 0.0, 0, 0.0
     for i in range(H.shape[0]):
         for j in range(max(i - 1, 0), H.shape[0]):
-            norm += _size(H[i, j])
+            norm += size_of(H[i, j])
     while end >= 0:
         first = _split(H, end, norm)
         x = H[end, end]
         if first == end:
+            H[end, end] = x + shift
             real[end] = x + shift
             imaginary[end] = 0.0
             end, tried = end - 1, 0
         elif first == end - 1:
-            _pair(H, end, shift, real, imaginary)
+            _pair(H, Z, end, shift, real, imaginary, vectors)
             end, tried = end - 2, 0
         else:
             if tried == ITERATIONS:
@@ -116,11 +131,11 @@ def _found(H: np.ndarray, real: np.ndarray, imaginary: np.ndarray) -> bool:
                 shift += x
                 for i in range(end + 1):
                     H[i, i] -= x
-                s = _size(H[end, end - 1]) + _size(H[end - 1, end - 2])
+                s = size_of(H[end, end - 1]) + size_of(H[end - 1, end - 2])
                 x = 0.75 * s
                 y, w = x, -0.4375 * s * s
             tried += 1
-            _step(H, first, end, x, y, w)
+            _step(H, Z, first, end, x, y, w, vectors)
     return True
 
 
@@ -129,9 +144,9 @@ def _split(H: np.ndarray, end: int, norm: float) -> int:
     """Where the last block begins that does not fall apart."""
     first = end
     while first > 0:
-        s = _size(H[first - 1, first - 1]) + _size(H[first, first])
+        s = size_of(H[first - 1, first - 1]) + size_of(H[first, first])
         s = norm if s == 0.0 else s
-        if _size(H[first, first - 1]) <= ROUNDING * s:
+        if size_of(H[first, first - 1]) <= ROUNDING * s:
             H[first, first - 1] = 0.0
             return first
         first -= 1
@@ -139,18 +154,24 @@ def _split(H: np.ndarray, end: int, norm: float) -> int:
 
 
 @apart
-def _pair(H: np.ndarray, end: int, shift: float, real: np.ndarray, imaginary: np.ndarray) -> None:
+def _pair(
+    H: np.ndarray, Z: np.ndarray, end: int, shift: float, real: np.ndarray, imaginary: np.ndarray, vectors: bool
+) -> None:
     x, w = H[end, end], H[end, end - 1] * H[end - 1, end]
     p = 0.5 * (H[end - 1, end - 1] - x)
     q = p * p + w
-    z = np.sqrt(_size(q))
+    z = np.sqrt(size_of(q))
     x += shift
+    H[end, end] = x
+    H[end - 1, end - 1] += shift
     if q >= 0.0:
         z = p + (z if p >= 0.0 else -z)
         real[end - 1] = x + z
         real[end] = x - w / z if z != 0.0 else x + z
         imaginary[end - 1] = 0.0
         imaginary[end] = 0.0
+        if vectors:
+            _part(H, Z, end, p, z)
     else:
         real[end - 1] = x + p
         real[end] = x + p
@@ -159,7 +180,34 @@ def _pair(H: np.ndarray, end: int, shift: float, real: np.ndarray, imaginary: np
 
 
 @apart
-def _step(H: np.ndarray, first: int, end: int, x: float, y: float, w: float) -> None:
+def _part(H: np.ndarray, Z: np.ndarray, end: int, p: float, z: float) -> None:
+    """Turn two rows and columns so that a real pair stands on the diagonal."""
+    n, below = H.shape[0], H[end, end - 1]
+    s = size_of(below) + size_of(z)
+    if s == 0.0:
+        return
+    c, s = z / s, below / s
+    r = np.sqrt(c * c + s * s)
+    c, s = c / r, s / r
+    for j in range(end - 1, n):
+        a = H[end - 1, j]
+        H[end - 1, j] = c * a + s * H[end, j]
+        H[end, j] = c * H[end, j] - s * a
+    for i in range(end + 1):
+        a = H[i, end - 1]
+        H[i, end - 1] = c * a + s * H[i, end]
+        H[i, end] = c * H[i, end] - s * a
+    for i in range(n):
+        a = Z[i, end - 1]
+        Z[i, end - 1] = c * a + s * Z[i, end]
+        Z[i, end] = c * Z[i, end] - s * a
+    H[end, end - 1] = 0.0
+
+
+@apart
+def _step(
+    H: np.ndarray, Z: np.ndarray, first: int, end: int, x: float, y: float, w: float, vectors: bool
+) -> None:  # fmt: skip
     """One double step with the shifts of the last block of two: their sum x + y, their product x y - w."""
     m = end - 2
     p, q, r = 0.0, 0.0, 0.0
@@ -169,12 +217,12 @@ def _step(H: np.ndarray, first: int, end: int, x: float, y: float, w: float) -> 
         p = (a * b - w) / H[m + 1, m] + H[m, m + 1]
         q = H[m + 1, m + 1] - z - a - b
         r = H[m + 2, m + 1]
-        s = _size(p) + _size(q) + _size(r)
+        s = size_of(p) + size_of(q) + size_of(r)
         p, q, r = p / s, q / s, r / s
         if m == first:
             break
-        u = _size(H[m, m - 1]) * (_size(q) + _size(r))
-        if u <= ROUNDING * _size(p) * (_size(H[m - 1, m - 1]) + _size(z) + _size(H[m + 1, m + 1])):
+        u = size_of(H[m, m - 1]) * (size_of(q) + size_of(r))
+        if u <= ROUNDING * size_of(p) * (size_of(H[m - 1, m - 1]) + size_of(z) + size_of(H[m + 1, m + 1])):
             break
         m -= 1
     for i in range(m + 2, end + 1):
@@ -186,7 +234,7 @@ def _step(H: np.ndarray, first: int, end: int, x: float, y: float, w: float) -> 
         if k != m:
             p, q = H[k, k - 1], H[k + 1, k - 1]
             r = H[k + 2, k - 1] if k != end - 1 else 0.0
-            size = _size(p) + _size(q) + _size(r)
+            size = size_of(p) + size_of(q) + size_of(r)
             if size != 0.0:
                 p, q, r = p / size, q / size, r / size
         s = np.sqrt(p * p + q * q + r * r)
@@ -197,22 +245,31 @@ def _step(H: np.ndarray, first: int, end: int, x: float, y: float, w: float) -> 
             elif first != m:
                 H[k, k - 1] = -H[k, k - 1]
             p += s
-            _reflect(H, first, end, k, p / s, q / s, r / s, q / p, r / p)
+            _reflect(H, 0 if vectors else first, end, k, p / s, q / s, r / s, q / p, r / p, vectors)
+            if vectors:
+                _reflect_columns(Z, 0, H.shape[0], end, k, p / s, q / s, r / s, q / p, r / p)
 
 
 @inlined
 def _reflect(
-    H: np.ndarray, first: int, end: int, k: int, x: float, y: float, z: float, q: float, r: float
+    H: np.ndarray, first: int, end: int, k: int, x: float, y: float, z: float, q: float, r: float, vectors: bool
 ) -> None:  # fmt: skip
     """Rows and columns k to k + 2, or k + 1 at the end."""
-    for j in range(k, end + 1):
+    for j in range(k, H.shape[0] if vectors else end + 1):
         p = H[k, j] + q * H[k + 1, j]
         if k != end - 1:
             p += r * H[k + 2, j]
             H[k + 2, j] -= p * z
         H[k + 1, j] -= p * y
         H[k, j] -= p * x
-    for i in range(first, min(end, k + 3) + 1):
+    _reflect_columns(H, first, min(end, k + 3) + 1, end, k, x, y, z, q, r)
+
+
+@inlined
+def _reflect_columns(
+    H: np.ndarray, first: int, last: int, end: int, k: int, x: float, y: float, z: float, q: float, r: float
+) -> None:  # fmt: skip
+    for i in range(first, last):
         p = x * H[i, k] + y * H[i, k + 1]
         if k != end - 1:
             p += z * H[i, k + 2]

@@ -17,10 +17,11 @@ def product(A: Floats3, B: Floats3, out: Floats3) -> None:
 def _product(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
     for i in range(A.shape[0]):
         for j in range(B.shape[1]):
-            total = 0.0
-            for k in range(B.shape[0]):
-                total += A[i, k] * B[k, j]
-            out[i, j] = total
+            out[i, j] = 0.0
+        for k in range(B.shape[0]):
+            a = A[i, k]
+            for j in range(B.shape[1]):
+                out[i, j] += a * B[k, j]
 
 
 def reflected(
@@ -78,24 +79,27 @@ def _reflect(x: np.ndarray, v: np.ndarray, first: int, n: int, beta: float) -> N
         x[j] -= beta * total * v[j]
 
 
-def forward(L: Floats3, rank: Integers1, order: Integers2, b: Floats2, out: Floats2) -> None:
+def forward(L: Floats3, rank: Integers1, order: Integers2, b: Floats3, out: Floats3) -> None:
     for run in range(L.shape[0]):
         for k in range(rank[run]):
             row = order[run, k]
-            total = b[run, row]
-            for j in range(k):
-                total -= L[run, row, j] * out[run, j]
-            out[run, k] = total / L[run, row, k]
+            for c in range(b.shape[2]):
+                total = b[run, row, c]
+                for j in range(k):
+                    total -= L[run, row, j] * out[run, j, c]
+                out[run, k, c] = total / L[run, row, k]
 
 
-def backward(L: Floats3, rank: Integers1, order: Integers2, g: Floats2, out: Floats2) -> None:
+def backward(L: Floats3, rank: Integers1, order: Integers2, g: Floats3, out: Floats3) -> None:
     for run in range(L.shape[0]):
         for n in range(rank[run]):
             k = rank[run] - 1 - n
-            total = g[run, k]
-            for i in range(k + 1, rank[run]):
-                total -= L[run, order[run, i], k] * out[run, order[run, i]]
-            out[run, order[run, k]] = total / L[run, order[run, k], k]
+            row = order[run, k]
+            for c in range(g.shape[2]):
+                total = g[run, k, c]
+                for i in range(k + 1, rank[run]):
+                    total -= L[run, order[run, i], k] * out[run, order[run, i], c]
+                out[run, row, c] = total / L[run, row, k]
 
 
 def solved(A: Floats3, b: Floats3, first: Integers1, x: Floats3, work: Floats2, negligible: float) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from lienumba.compiler.dense.decompositions import eigenvalues, eigenvectors, magnitudes, product, turned
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.linear.linearise import STILL, check_states, turning
 from lienumba.engine.linear.looked import Looked
@@ -110,23 +111,43 @@ def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | No
     """Runs, eigenvalues and shapes. Of what is 0 but for rounding every second one counts: a coordinate that drifts has
     two of them."""
     sound = np.isfinite(system.A).all(axis=(1, 2))
-    runs, A, moved = system.runs[sound], system.A[sound], None
+    runs, A, vectors = system.runs[sound], system.A[sound], None
     if shapes:
-        values, vectors = np.linalg.eig(A)
-        moved = (system.bodies[sound] @ vectors).transpose(0, 2, 1)
+        values, vectors = eigenvectors(A)
     else:
-        values = np.linalg.eigvals(A)
-    values = values.astype(complex)
-    values[np.abs(values) <= ROUNDING * np.abs(values).max(axis=1, initial=0.0)[:, None]] = 0.0
-    zero = values == 0.0
+        values = eigenvalues(A)
+    sizes = magnitudes(values)
+    zero = sizes <= ROUNDING * sizes.max(axis=1, initial=0.0)[:, None]
+    values[zero] = 0.0
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
     order = order[:, : int(upper.sum(axis=1).max(initial=0))]
     values = np.take_along_axis(np.where(upper, values, NONE), order, axis=1)
-    if moved is not None:
-        moved = np.take_along_axis(moved, order[:, :, None], axis=1)
-        moved[np.isnan(values)] = np.nan
-    return runs, values, moved
+    if vectors is None:
+        return runs, values, None
+    behind, bodies = np.minimum(order + 1, A.shape[1] - 1), turned(system.bodies[sound]).copy()
+    parts = (np.take_along_axis(turned(vectors), n[:, :, None], axis=1) for n in (order, behind))
+    real, imaginary = (product(part, bodies) for part in parts)  # which of a pair is the vector behind
+    imaginary[values.imag == 0.0] = 0.0
+    found = _by_largest(real, imaginary)
+    found[np.isnan(values)] = NONE
+    return runs, values, found
+
+
+def _by_largest(real: Array, imaginary: Array) -> Array:
+    """Complex shapes (runs, modes, 6 k) of these parts, whose largest component is 1. Divided part by part: how NumPy
+    computes with complex numbers depends on the processor."""
+    size = np.maximum(np.abs(real).max(axis=2), np.abs(imaginary).max(axis=2))[:, :, None]
+    size[size == 0.0] = 1.0
+    real, imaginary = real / size, imaginary / size
+    squares = real * real + imaginary * imaginary
+    best = squares.argmax(axis=2)[:, :, None]
+    c, d, square = (np.take_along_axis(x, best, axis=2) for x in (real, imaginary, squares))
+    square[square == 0.0] = 1.0
+    found = np.empty(real.shape, complex)
+    found.real = (real * c + imaginary * d) / square
+    found.imag = (imaginary * c - real * d) / square
+    return found
 
 
 def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequence[Array]) -> "xr.Dataset":
@@ -141,11 +162,11 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         return np.stack(padded, axis=1)
 
     values, dims = whole([x.values for x in found], NONE), MODE
-    sizes = np.abs(values)
+    sizes = magnitudes(values)
     limit = ROUNDING * np.nanmax(np.where(np.isnan(values), 0.0, sizes), axis=2)
     growing = np.nan_to_num(values.real, nan=-1.0) > limit[:, :, None]
     with np.errstate(all="ignore"):
-        damping = np.where(sizes > 0.0, -values.real / sizes, np.where(np.isnan(sizes), np.nan, 0.0))
+        damping = np.where(sizes > 0.0, (0.0 - values.real) / sizes, np.where(np.isnan(sizes), np.nan, 0.0))
         frequency = values.imag / (2.0 * np.pi)
     there = np.isfinite(values.real).any(axis=2)
     sampled = np.asarray(asked.labels) != NOMINAL_RUN

@@ -18,16 +18,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-NEGLIGIBLE = 1e-9  # of the largest singular value of the rows of C, scaled to length 1
+from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
+
+NEGLIGIBLE = 1e-9  # of rows of C of length 1, what is left of one beside those before it
 Array = npt.NDArray[Any]  # (runs, rows, columns)
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """Everything above (runs, rows, columns); position: which rows of C hold positions (runs, rows)."""
+    """Everything above (runs, rows, columns), P with rows that are 0 where C holds no places; places: the constraints
+    C_p, with rows that are 0 likewise, and rates: C."""
 
     M: Array
-    C: Array
+    places: "Constraints"
+    rates: "Constraints"
     F: Mapping[str, Array]
     G: Mapping[str, Array]
     H: Mapping[str, Array]
@@ -35,7 +39,6 @@ class Blocks:
     gamma: Array
     turning: Array
     laws: Mapping[str, Array]
-    position: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -53,13 +56,11 @@ class Reduced:
 
 
 def reduced(blocks: Blocks, chosen: tuple[Array, Array] | None = None) -> Reduced:
-    """Of runs whose constraints have the same rank (see `ranks`); chosen: see `Reduced`, if that is decided."""
+    """Of runs whose constraints, of both kinds, have the same ranks; chosen: see `Reduced`, if that is decided."""
     b, runs, n = blocks, len(blocks.M), blocks.M.shape[1]
     s, u = b.F["laws"].shape[2], b.F["inputs"].shape[2]
-    held = np.where(b.position[:, :, None], b.C, 0.0)
-    Np, inverse_p, yq = _null(held, chosen and chosen[0])
-    Nv, inverse_v, zv = _null(b.C, chosen and chosen[1])
-    y, z = Np.shape[2], Nv.shape[2]
+    places, rates = _Free.of(b.places, chosen and chosen[0]), _Free.of(b.rates, chosen and chosen[1])
+    y, z = places.basis.shape[2], rates.basis.shape[2]
     size = y + z + s
 
     def zeros(rows: int) -> Array:
@@ -68,55 +69,88 @@ def reduced(blocks: Blocks, chosen: tuple[Array, Array] | None = None) -> Reduce
     states, ends = (slice(0, y), slice(y, y + z), slice(y + z, size)), slice(size, size + u)
     dq, dv, ds, du = zeros(n), zeros(n), zeros(s), zeros(u)
     ds[:, :, states[2]], du[:, :, ends] = np.eye(s), np.eye(u)
-    dq[:, :, states[0]] = Np
-    dq += _solved(inverse_p, np.where(b.position[:, :, None], b.P, 0.0) @ du, Np, yq)
-    dv[:, :, states[1]] = Nv
-    dv += _solved(inverse_v, -(b.H["q"] @ dq) - b.H["inputs"] @ du, Nv, zv)
+    dq[:, :, states[0]], dv[:, :, states[1]] = places.basis, rates.basis
+    dq += places.solved(product(b.P, du))
+    dv -= rates.solved(product(b.H["q"], dq) + product(b.H["inputs"], du))
     every = {"q": dq, "v": dv, "laws": ds, "inputs": du}
-    force = sum(b.F[name] @ x for name, x in every.items())
-    wanted = zeros(b.C.shape[1]) + sum(b.G[name] @ x for name, x in every.items())
-    da = _solved(inverse_v, wanted, Nv, zv)
-    Nt = Nv.transpose(0, 2, 1)
-    da = da + Nv @ np.linalg.solve(Nt @ b.M @ Nv, Nt @ (force - b.M @ da)) if z else da
-    dmu = inverse_v.transpose(0, 2, 1) @ (force - b.M @ da)
-    rates = [
-        np.take(dv + b.gamma @ dq, yq, axis=1),
-        np.take(da + b.turning @ dv, zv, axis=1),
-        sum(b.laws[name] @ x for name, x in {**every, "a": da, "mu": dmu}.items() if name in b.laws) + zeros(s),
+
+    def sums(of: Mapping[str, Array], rows: int, by: Mapping[str, Array]) -> Array:
+        return sum((product(of[name], x) for name, x in by.items() if name in of), zeros(rows))
+
+    force = sums(b.F, n, every)
+    da = rates.solved(sums(b.G, b.P.shape[1], every))
+    M = b.M if rates.all else product(rates.along(b.M), rates.basis)
+    da += rates.moved(solved(M, rates.along(force - product(b.M, da)), np.zeros(runs, np.int64), 0.0))
+    dmu = b.rates.multipliers(force - product(b.M, da))
+    slopes = [
+        np.take(dv + product(b.gamma, dq), places.chosen, axis=1),
+        np.take(da + product(b.turning, dv), rates.chosen, axis=1),
+        sums(b.laws, s, {**every, "a": da, "mu": dmu}),
     ]
-    whole = np.concatenate(rates, axis=1)
+    whole = np.concatenate(slopes, axis=1)
     q, v, a, mu = ((x[:, :, :size], x[:, :, size:]) for x in (dq, dv, da, dmu))
-    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, (yq, zv))
+    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, (places.chosen, rates.chosen))
 
 
-def ranks(C: Array) -> Array:
-    """Of each run."""
-    if not C.shape[1]:
-        return np.zeros(len(C), int)
-    sizes = np.linalg.svd(_unit_rows(C)[0], compute_uv=False)
-    return (sizes > NEGLIGIBLE * sizes[:, :1]).sum(axis=1)
+@dataclass(frozen=True)
+class Constraints:
+    """C by rows of length 1, and how long they were (runs, rows)."""
+
+    rows: Rows
+    lengths: Array
+
+    @staticmethod
+    def of(C: Array) -> "Constraints":
+        own, lengths = unit_rows(C)
+        return Constraints(Rows.of(own, NEGLIGIBLE), lengths)
+
+    def part(self, runs: Array) -> "Constraints":
+        """Of these runs alone."""
+        return Constraints(self.rows.part(runs), self.lengths[runs])
+
+    def least(self, wanted: Array) -> Array:
+        """The shortest x (runs, n, k) with C x = wanted (runs, rows, k)."""
+        return self.rows.least(wanted / self.lengths[:, :, None])
+
+    def multipliers(self, g: Array) -> Array:
+        """mu (runs, rows, k) with C^T mu = g (runs, n, k) as far as rows can; of redundant ones the least."""
+        return self.rows.least_multipliers(g) / self.lengths[:, :, None]
 
 
-def _unit_rows(C: Array) -> tuple[Array, Array]:
-    lengths = np.linalg.norm(C, axis=2, keepdims=True)
-    lengths[lengths == 0.0] = 1.0
-    return C / lengths, lengths
+@dataclass(frozen=True)
+class _Free:
+    """A basis (runs, n, f) of what constraints leave free, and its rows that are the unit matrix; all: whether nothing
+    is constrained."""
 
+    constraints: Constraints
+    basis: Array
+    chosen: Array
+    all: bool = False
 
-def _null(C: Array, chosen: Array | None) -> tuple[Array, Array, Array]:
-    """A basis of what C leaves free, the pseudo-inverse of C, and the rows of the basis that are the unit matrix."""
-    runs, rows, n = C.shape
-    if not rows or not C.any():
-        return np.broadcast_to(np.eye(n), (runs, n, n)), np.zeros((runs, n, rows)), np.arange(n)
-    scaled, lengths = _unit_rows(C)
-    U, sizes, Vt = np.linalg.svd(scaled, full_matrices=True)
-    rank = int((sizes[0] > NEGLIGIBLE * sizes[0, 0]).sum())
-    V = Vt.transpose(0, 2, 1)
-    inverse = (V[:, :, :rank] / sizes[:, None, :rank]) @ U.transpose(0, 2, 1)[:, :rank]
-    free = V[:, :, rank:]
-    chosen = _independent(free[0]) if chosen is None or len(chosen) != free.shape[2] else chosen
-    basis = free @ np.linalg.inv(free[:, chosen]) if len(chosen) else free
-    return basis, inverse / lengths.transpose(0, 2, 1), chosen
+    @staticmethod
+    def of(constraints: Constraints, chosen: Array | None) -> "_Free":
+        Q, rank = constraints.rows.Q, int(constraints.rows.rank[0])
+        runs, n = Q.shape[:2]
+        if not rank:
+            return _Free(constraints, np.broadcast_to(np.eye(n), (runs, n, n)), np.arange(n), True)
+        free, first = Q[:, :, rank:], np.zeros(runs, np.int64)
+        chosen = _independent(free[0]) if chosen is None or len(chosen) != n - rank else chosen
+        basis = turned(solved(turned(free[:, chosen]), turned(free), first, 0.0)).copy()
+        basis[:, chosen] = np.eye(n - rank)
+        return _Free(constraints, basis, chosen)
+
+    def solved(self, wanted: Array) -> Array:
+        """A solution of C x = wanted that is 0 where the basis is the unit matrix."""
+        x = self.constraints.least(wanted)
+        return x if self.all else x - product(self.basis, np.take(x, self.chosen, axis=1))
+
+    def along(self, x: Array) -> Array:
+        """N^T x."""
+        return x if self.all else product(turned(self.basis), x)
+
+    def moved(self, x: Array) -> Array:
+        """N x."""
+        return x if self.all else product(self.basis, x)
 
 
 def _independent(basis: Array) -> Array:
@@ -130,9 +164,3 @@ def _independent(basis: Array) -> Array:
         left = left - np.outer(left @ direction, direction)
         chosen.append(best)
     return np.array(sorted(chosen), int)
-
-
-def _solved(inverse: Array, wanted: Array, basis: Array, chosen: Array) -> Array:
-    """A solution of C x = wanted that is 0 where the basis is the unit matrix."""
-    x = inverse @ wanted
-    return x - basis @ np.take(x, chosen, axis=1)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
+from lienumba.compiler.dense.decompositions import eigenvalues
 from lienumba.engine.linear.course import Column, course
 from lienumba.engine.linear.looked import Looked
 from lienumba.engine.linear.states import States
@@ -99,8 +100,7 @@ def _allowed(
         states = States(np.asarray(prepared.labels), np.ones(runs, bool), t, rows, numbers)
         allowed, rates = np.full(runs, np.inf), np.zeros(runs)
         for system in recorded.systems(states):
-            smooth = np.isfinite(system.A).all(axis=(1, 2))  # a disc that lies flat has no derivative
-            for run, values in zip(system.runs[smooth], np.linalg.eigvals(system.A[smooth]), strict=True):
+            for run, values in zip(system.runs, eigenvalues(system.A), strict=True):  # of a disc that lies flat NaN
                 allowed[run], rates[run] = _longest(values, R, end)
         yield allowed, rates
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lienumba.compiler.dense.decompositions import product, solved, turned
 from lienumba.engine.linear.looked import Looked, turning_links
-from lienumba.engine.linear.reduction import Blocks, Reduced, ranks, reduced
+from lienumba.engine.linear.reduction import Blocks, Constraints, Reduced, reduced
 from lienumba.engine.linear.states import States
 from lienumba.groups import so3
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
@@ -52,19 +53,18 @@ class Recorded:
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
         """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are
         looked at. Runs that are not there or not finite have none."""
-        chosen: dict[int, tuple[Array, Array]] = {}
+        chosen: dict[tuple[int, ...], tuple[Array, Array]] = {}
         for first in range(0, len(states.labels), AT_ONCE):
             some = states.part(slice(first, first + AT_ONCE))
             with np.errstate(all="ignore"):
                 blocks, seen, bodies = self._blocks(some, turning)
             good = some.good & np.isfinite(blocks.M).all(axis=(1, 2))
             good &= np.isfinite(blocks.F["q"]).all(axis=(1, 2)) & np.isfinite(blocks.F["v"]).all(axis=(1, 2))
-            every = np.full(len(good), -1)
-            every[good] = ranks(blocks.C[good])
-            for rank in np.unique(every[good]):
-                own = np.flatnonzero(every == rank)
-                found = reduced(_of(blocks, own), chosen.get(rank))
-                chosen[rank] = found.chosen
+            ranks = np.stack([blocks.places.rows.rank, blocks.rates.rows.rank], axis=1)
+            for rank in np.unique(ranks[good], axis=0):
+                own, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
+                found = reduced(_of(blocks, own), chosen.get(kind))
+                chosen[kind] = found.chosen
                 yield _system(own + first, found, {name: x[own] for name, x in seen.items()}, bodies[own])
 
     def seen(self, states: States) -> Array:
@@ -81,21 +81,18 @@ class Recorded:
 
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
-        n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
+        n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
         still = self._at(self._solvable, states, [0.0] * n, [0.0] * m)
-        M, C = -still.dense("along", "a", len(states.labels)), -still.dense("rows", "a", len(states.labels))
-        whole = np.zeros((len(M), n + m, n + m))
-        whole[:, :n, :n], whole[:, n:, :n], whole[:, :n, n:] = M, C, C.transpose(0, 2, 1)
-        right = np.concatenate(
-            [still.vector("along", len(states.labels)), still.vector("rows", len(states.labels))], axis=1
-        )
-        finite = np.isfinite(whole).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-        found = np.full((len(M), n + m), np.nan)
-        if m:
-            found[finite] = (np.linalg.pinv(whole[finite], 1e-12) @ right[finite, :, None])[:, :, 0]
-        else:
-            found[finite] = np.linalg.solve(whole[finite], right[finite, :, None])[:, :, 0]
-        return list(found[:, :n].T), list(found[:, n:].T)
+        M, constraints = -still.dense("along", "a", runs), Constraints.of(-still.dense("rows", "a", runs))
+        rank, force = constraints.rows.rank, still.vector("along", runs)[:, :, None]
+        if not m:
+            return list(solved(M, force, rank, 0.0)[:, :, 0].T), []
+        Q, Qt = constraints.rows.Q, turned(constraints.rows.Q)
+        a = constraints.least(still.vector("rows", runs)[:, :, None])
+        left = product(Qt, force - product(M, a))
+        a += product(Q, solved(product(Qt, product(M, Q)), left, rank, 0.0))
+        mu = constraints.multipliers(force - product(M, a))
+        return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
     def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
         return equations.at(states.rows, states.t, a, mu, states.numbers.__getitem__)
@@ -104,19 +101,24 @@ class Recorded:
         """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""
         found = self._at(self.equations, states, *self.solved(states))
         T, gamma, carried = self._axes(found, states, turning)
-        back = T.transpose(0, 2, 1)
+        turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), turned(T)
+
+        def looked(x: Array) -> Array:
+            return product(x, back) if turns else x
 
         def blocks(of: str) -> dict[str, Array]:
             every = {by: found.dense(of, by, len(states.labels)) for by in (*BY, "a", "mu")}
-            return every | {by: every[by] @ back for by in ("q", "v", "a")}
+            return every | {by: looked(every[by]) for by in ("q", "v", "a")}
 
         levels = [c.level != "velocity" for c in constraints_of(self.tracer.graph()[1]) for _ in c.kinds]
         held = np.array([levels[row] for row in self.equations.used], bool)
-        F = {by: T @ x for by, x in blocks("along").items()}
+        F = {by: product(T, x) if turns else x for by, x in blocks("along").items()}
         G, P = blocks("rows"), -found.dense("positions", "inputs", len(states.labels))
-        position = np.broadcast_to(held, (len(T), len(held)))
-        made = Blocks(-F["a"], -G["a"], F, G, blocks("rates"), P, gamma, carried, blocks("laws"), position)
-        return made, blocks("seen"), found.dense("bodies", "v", len(states.labels)) @ back
+        rates = Constraints.of(-G["a"])
+        places = rates if held.all() else Constraints.of(np.where(held[:, None], -G["a"], 0.0))
+        P = np.where(held[:, None], P, 0.0)
+        made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"))
+        return made, blocks("seen"), looked(found.dense("bodies", "v", len(states.labels)))
 
     def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
         """The turn of all coordinates into the axes looked at, and what remains of the turning of these (see
@@ -143,14 +145,19 @@ def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Arra
     size = found.A.shape[1]
     laws = size - sum(map(len, found.chosen))
     whole = [np.concatenate(x, axis=2) for x in (found.q, found.v, found.a, found.mu)]
-    total = sum(seen[by] @ x for by, x in zip(("q", "v", "a", "mu"), whole, strict=True))
+    parts = [product(seen[by], x) for by, x in zip(("q", "v", "a", "mu"), whole, strict=True)]
+    total = parts[0] + parts[1] + parts[2] + parts[3]
     total[:, :, size - laws : size] += seen["laws"]
     total[:, :, size:] += seen["inputs"]
-    return Systems(runs, found.A, found.B, total[:, :, :size], total[:, :, size:], bodies @ found.q[0], found.chosen)
+    return Systems(
+        runs, found.A, found.B, total[:, :, :size], total[:, :, size:], product(bodies, found.q[0]), found.chosen
+    )
 
 
 def _of(blocks: Blocks, runs: Array) -> Blocks:
     def some(x: Any) -> Any:
+        if isinstance(x, Constraints):
+            return x.part(runs)
         return {name: y[runs] for name, y in x.items()} if isinstance(x, dict) else x[runs]
 
     return replace(blocks, **{field.name: some(getattr(blocks, field.name)) for field in fields(Blocks)})

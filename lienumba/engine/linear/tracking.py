@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lienumba.compiler.dense.decompositions import magnitudes, product, turned
 from lienumba.mechanics.mechanism.model import Model
 
 Array = npt.NDArray[Any]
@@ -28,7 +29,7 @@ def _none() -> Array:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k) whose largest component is 1, and MAC with the mode of the
+    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k), and MAC with the mode of the
     run it was compared with."""
 
     values: Array
@@ -54,21 +55,19 @@ def compared(there: Array, samples: Mapping[str, Array]) -> tuple[Array, Array]:
     return runs, np.repeat(runs[:1], len(runs))
 
 
-def tracked(values: Array, moved: Array, weights: Array, samples: Mapping[str, Array]) -> Tracked:
-    """values (runs, modes), moved (runs, modes, 6 k): in the order of frequencies, NaN where there are fewer."""
+def tracked(values: Array, shapes: Array, weights: Array, samples: Mapping[str, Array]) -> Tracked:
+    """values (runs, modes), shapes (runs, modes, 6 k): in the order of frequencies, NaN where there are fewer."""
     runs, others = compared(np.isfinite(values.real).any(axis=1), samples)
     count, modes = values.shape
     place, mac = np.tile(np.arange(modes), (count, 1)), np.where(np.isnan(values.real), np.nan, 1.0)
     alike, pairs = np.ones((count, modes)), place.copy()  # of the modes of the other run, each by its place
     for first in range(1, len(runs), AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        alike[runs[some]], pairs[runs[some]] = _paired(values, moved, weights, runs[some], others[some])
+        alike[runs[some]], pairs[runs[some]] = _paired(values, shapes, weights, runs[some], others[some])
     for run, other in zip(runs[1:].tolist(), others[1:].tolist(), strict=True):
         place[run], mac[run] = pairs[run][place[other]], alike[run][place[other]]
     values = np.take_along_axis(values, place, axis=1)
-    shapes = np.take_along_axis(moved, place[:, :, None], axis=1)
-    largest = np.take_along_axis(shapes, np.abs(np.nan_to_num(shapes)).argmax(axis=2)[:, :, None], axis=2)
-    shapes /= np.where(np.abs(largest) > 0.0, largest, 1.0)
+    shapes = np.take_along_axis(shapes, place[:, :, None], axis=1)
     return Tracked(values, shapes, np.where(np.isnan(values.real), np.nan, mac))
 
 
@@ -86,15 +85,17 @@ def crossings(values: Array) -> Array:
     return found
 
 
-def _paired(values: Array, moved: Array, weights: Array, runs: Array, others: Array) -> tuple[Array, Array]:
+def _paired(values: Array, shapes: Array, weights: Array, runs: Array, others: Array) -> tuple[Array, Array]:
     """MAC of each mode of others (NaN of none) with that of runs which is most likely the same, and which that is."""
     from scipy.optimize import linear_sum_assignment
 
-    one, two = _unit(moved[others], weights), _unit(moved[runs], weights)
-    alike = np.abs(one.conj() @ (weights * two).transpose(0, 2, 1)) ** 2
+    (a, b), (c, d) = _unit(shapes[others], weights), _unit(shapes[runs], weights)
+    c, d = weights * c, weights * d
+    one, real, imaginary = (np.concatenate(x, axis=2) for x in ((a, b), (c, d), (d, -c)))
+    alike = product(one, turned(real)) ** 2 + product(one, turned(imaginary)) ** 2
     before, now = values[others][:, :, None], values[runs][:, None, :]
-    scale = np.nanmean(np.abs(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
-    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + np.abs(before - now) / scale))
+    scale = np.nanmean(magnitudes(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
+    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + magnitudes(before - now) / scale))
     pairs = score.argmax(axis=2)
     places = np.arange(pairs.shape[1])
     for run in np.flatnonzero((np.sort(pairs, axis=1) != places).any(axis=1)):
@@ -103,9 +104,9 @@ def _paired(values: Array, moved: Array, weights: Array, runs: Array, others: Ar
     return np.where(np.isnan(values[others].real), np.nan, mac), pairs
 
 
-def _unit(moved: Array, weights: Array) -> Array:
-    """Shapes of the length 1; 0 where nothing moves, or there is none."""
-    found = np.where(np.isnan(moved), 0.0, moved)
-    sizes = np.sqrt((np.abs(found) ** 2 * weights).sum(axis=2, keepdims=True))
-    unit: Array = found / np.where(sizes > 0.0, sizes, 1.0)
-    return unit
+def _unit(shapes: Array, weights: Array) -> tuple[Array, Array]:
+    """Real and imaginary parts of shapes of the length 1; 0 where nothing moves, or there is none."""
+    real, imaginary = (np.nan_to_num(x) for x in (shapes.real, shapes.imag))
+    sizes = np.sqrt(((real * real + imaginary * imaginary) * weights).sum(axis=2, keepdims=True))
+    sizes[sizes == 0.0] = 1.0
+    return real / sizes, imaginary / sizes

@@ -1,9 +1,18 @@
 """Decompositions of our own against NumPy's; what is wrong with one run touches no other."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 
-from lienumba.compiler.dense.decompositions import Rows, eigenvalues, product, solved, symmetric_values, turned
+from lienumba.compiler.dense.decompositions import (
+    Rows,
+    eigenvalues,
+    eigenvectors,
+    product,
+    solved,
+    symmetric_values,
+    turned,
+)
 
 RANDOM = np.random.default_rng(5)
 TINY = 1e-12
@@ -57,15 +66,76 @@ def test_eigenvalues_are_those_of_numpy(n: int) -> None:
             assert abs(left.pop(nearest) - x) <= 1e-11 * max(np.abs(matrix).max(), 1e-300)
 
 
+def test_redundant_rows_have_the_least_multipliers() -> None:
+    C = RANDOM.normal(size=(2, 4, 6))
+    C[:, 3] = C[:, 0] + 0.5 * C[:, 2]
+    g = product(turned(C), RANDOM.normal(size=(2, 4, 3)))
+    expected = np.linalg.pinv(turned(C)) @ g
+    np.testing.assert_allclose(Rows.of(C, 1e-9).least_multipliers(g), expected, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(Rows.of(C, 1e-9).least_multipliers(g[:, :, 1]), expected[:, :, 1], atol=1e-12)
+
+
+STIFFNESSES = np.diag([1e-4, 1.0, 1e2, 1e8])
+MATRICES = {
+    "any": RANDOM.normal(size=(12, 12)),
+    "scaled": RANDOM.normal(size=(12, 12)) * 10.0 ** (np.arange(12)[:, None] - np.arange(12)),
+    "repeated": np.kron(np.eye(3), RANDOM.normal(size=(2, 2))),
+    "oscillators": np.block([[np.zeros((4, 4)), np.eye(4)], [-STIFFNESSES, np.zeros((4, 4))]]),
+    "triangular": np.triu(RANDOM.normal(size=(7, 7))),
+    "zero": np.zeros((5, 5)),
+    "number": np.array([[-3.5]]),
+    "saddle": np.array([[1.0, 2.0], [2.0, 1.0]]),
+}
+
+
+@pytest.mark.parametrize("A", MATRICES.values(), ids=MATRICES.keys())
+def test_eigenvalues_and_vectors_are_those_of_exact_arithmetic(A: np.ndarray) -> None:
+    with mp.workdps(40):
+        exact = [complex(x) for x in mp.eig(mp.matrix(A.tolist()), left=False, right=False)]
+    (values,), (vectors,) = eigenvectors(A[None])
+    assert values.tobytes() == eigenvalues(A[None]).tobytes()
+    left = list(values)
+    for x in exact:
+        assert abs(left.pop(int(np.argmin(np.abs(np.array(left) - x)))) - x) <= 1e-11 * abs(x)
+    pairs = values.imag > 0.0
+    Z = vectors + 1j * np.where(pairs, np.roll(vectors, -1, axis=1), 0.0)
+    for value, z in zip(values, Z.T, strict=True):
+        if value.imag >= 0.0:
+            assert np.linalg.norm(A @ z - value * z) <= 1e-13 * np.linalg.norm(A) * np.linalg.norm(z)
+            assert np.linalg.norm(z) > 0.0
+
+
+def test_a_large_matrix_has_the_eigenvalues_of_its_closed_form() -> None:
+    n = 60
+    A = 0.5 * np.eye(n) + 1.1 * np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)
+    (values,), (vectors,) = eigenvectors(A[None])
+    exact = 2.0 * np.sqrt(1.1) * np.cos(np.pi * np.arange(1, n + 1) / (n + 1))
+    np.testing.assert_allclose(values.real, 0.5, rtol=1e-12)
+    np.testing.assert_allclose(np.sort(values.imag), np.sort(exact), rtol=1e-12)
+    first = np.flatnonzero(values.imag > 0.0)
+    Z = vectors[:, first] + 1j * vectors[:, first + 1]
+    np.testing.assert_allclose(A @ Z, Z * values[first], atol=1e-12 * np.abs(Z).max())
+
+
+def test_a_defective_matrix_has_vectors_that_are_finite() -> None:
+    A = 2.0 * np.eye(6) + np.diag(np.ones(5), 1)
+    A[3:, 3:] = 0.0
+    A[3, 4] = A[4, 5] = 1.0
+    (values,), (vectors,) = eigenvectors(A[None])
+    np.testing.assert_allclose(np.sort(values.real), [0, 0, 0, 2, 2, 2], atol=1e-15)
+    unit = vectors / np.linalg.norm(vectors, axis=0)
+    np.testing.assert_allclose(A @ unit, unit * values.real, atol=1e-14)
+
+
 def test_a_run_does_not_see_its_neighbours() -> None:
     A = RANDOM.normal(size=(6, 7, 7))
-    alone = [(eigenvalues(A[n : n + 1]), Rows.of(A[n : n + 1, :4], 1e-9).Q) for n in range(6)]
+    alone = [(eigenvectors(A[n : n + 1]), Rows.of(A[n : n + 1, :4], 1e-9).Q) for n in range(6)]
     A[2, 3, 3] = np.nan
     A[4, 1, 1] = np.inf
-    values, Q = eigenvalues(A), Rows.of(A[:, :4], 1e-9).Q
+    (values, vectors), Q = eigenvectors(A), Rows.of(A[:, :4], 1e-9).Q
     x = solved(A, A[:, :, 0], np.zeros(6, np.int64), TINY)
     for n in (0, 1, 3, 5):
-        assert values[n].tobytes() == alone[n][0].tobytes()
+        assert (values[n].tobytes(), vectors[n].tobytes()) == tuple(x[0].tobytes() for x in alone[n][0])
         assert Q[n].tobytes() == alone[n][1].tobytes()
         assert np.isfinite(x[n]).all()
     assert np.isnan(values[[2, 4]]).all()

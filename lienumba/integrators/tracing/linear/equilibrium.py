@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
+from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned, unit_rows
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
@@ -162,11 +162,8 @@ class _Search:
         row that counts, else 0; by default all do."""
         C = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
         C = C if held is None else C * held[:, None]
-        squares = np.zeros(C.shape[:2])
-        for n in range(self.n):
-            squares += C[:, :, n] * C[:, :, n]
-        lengths = np.where(squares == 0.0, 1.0, np.sqrt(squares))
-        return Rows.of(C / lengths[:, :, None], REDUNDANT, self.most[which]), lengths
+        C, lengths = unit_rows(C)
+        return Rows.of(C, REDUNDANT, self.most[which]), lengths
 
     def with_rates(self, state: Array, rates: Array) -> Array:
         found = state.copy()
@@ -194,14 +191,15 @@ class _Search:
         rows, lengths = self._rows(at, which)
 
         def least(b: Array) -> Array:
-            return np.where(turns[:, None], rows.least(b / lengths) * sizes, 0.0)
+            found = rows.least(b / lengths[:, :, None]) * sizes[:, :, None]
+            return np.where(turns[:, None, None], found, 0.0)
 
-        a = own.accelerations + least(at.vector("rows", runs))
+        a = own.accelerations + least(at.vector("rows", runs)[:, :, None])[:, :, 0]
         changes = at.dense("rates", "q", runs) + product(at.dense("rates", "v", runs), own.rates_by)
-        rates_by = own.rates_by - _by_columns(least, changes)
+        rates_by = own.rates_by - least(changes)
         changes = at.dense("rows", "q", runs) + product(at.dense("rows", "v", runs), rates_by)
         changes += product(at.dense("rows", "a", runs), own.accelerations_by)
-        return state, _Motion(a, rates_by, own.accelerations_by + _by_columns(least, changes), own)
+        return state, _Motion(a, rates_by, own.accelerations_by + least(changes), own)
 
     def _looked(self, state: Array, which: Array, equations: Equations) -> tuple[Array, Linear, _Motion | None]:
         """The equations where the state moves as it should."""
@@ -396,11 +394,6 @@ def _by_places(at: Linear, of: str, motion: _Motion | None, runs: int) -> Array:
         return found
     found = found + product(at.dense(of, "v", runs), motion.rates_by)
     return found + product(at.dense(of, "a", runs), motion.accelerations_by)
-
-
-def _by_columns(least: Any, b: Array) -> Array:
-    """least(...) of every column."""
-    return np.stack([least(b[:, :, n]) for n in range(b.shape[2])], axis=2)
 
 
 def _free(x: Array, rank: Array) -> Array:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, eigenvalues, product, solved, turned
+from lienumba.compiler.dense.decompositions import Rows, eigenvalues, magnitudes, product, solved, turned
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
@@ -55,7 +55,7 @@ def stability(near: Near) -> Stability:
     growth, largest, zeros = np.full(runs, np.nan), _fastest(near), np.zeros(runs, int)
     for which, A in _systems(near):
         values = eigenvalues(A)
-        sizes = np.sqrt(values.real * values.real + values.imag * values.imag)
+        sizes = magnitudes(values)
         largest[which] = np.maximum(largest[which], sizes.max(axis=1, initial=0.0))
         growth[which] = values.real.max(axis=1, initial=-np.inf)
         zeros[which] = (sizes <= ZERO * largest[which][:, None]).sum(axis=1)
@@ -95,15 +95,11 @@ def _whole(near: Near) -> Array:
     def scaled(x: Array) -> Array:
         return x * D[:, None, :]
 
-    def along(x: Array) -> Array:
-        """The least change of rates that fulfils the constraints, column by column."""
-        return np.stack([near.rows.least(x[:, :, k]) for k in range(x.shape[2])], axis=2)
-
     size = 2 * n + laws
     dq, dv, ds = np.zeros((runs, n, size)), np.zeros((runs, n, size)), np.zeros((runs, laws, size))
     dq[:, :, :n], dv[:, :, n : 2 * n], ds[:, :, 2 * n :] = Qp, Q, np.eye(laws)
-    dv -= along(product(scaled(rates), dq))
-    da = along(product(scaled(rows["q"]), dq) + product(scaled(rows["v"]), dv))
+    dv -= near.rows.least(product(scaled(rates), dq))
+    da = near.rows.least(product(scaled(rows["q"]), dq) + product(scaled(rows["v"]), dv))
     M = -scaled(forces["a"])
     force = product(scaled(forces["q"]), dq) + product(scaled(forces["v"]), dv) - product(M, da)
     force += product(forces["laws"], ds)
