@@ -56,14 +56,15 @@ def proportion(true: np.ndarray, weights: np.ndarray, sure: float) -> Interval:
 
 
 def mean(x: np.ndarray, weights: np.ndarray, sure: float) -> Interval:
-    """The mean of values (n,): Student's t of the jackknife, with the freedom of the effective number of runs, or of
-    their terms if that is less."""
+    """The mean of values (n,): Student's t of the jackknife, with the freedom of the effective number of runs, or, if
+    that is less, as many times fewer as weights make that of their terms."""
     if len(x) < 2 or not weights.any():
         return Interval(float(x[0]) if len(x) else nan, -inf, inf)
     total, n, tells = float(weights.sum()), len(x), max(effective(weights), 1.0 + 1e-9)
     middle = float(weights @ x) / total
     rest = weights * (x - middle) / np.maximum(total - weights, 1e-12 * total)  # without each of the runs in turn
-    error, tells = (float(rest @ rest) * (n - 1) / n) ** 0.5, min(tells, confidence.freedom(rest) + 1.0)
+    fewer = confidence.freedom(rest) / confidence.freedom(x - middle)
+    error, tells = (float(rest @ rest) * (n - 1) / n) ** 0.5, min(tells, max((n - 1) * fewer, 1.0) + 1.0)
     half = float(confidence.half_width(error * tells**0.5, tells, sure))
     return Interval(middle, middle - half, middle + half)
 
