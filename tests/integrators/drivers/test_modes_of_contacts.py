@@ -1,0 +1,115 @@
+"""What contacts do at a change that no formula of a whole run shows: what sticks, slides, opens, or has only rocked."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lienumba.integrators import layout
+from lienumba.integrators.drivers import complementarity, impacts, reactions
+from lienumba.integrators.drivers.reactions import Reactions
+from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
+
+PLANE = 3  # rows of a contact with friction
+
+
+class Lane:
+    """One run whose contacts are given by S and their rates or accelerations; all touch."""
+
+    def __init__(self, S: Any, tangents: list[int]) -> None:
+        S, switches = np.array(S, float), np.zeros((len(tangents), 6), np.int64)
+        memory = row = 0
+        for s, n in enumerate(tangents):
+            switches[s] = UNILATERAL, row, 1 + n, n, memory, n
+            row, memory = row + 1 + n, memory + n
+        self.sizes = Sizes(0, 99, 0, 0, 0, 0, 1, 2, 0, 0, switched=row, switches=len(tangents), memory=memory)
+        self.first = layout.workspace(self.sizes)
+        self.rows = np.zeros((self.first.work, 1))
+        self.rows[self.first.lanes + layout.T] = 1.0  # no condition has come true now
+        self.put(layout.border_numbers, layout.CONTACT_NUMBERS * np.arange(len(tangents)) + layout.SIZE, 1.0)
+        self.put(layout.change_speeds, np.arange(len(tangents)), 1.0)
+        for i in range(row):
+            for j in range(i + 1):
+                self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
+        v = [np.zeros(row) for _ in range(13)]
+        law, friction, bound, begins = (np.zeros(len(tangents)) for _ in range(4))
+        p = complementarity.Problem(
+            np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1))
+        )  # fmt: skip
+        self.r = Reactions(p, *v[9:13], begins)
+
+    def put(self, where: Any, which: Any, values: Any) -> None:
+        """Into what `border` writes."""
+        self.rows[self.first.change + where(self.sizes) + np.asarray(which), 0] = values
+
+    def friction(self, *coefficients: float) -> None:
+        for s, mu in enumerate(coefficients):
+            self.put(layout.border_numbers, layout.CONTACT_NUMBERS * s + np.array([STATIC, KINETIC]), mu)
+
+    def modes(self) -> int:
+        reactions.read(self.r, *self.place)
+        return reactions.modes(self.r, *self.place)
+
+    @property
+    def place(self) -> tuple[Any, ...]:
+        return self.rows, self.first, self.sizes, 0
+
+    @property
+    def on(self) -> list[float]:
+        start = self.first.state + layout.on_row(self.sizes)
+        return list(self.rows[start : start + self.sizes.switches, 0])
+
+
+def pushed(push: float, *friction: float) -> Lane:
+    """Two feet of a body of 1 kg that only shifts, pushed along x (N) under a load of 10 N: they say the same."""
+    lane = Lane(np.tile(np.eye(PLANE), (2, 2)), [2, 2])
+    lane.friction(*friction)
+    lane.put(layout.border_accelerations, np.arange(6), np.tile([-10.0, push, 0.0], 2))
+    assert lane.modes() == complementarity.SOLVED
+    return lane
+
+
+@pytest.mark.parametrize(("push", "on"), [(1.0, [STICK, STICK]), (2.5, [SLIDE, SLIDE])])
+def test_what_says_the_same_sticks_or_slides_together(push: float, on: list[int]) -> None:
+    assert pushed(push, 0.2, 0.2).on == on
+
+
+def test_what_presses_with_nothing_opens() -> None:
+    lane = Lane(np.eye(PLANE), [2])
+    lane.friction(0.5)
+    lane.put(layout.border_accelerations, np.arange(3), [1.0, 0.0, 0.0])
+    assert lane.modes() == complementarity.SOLVED
+    assert lane.on == [OFF]
+
+
+def rocked(leaves: float) -> Lane:
+    """A bar without friction on two feet: the first is hit, and the other one would leave at a speed (m/s)."""
+    lane = Lane([[2.0, -leaves], [-leaves, 2.0]], [0, 0])
+    lane.put(layout.border_rates, [0, 1], [-1.0, 1.5 * leaves])
+    reactions.read(lane.r, *lane.place)
+    assert impacts.impulses(lane.r, *lane.place) == complementarity.SOLVED
+    return lane
+
+
+def after(lane: Lane) -> Any:
+    return lane.r.rates + lane.r.problem.S @ lane.r.problem.x
+
+
+def test_what_has_only_rocked_stays() -> None:
+    np.testing.assert_allclose(after(rocked(1e-7)), 0.0, atol=1e-18)
+
+
+def test_what_leaves_faster_does() -> None:
+    np.testing.assert_allclose(after(rocked(1e-5)), [0.0, 1e-5], atol=1e-15)
+
+
+def test_sliding_that_friction_leaves_no_acceleration_is_a_paradox() -> None:
+    """S_nn - mu S_nt < 0 with a load: no normal force of at least 0 keeps the gap."""
+    lane = Lane([[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 1.0]], [2])
+    lane.friction(2.0)
+    lane.put(layout.border_rates, np.arange(PLANE), [0.0, 1e-5, 0.0])
+    lane.put(layout.border_accelerations, np.arange(PLANE), [-10.0, 0.0, 0.0])
+    assert lane.modes() == complementarity.PARADOX
+    lane.put(layout.border_rates, np.arange(PLANE), [0.0, -1e-5, 0.0])  # the other way friction lifts it
+    assert lane.modes() == complementarity.SOLVED
+    assert lane.on == [SLIDE]
