@@ -28,7 +28,15 @@ ALIASES = {
     "position": "displacement point value", "displacement": "value", "velocity": "rate angular_velocity",
     "speed": "rate", "sequence": "euler", "order": "euler",
     "world": "ground global", "earth": "ground global", "inertial": "global", "local": "body",
-    "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4",
+    "rk2": "midpoint", "rk3": "kutta3", "rungekutta4": "rk4", "rk44": "rk4", "forward_euler": "euler",
+    "explicit_euler": "euler", "ode23": "bs32", "rk23": "bs32", "dopri5": "dp54", "dopri": "dp54", "rk45": "dp54",
+    "rkdp": "dp54", "ode45": "dp54", "rkf45": "dp54", "dormand_prince": "dp54", "tsit5": "tsit54", "dop": "dop853",
+    "dopri8": "dop853", "rk78": "dop853", "ode78": "dop853", "ode89": "dop853", "vern9": "dop853",
+    "radau": "radau5", "implicit": "radau5", "stiff": "radau5", "bdf": "radau5", "lsoda": "radau5",
+    "ode15s": "radau5", "ode23s": "radau5", "ode23t": "radau5", "ida": "radau5", "dassl": "radau5", "cvode": "radau5",
+    "rodas": "radau5", "backward_euler": "radau3", "implicit_euler": "radau3", "newmark": "generalized_alpha",
+    "hht": "generalized_alpha", "gen_alpha": "generalized_alpha", "trapezoidal": "generalized_alpha",
+    "verlet": "rk4", "leapfrog": "rk4", "semi_implicit_euler": "rk4", "symplectic_euler": "rk4",
 }  # fmt: skip
 SIMILAR, ALIKE, VERY_SIMILAR = 0.5, 0.6, 0.8  # of two words, as difflib measures
 MOST_NEAR, AS_LIKE = 3, 0.1  # names that are like a word, and how much less like it they are than the first
@@ -80,16 +88,20 @@ def suggestion(word: str, known: Iterable[str], cutoff: float = SIMILAR) -> str:
     return "known here are " + ", ".join(f'"{name}"' for name in names[:MOST_KNOWN]) + more
 
 
-def similar_file(path: Path, endings: Collection[str]) -> str:
-    """The remedy for a file that does not exist: the one there with such an ending whose name is nearest."""
+def absence(path: Path, endings: Collection[str], missing: str = "does not exist") -> tuple[str, str]:
+    """What is wrong where there is no file, and the remedy: of those there with such an ending the nearest name."""
     folder = path.parent
     try:
+        if path.exists():
+            return "is a pipe, a socket or a device", "give a file"
+        if path.is_symlink():
+            return "is a link that leads nowhere", "give the file that it should lead to"
         if not folder.is_dir():
-            return f"nor does the folder {printable(str(folder))}; check the path"
+            return missing, f"nor does the folder {printable(str(folder))}; check the path"
         close = nearest(path.name, [item.name for item in folder.iterdir() if item.suffix in endings], ALIKE)
     except (OSError, ValueError):
-        return "check the path"
-    return f"the nearest file there is {printable(str(folder / close))}" if close else "check the path"
+        return missing, "check the path"
+    return missing, f"the nearest file there is {printable(str(folder / close))}" if close else "check the path"
 
 
 def printable(text: str) -> str:

@@ -8,6 +8,7 @@ Heavy modules are imported inside the commands: `--help` and `validate` must ans
 
 import gc
 import os
+import signal
 import sys
 from typing import Annotated
 
@@ -68,4 +69,8 @@ def main() -> None:
     if sys.argv[1:2] == ["run"] and not any(word.startswith("--dask") for word in sys.argv):
         # xarray would import it, which takes a quarter of a second, to ask whether arrays of NumPy are dask's
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
-    app()
+    try:
+        app()
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):  # what ends Python itself says nothing of an interrupt
+            signal.signal(number, signal.SIG_DFL)

@@ -2,6 +2,7 @@
 wrong and what to do, as of every other mistake."""
 
 import inspect
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any, Literal, get_args, get_origin
@@ -125,6 +126,9 @@ def _sentence(error: Any, params: Sequence[Any], ctx: Any, given: Sequence[str])
     if kind == "MissingParameter":
         meaning = (param.help or "").partition(" (default")[0].rstrip(".")
         return f"{name}: {what} is missing; give {meaning[:1].lower()}{meaning[1:]}"
+    closed = [x for x in given if os.path.exists(x) and not os.access(x, os.R_OK)]
+    if closed:  # the parser has tried all files that are to be read
+        return f"{printable(closed[0])} cannot be read: Permission denied; check its permissions"
     value = _value(param.opts, given)
     rule, example = _rule(_annotation(param.name, ctx), value)
     return f"{name}: {what} = {show(value)}: {rule}; give it such as {what} {example}"

@@ -82,7 +82,8 @@ def run(
     allow_code : bool
         Run also the Python code that a TOML file brings in itself, or names outside its folder.
     progress : callable or bool, optional
-        Called with a `Progress` a few times per second. By default a run that takes more than a second shows itself on
+        Called with a `Progress` a few times per second: its `stage` ("prepare", "compile", "run" or "write"), and how
+        many runs are `done`, of a `total`, and `failed`. By default a run that takes more than a second shows itself on
         a terminal and in a notebook, not elsewhere; False: nowhere, True: everywhere.
 
     Returns

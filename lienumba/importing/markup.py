@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from lienumba.errors import ScenarioError
-from lienumba.words import similar_file
+from lienumba.words import absence
 
 LARGEST = 1e10  # of a number that says how something moves; MuJoCo takes no larger coordinates
 ENDINGS = (".urdf", ".xml", ".mjcf")
@@ -90,7 +90,8 @@ def _bytes(path: Path) -> bytes:
     if path.is_dir():
         raise ScenarioError.at("", f"{path} is a folder", "give the path of a URDF or MJCF file in it")
     if not path.exists():
-        raise ScenarioError.at("", f"{path} does not exist", similar_file(path, ENDINGS))
+        rule, remedy = absence(path, ENDINGS)
+        raise ScenarioError.at("", f"{path} {rule}", remedy)
     try:
         text = path.read_bytes()
     except OSError as error:

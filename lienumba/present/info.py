@@ -82,7 +82,7 @@ def _extent(dataset: "xr.Dataset") -> dict[str, str]:
     if is_study(dataset):
         points = plural(dataset["time_per_run"].size, "point", "points")
         return {"study": f"{points}: {', '.join(_label(dataset, name) for name in grid_of(dataset))}"}
-    times = dataset["time"].values if "time" in dataset else dataset["end_time"].values[:0]
+    times = dataset["time"].values.tolist() if "time" in dataset else []
     return {
         "times": f"{len(times)} from {times[0]:g} to {times[-1]:g} s" if len(times) else "none: of each run a summary",
         "bodies": _names(dataset, "body"),

@@ -232,6 +232,8 @@ def resolve(
     if runs_count is not None:
         changes["sweep.runs"] = runs_count
     if seed is not None:
+        if isinstance(seed, int) and seed >= 2**63:
+            raise ScenarioError.at("seed", "must be below 2^63", "give a whole number from 0 to 2^63 - 1", seed)
         changes["sweep.seed"] = seed
     file = Path(source) if isinstance(source, str | os.PathLike) else getattr(source, "file", None)
     raw = load(source, allow_code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from collections.abc import Callable, Collection, Iterator
@@ -10,14 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
-from lienumba.store.form import check_form
+from lienumba.store.form import check_form, damaged
 from lienumba.store.linear_layout import KIND
-from lienumba.words import similar_file
+from lienumba.words import absence
 
 if TYPE_CHECKING:
     import xarray as xr
 
 ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
+OLD = b"CDF"  # what files in netCDF-3 begin with
+DENSEST = 1100  # bytes that a byte may be packed from: deflate's limit is 1,032
 # HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
 NETCDF = threading.RLock()
 
@@ -29,12 +32,16 @@ def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
     if _is(path, Path.is_dir):
         raise ScenarioError(f"{path} is a folder; give the dataset in it, a file that lienumba run wrote")
     if not _is(path, Path.is_file):
-        raise ScenarioError(f"{path} does not exist; {similar_file(path, ENDINGS)}")
+        rule, remedy = absence(path, ENDINGS)
+        raise ScenarioError(f"{path} {rule}; {remedy}")
     if path.suffix == ".toml":
         raise ScenarioError(f"{path} is a scenario, not a dataset; run it first: lienumba run {path}")
     try:
         with NETCDF:
+            _check_size(path)
             dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+    except ScenarioError:
+        raise
     except Exception as error:  # whatever netCDF4 and xarray make of a file that somebody else has written
         raise ScenarioError(
             f"{path} cannot be opened as netCDF ({said(error)}); give a whole file that lienumba run wrote"
@@ -79,6 +86,22 @@ def readable(where: str) -> Iterator[None]:
         if not str(error).startswith("NetCDF:"):
             raise
         raise ScenarioError(f"{where}: cannot be read ({said(error)}); it is damaged, make it again") from None
+
+
+def _check_size(path: Path) -> None:
+    """Refuse labels and statuses that a file of its size cannot hold, before they are read."""
+    import netCDF4
+
+    with path.open("rb") as content:
+        if content.read(len(OLD)) == OLD:  # 17 bytes of it may take all memory
+            raise ScenarioError(
+                f"{path} is in netCDF-3, and lienumba writes netCDF-4; convert it: nccopy -4 FILE NEW.nc"
+            )
+    with netCDF4.Dataset(path) as file:
+        read = [x for name, x in file.variables.items() if name in (*x.dimensions, "status")]
+        most = max((math.prod(x.shape) for x in read), default=0)
+    if most > DENSEST * path.stat().st_size:
+        raise damaged(str(path), "it is too small for what it says that it holds")
 
 
 def said(error: Exception) -> str:

@@ -23,6 +23,7 @@ NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 # Attributes that are texts: of variables, and of the whole.
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
 SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", "chatters", VERDICT, VERDICTS)
+LONGEST = 10_000  # characters of a title, of what is said of a variable, of a label
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep
@@ -38,6 +39,7 @@ def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",), 
     the dimensions, the type and the labels that it is written with. where: what the dataset is called; needed:
     variables of each run that must be there; kinds: see `linear_layout`, which may be there instead of courses.
     """
+    _check_packing(ds, where)
     if linear_layout.check_kind(ds, where, kinds):
         _check_attributes(ds, where)
         linear_layout.check_modes(ds, where)
@@ -96,17 +98,25 @@ def _check_attributes(ds: xr.Dataset, where: str) -> None:
     for name, value in ds.attrs.items():
         if (name in SAID or name.endswith("_version")) and not isinstance(value, str):
             raise damaged(where, f"its attribute {name} is no text")
+    if len(ds.attrs.get("title", "")) > LONGEST:
+        raise damaged(where, f"its title is longer than {LONGEST:,} characters")
     for name, x in ds.variables.items():
         for key in TEXTS:
-            if not isinstance(x.attrs.get(key, ""), str):
-                raise damaged(where, f"the attribute {key} of {name} is no text")
+            text = x.attrs.get(key, "")
+            if not isinstance(text, str) or len(text) > LONGEST:
+                raise damaged(where, f"the attribute {key} of {name} is no text of at most {LONGEST:,} characters")
     scenario_tables(ds, where)
 
 
+def _check_packing(ds: xr.Dataset, where: str) -> None:
+    """What values are made by, when they are read."""
+    for name, x in ds.variables.items():
+        packed = [np.asarray(x.encoding[key]) for key in PACKED if key in x.encoding]
+        if any(number.dtype.kind not in NUMERIC or number.size != 1 for number in packed):
+            raise damaged(where, f"{name} is packed by something that is no number")
+
+
 def _check_variable(ds: xr.Dataset, name: str, x: xr.Variable, grid: Set[str], where: str) -> None:
-    packed = [np.asarray(x.encoding[key]) for key in PACKED if key in x.encoding]
-    if any(number.dtype.kind not in NUMERIC or number.size != 1 for number in packed):
-        raise damaged(where, f"{name} is packed by something that is no number")
     role = x.attrs.get("role")
     if name in COORDINATES:
         _check_labels(name, x, where)
@@ -149,6 +159,8 @@ def _check_labels(name: str, x: xr.Variable, where: str) -> None:
         raise damaged(where, "its times do not ascend")
     if name not in (*NUMBERED, "time") and not all(isinstance(label, str) for label in values.tolist()):
         raise damaged(where, f"{name} has labels that are no names")
+    if values.dtype.kind in "OU" and any(len(label) > LONGEST for label in values.tolist()):
+        raise damaged(where, f"{name} has a label of more than {LONGEST:,} characters")
     if name not in SAID_OF and len(np.unique(values)) != len(values):
         raise damaged(where, f"{name} has a label twice")
 

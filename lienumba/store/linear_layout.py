@@ -1,4 +1,4 @@
-"""Datasets that are no courses of runs, but what is near their states: modes, equilibria, linear systems."""
+"""Datasets that are no courses of runs: modes, equilibria, linear systems, searches for failures."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 
 KIND = "kind"  # the attribute that says it
 MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "equilibria", "linear systems"
+RARE, WORST = "the search for a rare failure", "the search for a worst case"
 SHOWN = {
     MODES: "lienumba info, plot, report, animate, analyse and table show it",
     EQUILIBRIA: "xarray.open_dataset reads it",
     SYSTEMS: "xarray.open_dataset reads it",
+    RARE: "xarray.open_dataset reads it",
+    WORST: "xarray.open_dataset reads it",
 }
 MODE = ("run", "time", "mode")
 SHAPE, PLACE = (*MODE, "body", "axis", "part"), ("body", "axis")

@@ -42,7 +42,7 @@ def check_target(
     except (FileNotFoundError, NotADirectoryError):  # which is told below
         pass
     except OSError as error:
-        raise ScenarioError(f"output = {target}: cannot be ({error.strerror}); {CHOOSE}") from error
+        raise ScenarioError(f"output = {target}: cannot be looked up ({error.strerror}); {CHOOSE}") from error
     if endings and target.suffix.lower() not in endings:
         raise ScenarioError(f"output = {target}: is no {what}; give a name that ends in {listed(endings, 'or')}")
     if target.is_dir():

@@ -1,40 +1,25 @@
-"""Every command meets changed datasets: each ends with success or a sentence."""
+"""Every command meets changed datasets, files of others, changed shards and parts: each ends with success or a
+sentence, and goes on only with what is right."""
 
 import contextlib
 import multiprocessing
-import os
 import random
-import signal
-import traceback
-import warnings
+import resource
+import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+from faults_campaign import subjects
+from faults_campaign.commands import PATIENCE, some, tried
 from faults_campaign.datasets import changed
+from faults_campaign.folders import WHOLE, changed_parts, changed_shards
+from faults_campaign.foreign import FOREIGN
+from faults_campaign.kills import same
 
-PATIENCE = 60  # s that a command may take
-PEOPLE = (0, 1, 2)  # exit codes that are meant
-TOP = {
-    "title": "pendulum", "model": {
-        "bodies": [{"name": "bob", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 0]}],
-        "joints": [{"name": "pivot", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0],
-                    "axis": [0, 1, 0]}],
-    },
-    "quantities": [{"name": "tip", "type": "point", "body": "bob", "point": [1, 0, 0]}],
-    "events": [{"name": "low", "when": "tip.z < -0.02"}],
-    "integrator": {"method": "rk4", "step": 0.02, "end_time": 0.2},
-}  # fmt: skip
-SWEEP = {"runs": 4, "vary": {"bodies.bob.mass": {"distribution": "normal", "mean": 1.0, "std": 0.1}}}
-KINDS: dict[str, dict[str, Any]] = {
-    "full": {"sweep": SWEEP, "output": {"every": 0.02, "joint_coordinates": True}},
-    "summary": {"sweep": SWEEP, "output": {
-        "every": 0.02, "mode": "summary", "full_runs": "1:3", "summary": {"tip": ["max", "rms"]}}},
-    "study": {"sweep": {"runs": 2, "vary": SWEEP["vary"]}, "study": {
-        "reference": {"step": 0.002}, "grid": [{"integrator.step": [0.02, 0.01]}]}},
-}  # fmt: skip
+MOST = 8 * 2**30  # bytes of addresses that a process may take: what asks for more is told so, not killed
+NOW = "now.txt"  # what a process of the campaign is doing, should it die
 
 
 @dataclass
@@ -45,93 +30,120 @@ class Outcome:
     codes: Counter[int] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
-
-def prepared(folder: Path) -> dict[str, Path]:
-    """Datasets as they should be."""
-    import lienumba
-
-    for name, more in KINDS.items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            lienumba.run({**TOP, **more}, output=folder / f"{name}.nc", workers=1).close()
-    return {name: folder / f"{name}.nc" for name in KINDS}
+    def add(self, other: "Outcome") -> None:
+        self.files += other.files
+        self.codes += other.codes
+        self.faults += other.faults
 
 
-def commands(path: Path, sound: Path, folder: Path, pick: random.Random) -> Iterator[list[str]]:
-    """What is tried with a changed dataset; sound: as it was."""
-    yield ["info", str(path)]
-    every = [
-        ["info", "--cite", str(path)], ["analyse", str(path)], ["plot", str(path), "-o", str(folder / "x.png")],
-        ["plot", str(path), "tip", "-o", str(folder / "x.png")], ["replay", str(path), "--run", "1", "-o", "x.nc"],
-        ["replay", str(path), "--worst", "tip", "-o", str(folder / "y.nc")], ["report", str(path)],
-        ["animate", str(path), "-o", str(folder / "x.svg")], ["merge", str(path), "-o", str(folder / "z.nc")],
-        ["run", str(folder / "again.toml"), "-o", str(path), "--resume", "--set", "sweep.runs=5"],
-        ["run", str(folder / "started.toml"), "-o", str(folder / "s.nc")],
-    ]  # fmt: skip
-    yield from pick.sample(every, 3)
-
-
-def attack(folder: Path, seed: int, count: int) -> Outcome:
-    """So many changed datasets, and some commands with each."""
-    from typer.testing import CliRunner
-
-    from lienumba.cli import app
-    from lienumba.scenario.base import toml
-
-    found, runner, sources = Outcome(), CliRunner(), prepared(folder)
-    os.chdir(folder)
+def attack(folder: Path, seed: int, count: int, sources: dict[str, Path] | None = None) -> Outcome:
+    """So many changed datasets, and some commands with each; sources: sound ones, if they are there already."""
+    sources, found = sources or subjects.prepared(folder), Outcome()
     for n in range(count):
-        path = folder / f"changed{n}.nc"  # HDF5 may still hold another open, which it could not read
-        (folder / "started.toml").write_text(toml.dumps({**TOP, "start": {"file": str(path)}}))
         pick = random.Random(seed * 1_000_003 + n)
         name = pick.choice([*sources])
-        (folder / "again.toml").write_text(toml.dumps({**TOP, **KINDS[name]}))
-        what = changed(sources[name], path, pick)
-        found.files += 1
-        for arguments in commands(path, sources[name], folder, pick):
-            for old in [*folder.glob("[xyzs].*"), *folder.glob("changed*.html")]:
-                old.unlink()
-            with _in_time(), warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                result = runner.invoke(app, arguments)
-            found.codes[result.exit_code] += 1
-            meant = result.exception is None or isinstance(result.exception, SystemExit)
-            if not meant or result.exit_code not in PEOPLE or "\x1b" in result.output:
-                trace = "".join(traceback.format_exception(result.exception)[-3:]) if result.exception else "escape"
-                found.faults.append(f"seed {seed}, file {n} ({name}: {what}), {' '.join(arguments)}:\n{trace}")
-        path.unlink(missing_ok=True)
+        path = folder / f"tried{n}" / f"changed{n}.nc"  # HDF5 may still hold another open, which it could not read
+        path.parent.mkdir()
+        foreign = pick.choice([*FOREIGN]) if pick.random() < 0.1 else ""
+        with contextlib.chdir(path.parent):
+            if foreign:
+                FOREIGN[foreign](sources[name], path)
+            what = foreign or changed(sources[name], path, pick)
+            _tell(path.parent, name, path)
+            found.add(_commands(path, sources[name], f"seed {seed}, file {n} ({name}: {what})", pick))
+        shutil.rmtree(path.parent)
     return found
 
 
-@contextlib.contextmanager
-def _in_time() -> Iterator[None]:
-    def late(*_: object) -> None:
-        raise TimeoutError(f"took more than {PATIENCE} s")
+def attack_folders(folder: Path, seed: int, count: int) -> Outcome:
+    """So many changed folders of shards, and parts that do not belong together."""
+    whole, begun = subjects.interrupted(folder)
+    parts, found = subjects.parts(folder), Outcome()
+    sound = begun.with_name(f"{begun.name}.runs")
+    (folder / "long.toml").write_text(_toml({**subjects.TOP, **subjects.LONG}))
+    for n in range(count):
+        pick = random.Random(seed * 1_000_003 + n)
+        own = folder / f"tried{n}"
+        own.mkdir()
+        output = own / "out.nc"
+        with contextlib.chdir(own):
+            what = changed_shards(sound, own / "out.nc.runs", pick)
+            flag = pick.choice([["--resume"], ["--resume"], ["--overwrite"], []])
+            end = tried(["run", str(folder / "long.toml"), "-o", str(output), "-j", "1", *flag])
+            fault = end.fault
+            if not fault and output.exists() and (different := same(whole, output)):
+                fault = f"other bits: {different}"
+            _count(found, end.code, fault, f"seed {seed}, folder {n} ({what}), {flag}")
+            for told, given in changed_parts(parts, own, pick) if n % 10 == 0 else ():
+                end = tried(["merge", *map(str, given), "-o", "m.nc", "--overwrite"])
+                fault = end.fault
+                complete = told in WHOLE and not fault and end.code == 0
+                if complete and (different := same(whole, own / "m.nc")):
+                    fault = f"other bits: {different}"
+                _count(found, end.code, fault, f"seed {seed}, parts {n} ({told})")
+        shutil.rmtree(own)
+    return found
 
-    signal.signal(signal.SIGALRM, late)
-    signal.alarm(PATIENCE)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
+
+def _commands(path: Path, sound: Path, what: str, pick: random.Random) -> Outcome:
+    found = Outcome()
+    for arguments in some(path, sound, path.parent, pick):
+        Path(NOW).write_text(f"{what}, {' '.join(arguments)}")
+        end = tried(arguments)
+        _count(found, end.code, end.fault, f"{what}, {' '.join(arguments)}")
+    found.files = 1
+    return found
+
+
+def _count(found: Outcome, code: int, fault: str, what: str) -> None:
+    found.codes[code] += 1
+    if fault:
+        found.faults.append(f"{what}:\n{fault}")
+
+
+def _tell(folder: Path, name: str, path: Path) -> None:
+    """Scenarios that have to do with a dataset."""
+    again = subjects.scenario(name)
+    (folder / "again.toml").write_text(_toml(again))
+    (folder / "started.toml").write_text(_toml({**subjects.TOP, "start": {"file": str(path)}}))
+    table = {"sampler": "table", "table": {"file": str(path)}}
+    (folder / "table.toml").write_text(_toml({**subjects.TOP, "sweep": table}))
+
+
+def _toml(data: dict[str, object]) -> str:
+    from lienumba.scenario.base import toml
+
+    return toml.dumps(data)
+
+
+def _limited(work: Callable[[Path, int, int], Outcome], folder: Path, seed: int, count: int) -> Outcome:
+    resource.setrlimit(resource.RLIMIT_AS, (MOST, MOST))
+    return work(folder, seed, count)
 
 
 def campaign(folder: Path, seed: int, portions: int, size: int, tell: Callable[[str], None]) -> Outcome:
-    """Portions in processes of their own: one that dies is a fault, too."""
+    """Portions in processes of their own: one that dies is a fault, too; a tenth as many changed folders of shards."""
     whole = Outcome()
-    for n in range(portions):
+    for n, (work, count) in enumerate(_portions(portions, size)):
         own = folder / f"portion{n}"
         own.mkdir()
         with multiprocessing.get_context("spawn").Pool(1) as pool:
-            job = pool.apply_async(attack, (own, seed + n, size))
+            job = pool.apply_async(_limited, (work, own, seed + n, count))
             try:
-                found = job.get(timeout=PATIENCE + 10 * size)
+                found = job.get(timeout=PATIENCE + 20 * size)
             except multiprocessing.TimeoutError:
-                found = Outcome(faults=[f"seed {seed + n}: the process died, or hangs"])
-        whole.files += found.files
-        whole.codes += found.codes
-        whole.faults += found.faults
+                doing = [path.read_text() for path in own.glob(f"*/{NOW}")]
+                found = Outcome(faults=[f"seed {seed + n}: the process died, or hangs: {doing}"])
+        shutil.rmtree(own, ignore_errors=True)
+        whole.add(found)
         tell(f"{whole.files} files, exit codes {dict(whole.codes)}, {len(whole.faults)} faults")
         for fault in found.faults:
             tell(fault)
     return whole
+
+
+def _portions(portions: int, size: int) -> Iterator[tuple[Callable[[Path, int, int], Outcome], int]]:
+    for _ in range(portions):
+        yield attack, size
+    if portions:
+        yield attack_folders, portions * size // 10

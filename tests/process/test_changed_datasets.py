@@ -13,7 +13,7 @@ from lienumba.cli import app
 from tests.rigs.places import scripts_on_path
 
 with scripts_on_path():
-    from faults_campaign import attack, datasets
+    from faults_campaign import attack, commands, datasets, foreign, subjects
 
 RAW = {  # of the whole, or of a variable: what an attribute becomes
     "no TOML": (None, "scenario", "a ="),
@@ -43,7 +43,7 @@ COMMANDS = (
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    return attack.prepared(tmp_path_factory.mktemp("sound"))
+    return subjects.prepared(tmp_path_factory.mktemp("sound"))
 
 
 @pytest.mark.parametrize("name", RAW)
@@ -91,13 +91,41 @@ def test_chunks_that_are_damaged(sound: dict[str, Path], tmp_path: Path) -> None
     assert told <= {0, 2}
 
 
-def test_some_of_the_attack(tmp_path: Path) -> None:
+def test_some_of_the_attack(sound: dict[str, Path], tmp_path: Path) -> None:
     """scripts/faults has more of it."""
     with contextlib.chdir(os.getcwd()):
-        found = attack.attack(tmp_path, seed=3, count=6)
+        found = attack.attack(tmp_path, seed=3, count=6, sources=sound)
     assert not found.faults, found.faults[0]
     assert found.codes[2] > 2
     assert found.codes[0] > 2
+
+
+@pytest.mark.parametrize("name", foreign.FOREIGN)
+def test_files_of_others(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    with contextlib.chdir(tmp_path):
+        foreign.FOREIGN[name](sound["full"], path)
+        end = commands.tried(["table", str(path), "-o", "made.csv"])
+    assert not end.fault
+    if name in ("a link to a dataset", "a dataset behind other bytes", "a title that is no UTF-8"):
+        assert end.code == 0
+    else:
+        assert end.code == 2
+        assert end.told.startswith(f"error: {path}")
+
+
+@pytest.mark.parametrize("kind", ["rare", "worst"])
+def test_searches_for_failures_are_no_sweeps(kind: str, tmp_path: Path) -> None:
+    import lienumba
+
+    path = tmp_path / "x.nc"
+    more = {"method": "form"} if kind == "rare" else {"runs": 40}
+    getattr(lienumba, kind)(subjects.scenario("rare"), workers=1, **more).to_netcdf(path)
+    for command in COMMANDS:
+        with contextlib.chdir(tmp_path):
+            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert done.exit_code == 2, command
+        assert f"is of the search for a {kind} {'failure' if kind == 'rare' else 'case'}, not of runs" in done.stderr
 
 
 def test_the_attack_is_the_same_every_time(sound: dict[str, Path], tmp_path: Path) -> None:

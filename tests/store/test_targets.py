@@ -128,5 +128,5 @@ def test_what_may_be_replaced(tmp_path):
 
 
 def test_a_name_that_no_disk_takes_is_refused(tmp_path):
-    with pytest.raises(ScenarioError, match=r"a\.nc: cannot be \(File name too long\); choose another name"):
+    with pytest.raises(ScenarioError, match=r"a\.nc: cannot be looked up \(File name too long\); choose another name"):
         check_target(tmp_path / ("a" * 300 + ".nc"), "dataset")

@@ -94,7 +94,8 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
 
 def _groups(ds: xr.Dataset, requirement: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Which runs count (runs,), which of these meet the requirement, and the inputs that vary among them."""
-    met = ds[MET].isel(requirement=requirement_in(ds, requirement)).values.astype(float)
+    place = requirement_in(ds, requirement)
+    met = ds[MET].isel(requirement=place).values.astype(float)
     which = counted(ds) & np.isfinite(met)
     kept = kept_of(ds, which & (met == 1.0), which & (met == 0.0))  # so that both are samples of their own inputs
     which = which if kept is None else which & kept

@@ -15,6 +15,7 @@ from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store import provenance
 from lienumba.store.layout import MARGIN, VARIABLES
+from lienumba.store.linear_layout import KIND
 from lienumba.store.names import one_of
 from lienumba.store.shards import LABEL
 from lienumba.sweep.distributions.external import Column
@@ -107,13 +108,12 @@ class Limit:
     def units(self) -> str:
         return self.results.judges.units[self.requirement]
 
-    def attributes(self, what: str) -> dict[str, Any]:
-        """Of a dataset that is made of these runs."""
+    def attributes(self, kind: str, what: str) -> dict[str, Any]:
+        """Of a dataset of this kind that is made of these runs."""
         own = self.scenario
         title = ": ".join(filter(None, [own.data.title, what]))
-        return dict(
-            provenance.attributes(title, own.to_toml(), own.sha256(), own.data.sweep.seed, provenance.command())
-        )
+        said = provenance.attributes(title, own.to_toml(), own.sha256(), own.data.sweep.seed, provenance.command())
+        return {KIND: kind, **said}
 
 
 def named(resolved: Scenario, requirement: str | None) -> str:

@@ -11,6 +11,7 @@ from lienumba.engine.rare.methods import METHODS
 from lienumba.engine.runner import check_workers
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
+from lienumba.store.linear_layout import RARE
 from lienumba.words import show, suggestion
 
 if TYPE_CHECKING:
@@ -94,5 +95,5 @@ def rare(
         variables["direction"] = (("design_point", "stream"), direction, {"units": "1"})
         for path, values in limit.inputs(found.design_points).items():
             variables[f"design_{path}"] = ("design_point", values)
-    attributes = limit.attributes(f"{method}: {limit.requirement}")
+    attributes = limit.attributes(RARE, f"{method}: {limit.requirement}")
     return xr.Dataset(variables, coordinates, attributes | {"method": method, "requirement": limit.requirement})

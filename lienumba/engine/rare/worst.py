@@ -11,6 +11,7 @@ from lienumba.engine.runner import check_workers
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import MARGIN
+from lienumba.store.linear_layout import WORST
 from lienumba.sweep.normal import inverse
 from lienumba.words import show
 
@@ -96,5 +97,5 @@ def worst(
     found = variables[MARGIN][1][:, 0]
     label = int(np.argmin(np.where(np.isnan(found), -np.inf, found)))
     variables["worst"] = ((), label, {"long_name": "the run with the smallest margin"})
-    attributes = limit.attributes(f"worst case: {limit.requirement}")
+    attributes = limit.attributes(WORST, f"worst case: {limit.requirement}")
     return xr.Dataset(variables, coordinates, attributes | {"requirement": limit.requirement, "within": within})

@@ -164,7 +164,13 @@ def position_in(items: list[Any], token: Token) -> int:
     if isinstance(token, int):
         if token < len(items):
             return token
-        raise PathError(f"has the index {token}, but the indices go from 0 to {len(items) - 1}")
+        if not items:
+            raise PathError(f"has the index {token}, but the list is empty", "write its first entry into the scenario")
+        name = f' or the name "{names[-1]}"' if names and names[-1] else ""
+        raise PathError(
+            f"has the index {token}, but the indices go from 0 to {len(items) - 1}",
+            f"give such as [{len(items) - 1}]{name}",
+        )
     if len(names) < len(items) or not items:
         raise PathError(f'has no "{token}" here', "give an index such as [0]")
     if token in names:

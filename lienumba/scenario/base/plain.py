@@ -103,7 +103,7 @@ class _Walk:
 
 def _whole(value: int, place: tuple[object, ...]) -> int:
     if not -WHOLE <= value < WHOLE:
-        remedy = "write it with a point or an exponent: 1e30"
+        remedy = "give a smaller one, or write it with a point or an exponent: 1e30"
         raise ScenarioError.at(_text(place), "is a whole number that 64 bits cannot hold", remedy, value)
     return int(value)
 

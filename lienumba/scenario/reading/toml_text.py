@@ -9,7 +9,7 @@ from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.plain import plain
 from lienumba.scenario.base.toml import Keys
 from lienumba.store.targets import DATASET_STARTS
-from lienumba.words import printable, similar_file
+from lienumba.words import absence, printable
 
 LARGEST = 256 * 2**20  # bytes of a file
 TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
@@ -51,7 +51,8 @@ def _text(path: Path) -> str:
         if path.is_dir():
             raise ScenarioError.at("", f"{shown} is a folder", "give the path of a TOML file in it")
         if not path.exists():
-            raise ScenarioError.at("", f"{shown} does not exist", similar_file(path, (".toml",)))
+            rule, remedy = absence(path, (".toml",))
+            raise ScenarioError.at("", f"{shown} {rule}", remedy)
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except OSError as error:

@@ -342,7 +342,7 @@ class Study(Section):
 class ScenarioData(Section):
     """A whole scenario, as the TOML file has it."""
 
-    title: Annotated[str, Field(strict=True)] = Field(default="", description="a text")
+    title: Annotated[str, Field(strict=True, max_length=1000)] = Field(default="", description="a text")
     extends: str | None = Field(default=None, description="the path of a scenario on which this one builds")
     parameters: dict[str, float | str | list[float | str]] = Field(
         default={},

@@ -16,7 +16,7 @@ from lienumba.keys.types import NAME, Number, Section
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.scenario.base.toml import Keys
-from lienumba.words import is_number, show, suggestion
+from lienumba.words import absence, is_number, show, suggestion
 
 Interpolation = Literal["hold", "linear", "cubic"]
 ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
@@ -171,7 +171,7 @@ def check_file(at: str, path: Path, value: object) -> None:
         if path.is_dir():
             raise ScenarioError.at(at, "is a folder", "give the path of a file in it", value)
         if not path.is_file():
-            raise ScenarioError.at(at, "there is no such file", "check the path", value)
+            raise ScenarioError.at(at, *absence(path, (path.suffix,), "there is no such file"), value)
     except OSError as error:  # such as a name that is too long
         raise ScenarioError.at(at, f"cannot be read ({error.strerror})", "check the path", value) from None
 

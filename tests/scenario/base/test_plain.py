@@ -50,7 +50,7 @@ def cycle() -> list[Any]:
         ({"a": nested(DEEPEST + 1, dict)}, "a.a.a: nests more than 32 tables and lists in one another; take brackets"),
         ({"a": nested(100_000, list)}, "a[0][0]: nests more than 32 tables and lists in one another; take brackets"),
         ({"a": cycle()}, "a[0][0]: nests more than 32 tables and lists in one another; take brackets"),
-        ({"a": WHOLE}, "a = 9223372036854775808: is a whole number that 64 bits cannot hold; write it with a"),
+        ({"a": WHOLE}, "a = 9223372036854775808: is a whole number that 64 bits cannot hold; give"),
         ({"a": [0, 10**5000]}, "a[1] = a number of thousands of digits: is a whole number that 64 bits cannot"),
         ({"a\x1b[2J": 1}, "the key a\\x1b[2J: has a character in its name that cannot be seen; take it out"),
         ({"a": "b\0"}, 'a = "b\\x00": has a control character in it; take it out'),

@@ -123,8 +123,8 @@ CASES = {
     ),
     "too many iterations": (
         RIG + "[projection]\nmax_iterations = 100000000000000000000\n",
-        "projection.max_iterations = 100000000000000000000: is a whole number that 64 bits cannot hold; write it with "
-        "a point or an exponent: 1e30",
+        "projection.max_iterations = 100000000000000000000: is a whole number that 64 bits cannot hold; give "
+        "a smaller one, or write it with a point or an exponent: 1e30",
     ),
     "events of a method that sees ends alone": (
         event('name = "far"', 'when = "t > 1"').replace("step = 1e-3", 'step = 1e-3\nmethod = "cf4"'),

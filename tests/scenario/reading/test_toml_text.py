@@ -17,7 +17,7 @@ from lienumba.scenario.reading.toml_text import parse_value, read_toml
         ("a = " + "{b=" * 400 + "1" + "}" * 400, "{}: nests tables or lists too deeply; take brackets, braces or dots"),
         ("a" + ".a" * 1500 + " = 1", "a.a.a: nests more than 32 tables and lists in one another; take brackets"),
         ("x = 1\na = " + "9" * 5000, "{}: has a whole number of thousands of digits in line 2; write it as 1e30"),
-        ("a = 99999999999999999999", "a = 99999999999999999999: is a whole number that 64 bits cannot hold; write it"),
+        ("a = 99999999999999999999", "a = 99999999999999999999: is a whole number that 64 bits cannot hold; give"),
         ("a = 1979-05-27", "a: is a date, which no scenario can hold; give a number, a text in quotes"),
         ("a = 07:32:00", "a: is a time, which no scenario can hold; give a number, a text in quotes"),
         ('a = "x\x1b[2J"', "{}, line 1, column 7: not valid TOML: Illegal character '\\x1b', in `a = \"x\\x1b[2J\"`"),
