@@ -94,9 +94,7 @@ def _check_size(path: Path) -> None:
 
     with path.open("rb") as content:
         if content.read(len(OLD)) == OLD:  # 17 bytes of it may take all memory
-            raise ScenarioError(
-                f"{path} is in netCDF-3, and lienumba writes netCDF-4; convert it: nccopy -4 FILE NEW.nc"
-            )
+            raise ScenarioError(f"{path} is in netCDF-3, which is not read; convert it: nccopy -4 FILE NEW.nc")
     with netCDF4.Dataset(path) as file:
         read = [x for name, x in file.variables.items() if name in (*x.dimensions, "status")]
         most = max((math.prod(x.shape) for x in read), default=0)
