@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
-from lienumba.store.form import check_form, damaged
+from lienumba.store.form import check_form
 from lienumba.store.linear_layout import KIND
+from lienumba.store.refusals import damaged
 from lienumba.words import absence
 
 if TYPE_CHECKING:
