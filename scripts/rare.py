@@ -1,0 +1,43 @@
+"""How often intervals of a probability of 1e-6 hold it: renews the table of docs/rare.md, in a few minutes of one core.
+
+Usage: PYTHONPATH=.:scripts .venv/bin/python scripts/rare.py [REPEATS]
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from document import markdown, renew
+from lienumba.engine.rare.methods import METHODS
+from lienumba.errors import ScenarioError
+from tests.engine.rare.test_methods import CASES
+
+DOCUMENT = Path("docs/rare.md")
+RUNS = {"subset": 2400, "importance": 6000}  # what `lienumba rare` takes where nothing is said
+LIMITS = {
+    "a plane, 5 inputs": "plane",
+    "curved, 2 inputs": "curved",
+    "on both sides, 4 inputs": "two sides",
+    "all round, 3 inputs": "all round",
+}
+
+
+def held(method: str, case: str, repeats: int) -> str:
+    """In which part of the repeats the interval holds the truth, and the most runs that one took."""
+    margins, d, truth = CASES[case]
+    try:
+        found = [METHODS[method](margins, d, RUNS[method], seed, 0.95) for seed in range(repeats)]
+    except ScenarioError:
+        return "refuses, and says so"
+    part = np.mean([x.low <= truth <= x.high for x in found])
+    return f"{100 * part:.3g} %, {max(x.runs for x in found):,} runs"
+
+
+def table(repeats: int) -> str:
+    lines = [[name, *(held(method, case, repeats) for method in RUNS)] for name, case in LIMITS.items()]
+    return markdown(["limit", *(f"`{method}`" for method in RUNS)], lines)
+
+
+if __name__ == "__main__":
+    renew(DOCUMENT, {"rare": lambda: table(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)})
