@@ -140,9 +140,8 @@ class Changes:
             self.event("release", self.when((0.2, 0.9)), joint=self.loose.pop(0)["name"])
 
     def engage(self) -> None:
-        """A joint that closes where its bodies are at a time, or, of a point in a plane, whenever it comes there."""
-        if self.d.drivers:
-            return  # which may contradict it
+        """A joint that closes where its bodies are at a time, or, of a point in a plane, whenever it comes there; what
+        a driver moves may contradict it."""
         d, names = self.d, ["ground", *(b["name"] for b in self.model["bodies"])]
         a, b = (names[n] for n in d.rng.permutation(len(names))[:2])
         name = f"w{len(self.joints)}"
