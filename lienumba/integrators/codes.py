@@ -1,9 +1,10 @@
 """How a step says whether it is good."""
 
+from collections.abc import Iterable
 from math import pi
 
 from lienumba.groups.so3 import LARGEST_STEP
-from lienumba.numerics.number import Number
+from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import kernel, where
 
 # What a kernel says of a run it could not advance; 0 is good.
@@ -36,6 +37,14 @@ def strict(rotation: Number, counts: bool, swings: bool) -> Number:
     relative to each other. swings: gaps with the bodies; by so little that none closes and opens unseen."""
     most = SWING if swings else QUARTER
     return rotation * (LARGEST_STAGE / most**2) if counts or swings else rotation
+
+
+def finite(rows: Iterable[Number]) -> Condition:
+    """Whether the sum of squares is an ordinary number: false for NaN and for infinities."""
+    total: Number = 0.0
+    for row in rows:
+        total = total + row * row
+    return total < HUGE
 
 
 @kernel

@@ -62,6 +62,8 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 
+WEAK = 1e-4  # margin of a step that begins or ends near a singular position
+
 
 @apart
 def _next_runs(
@@ -160,6 +162,12 @@ def _try(
     sound = load(at.slopes, layout.report_row(sizes, sizes.slopes - 1) + layout.SOUND) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
+    if kernels[layout.CLOSE_ALONG] != 0:
+        margin = layout.report_row(sizes, 0) + layout.STAGE_MARGIN
+        weak = (load(at.slopes, margin) < WEAK) | (load(last, margin) < WEAK)
+        if any_lane(weak):
+            call(kernels[layout.CLOSE_ALONG], x, p, at.clock, new, at.u, at.work)
+            commit(weak, at.control, at.u, layout.CONTROL)
 
 
 @inlined

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
 from lienumba.groups.state import State
+from lienumba.integrators.codes import HUGE
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, exp, log, maximum, minimum, sqrt, where
 
@@ -70,6 +71,14 @@ def work_error_square(estimates: Vector, x: Number, y: Number, kinetic: Number, 
     tolerance allows of all velocities is twice as much of that."""
     allowed = tolerance[-1] + tolerance[0] * (2.0 * kinetic + maximum(absolute(x), absolute(y)))
     return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
+
+
+def worst(squares: Sequence[Number]) -> Number:
+    """The largest; infinite if one is not finite."""
+    largest, total = squares[0], squares[0]
+    for square in squares[1:]:
+        largest, total = maximum(square, largest), total + square
+    return where(total < HUGE, largest, HUGE)
 
 
 def _joined(squares: Vector) -> Number:

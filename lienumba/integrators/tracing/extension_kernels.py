@@ -1,6 +1,7 @@
 """The kernels of lanes with a time of their own beyond a step: what its error is, and the state between its ends.
 
 close      state, new state and slopes behind it -> F at the end about x, the error, the factor of the controller
+close_along    the same near singular positions: what is across the constraints hardly counts
 dense      state, slopes -> the state at a fraction of the step, on the continuous extension
 """
 
@@ -11,13 +12,16 @@ from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
-from lienumba.integrators.tracing.tracer import Tracer, flat, worst
+from lienumba.integrators.tracing.tracer import Posture, Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
-from lienumba.numerics.number import Number
+from lienumba.numerics.number import Number, Vector
+
+ACROSS = 1e-3  # of the error of velocities across the constraints: about for how long (s) positions go along with it
 
 
-def close(tracer: Tracer) -> Kernel:
+def close(tracer: Tracer, along: bool = False) -> Kernel:
+    """along: whether what the constraints do not allow hardly counts."""
     graph, model = tracer.graph()
     chart = tracer.chart_of(model)
     h, tableau, behind = graph.input("clock", layout.LENGTH), tracer.tableau, layout.first_slope(tracer.sizes)
@@ -27,11 +31,24 @@ def close(tracer: Tracer) -> Kernel:
         if any(len(row) > tracer.sizes.stages for row in tableau.errors):
             slopes.append(_end(tracer, chart, graph, i, behind))
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
+    if along:
+        rows = graph.inputs("extra", tracer.augmented.rows, layout.element_rows(tracer.sizes))
+        after = tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME))
+        every = [_along(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
+        estimates = [list(z) for z in zip(*every, strict=True)]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
-        square = worst([square, work_error_square(tracer, graph, model, behind)])
+        square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
     said = (square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tableau.estimated))
-    return tracer.kernel("close", said)
+    return tracer.kernel("close_along" if along else "close", said)
+
+
+def _along(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
+    """An error estimate of every element with little of the error of velocities across the constraints."""
+    q, v, laws = tracer.apart(z)
+    along = tracer.allowed(model, after, tracer.mask(rows), v)
+    v = [x + ACROSS * (y - x) for x, y in zip(along, v, strict=True)]
+    return tracer.gathered(q, v, laws)
 
 
 def work_error_square(tracer: Tracer, graph: Graph, model: Model, behind: int) -> Number:

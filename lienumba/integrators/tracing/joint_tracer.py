@@ -18,7 +18,7 @@ from lienumba.integrators.tracing import tracer as seen
 from lienumba.integrators.tracing.joint_chart import JointChart
 from lienumba.integrators.tracing.law_states import sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
-from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Part, Tracer, flat, worst
+from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Part, Tracer, flat
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
@@ -222,7 +222,14 @@ class JointTracer(Tracer):
             changes = tuple(z[2 * tree.freedoms + law] for z in estimates[0])
             a, b = (s[0][tree.state + law] for s in (x, y))
             squares.append(step_control.state_error_square(changes, a, b, tolerance))
-        return worst(squares)
+        return step_control.worst(squares)
+
+    def allowed(self, model: Model, posture: seen.Posture, mask: list[Number], change: list[Number]) -> list[Number]:
+        posture, found = _tree(posture), list[Number]()
+        along = equations.tangential(posture, self.structure, mask, self.carried(model, (tuple(posture.z),), change))
+        for link in posture.tree.links:
+            found += link.move.tangent(state_of(link, tuple(posture.z)), tuple(along[rate] for rate in link.rates))
+        return found
 
     def velocity_projected(
         self, graph: Graph, model: Model, posture: seen.Posture, mask: list[Number]

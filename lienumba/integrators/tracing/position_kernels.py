@@ -14,7 +14,7 @@ from lienumba.groups import so3
 from lienumba.groups.state import State
 from lienumba.integrators import codes, layout
 from lienumba.integrators.tracing import joint_chart
-from lienumba.integrators.tracing.tracer import Correction, Posture, Tracer, finite
+from lienumba.integrators.tracing.tracer import Correction, Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import embedded, kkt, projection
@@ -105,7 +105,7 @@ class _Iteration:
             lost = projection.lost(self.model, there, counts)
             code = where(lost < projection.LOST, code, codes.SINGULAR)
         code = where(solution.sound > 0.0, code, codes.SINGULAR)
-        code = where(finite(solution.x), code, codes.NON_FINITE)
+        code = where(codes.finite(solution.x), code, codes.NON_FINITE)
         x_rows, mu_rows = tracer.correction_rows
         return [*tracer.with_law_states(self.graph, new), *solution.x[:x_rows], *solution.mu[:mu_rows], violation, code]
 

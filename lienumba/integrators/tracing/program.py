@@ -122,6 +122,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels |= {"end": extension_kernels.end(tracer), "dense": extension_kernels.dense(tracer)}
     if method.adaptive and not method.order and not tracer.tableau.implicit:
         kernels["close"] = extension_kernels.close(tracer)
+        kernels |= {"close_along": extension_kernels.close(tracer, along=True)} if tracer.weakens else {}
     if template.events or tracer.augmented.switches:
         kernels["events"] = state_kernels.events(tracer)
     if tracer.augmented.switches:

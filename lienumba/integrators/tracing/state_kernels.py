@@ -9,7 +9,7 @@ from lienumba.compiler.symbols import Graph
 from lienumba.integrators import codes, layout
 from lienumba.integrators.methods.step_ends import Ends, Known, added, matters
 from lienumba.integrators.tracing import law_states, step_kernels
-from lienumba.integrators.tracing.tracer import Posture, Tracer, finite
+from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import SLIDE, STICK
@@ -40,7 +40,7 @@ def velocity(tracer: Tracer) -> Kernel:
         code = where(projection.turned(model, posture.now, there) > 0.0, codes.SINGULAR, code)
     if not is_zero(leapt := projection.leapt(model, posture.now)):
         code = where(leapt > 0.0, codes.SINGULAR, code)
-    code = where(finite(solution.x), code, codes.NON_FINITE)
+    code = where(codes.finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("velocity", (*rows, violation, code))
 
 

@@ -170,7 +170,8 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     zero = munthe_kaas.origin(chart)
     u = tuple(zero if first else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
-    said = [*reports.sound, *(reports.power or [0.0]), *(reports.margin if tracer.augmented.masks else [])]
+    margin = reports.margin if tracer.augmented.masks or tracer.weakens else []
+    said = [*reports.sound, *(reports.power or [0.0]), *margin]
     rows = [layout.slope_row(sizes, i, 0) + c for i in every for c in range(chart.size)]
     rows += [layout.report_row(sizes, 0) + c for c in range(len(said))]
     if tracer.reports_accelerations:

@@ -25,8 +25,8 @@ from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switches import modes_of, permanent, resting, switches_of
-from lienumba.numerics.number import Condition, Number, Vector
-from lienumba.numerics.operations import is_zero, maximum, where
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import is_zero
 
 BODIES = "bodies"  # their states, where what is integrated does not have them
 
@@ -164,7 +164,8 @@ class Tracer:
         bodies = tuple(graph.inputs("state", ELEMENT, ELEMENT * i) for i in range(self.k))
         now = Instant(bodies, graph.input("clock", layout.TIME))
         self.law_states = LawStates.of(model, now)
-        self.structure = self._structure(model, selection, fixed)
+        coasts = method.adaptive and not method.order
+        self.structure = replace(self._structure(model, selection, fixed), coasts=coasts)
         self.elements, self.element, self.velocities = self._elements(model)
         looped, stages = self.structure.looped, len(self.tableau.b)
         slopes = len(self.tableau.stages) + 1 if method.extended else stages
@@ -220,6 +221,11 @@ class Tracer:
         """Of the correction of positions from q^ in local coordinates; of the multipliers, as a chord method."""
         x = self.velocities if self.method.position == "local" else 0
         return x, self.structure.rows if self.method.chord else 0
+
+    @property
+    def weakens(self) -> bool:
+        """Whether steps are chosen by their errors where constraints may lose their rank."""
+        return self.structure.looped and self.method.adaptive
 
     @property
     def reports_accelerations(self) -> bool:
@@ -422,7 +428,15 @@ class Tracer:
             for rate, number in zip(RATES, NUMBERS, strict=True):
                 changes = tuple(e[rate] for e in z)
                 squares.append(step_control.state_error_square(changes, a[number], b[number], tolerance))
-        return worst(squares)
+        return step_control.worst(squares)
+
+    def allowed(self, model: Model, posture: Posture, mask: list[Number], change: list[Number]) -> list[Number]:
+        """Of a change of the velocities of the chart what the constraints allow."""
+        now, bodies = posture.now, posture.now.bodies
+        still = self.carried(model, bodies, [0.0] * self.velocities)
+        own = [a - b for a, b in zip(self.carried(model, bodies, change), still, strict=True)]
+        found = projection.tangential(model, self.structure, now, mask, own, self.axes)
+        return flat(self.chart.along(x, tuple(found[6 * i : 6 * i + 6])) for i, x in enumerate(bodies))
 
     def sampled(self, graph: Graph, model: Model, posture: Posture) -> list[Number]:
         """The elements after the laws whose time has come were sampled."""
@@ -482,19 +496,3 @@ class Tracer:
 
 def flat(elements: Iterable[Vector]) -> list[Number]:
     return [x for element in elements for x in element]
-
-
-def worst(squares: Sequence[Number]) -> Number:
-    """The largest; infinite if one is not finite."""
-    largest, total = squares[0], squares[0]
-    for square in squares[1:]:
-        largest, total = maximum(square, largest), total + square
-    return where(total < codes.HUGE, largest, codes.HUGE)
-
-
-def finite(rows: Iterable[Number]) -> Condition:
-    """Whether the sum of squares is an ordinary number: false for NaN and for infinities."""
-    total: Number = 0.0
-    for row in rows:
-        total = total + row * row
-    return total < codes.HUGE

@@ -23,15 +23,21 @@ INERTIA_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 def mass_matrix(model: Model, now: Instant) -> kkt.Entries:
     """The lower entries of M that are not exactly zero: diag(m I, J) (Terze et al. 2015, eqs. 30, 33), and what rotors
     give."""
+    entries = body_masses(model.bodies)
+    for key, x in rotors.mass(model, now).items():
+        entries[key] = entries.get(key, 0.0) + x
+    return entries
+
+
+def body_masses(bodies: Sequence[Body]) -> kkt.Entries:
+    """The same of bodies alone."""
     entries: kkt.Entries = {}
-    for i, body in enumerate(model.bodies):
+    for i, body in enumerate(bodies):
         for c in range(3):
             entries[6 * i + c, 6 * i + c] = body.mass
         for (a, b), x in zip(INERTIA_ELEMENTS, body.inertia, strict=True):
             if not is_zero(x):
                 entries[6 * i + 3 + max(a, b), 6 * i + 3 + min(a, b)] = x
-    for key, x in rotors.mass(model, now).items():
-        entries[key] = entries.get(key, 0.0) + x
     return entries
 
 

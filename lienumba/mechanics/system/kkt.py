@@ -11,7 +11,7 @@ a correction, and what the weak equation says of the correction is faded out. (A
 usual remedy, forgets the constraint force instead, which costs energy.)
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -24,6 +24,7 @@ from lienumba.numerics.operations import is_zero, maximum, minimum, where
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
 WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
 FADED = 1e-6  # is faded, to one half here
+CORE = 1e-9  # and in runs that coast also the correction of what is expected, to one half here;
 LEAST = 1e-13  # and the pivot is at least this fraction
 NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
 SHIFT, FINE_SHIFT = 1e-6, 1e-12  # of least_multipliers; the second is relative
@@ -173,10 +174,11 @@ class Eliminated:
 
     @staticmethod
     def of(
-        structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None = None
-    ) -> "Eliminated":
+        structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None = None,
+        scales: Mapping[int, Number] | None = None,
+    ) -> "Eliminated":  # fmt: skip
         """C: its masked rows are 0, but for those that lean. Without bodies, A is the matrix of the constraints after
-        all else is eliminated."""
+        all else is eliminated, and scales are those of its rows."""
         n = 6 * structure.bodies
         order = structure.order_for(A) if n else structure.order
         together = structure.leaning if leaning is not None else ()
@@ -196,6 +198,8 @@ class Eliminated:
                 if n:
                     alike = [place[n + row] for row in structure.alike[variable - n]]
                     scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
+                elif scales is not None:
+                    scale = diagonal.get(variable - n, 0.0) - scales[variable - n]
                 part = pivot / scale
                 margin = minimum(part, margin)
                 firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
@@ -254,6 +258,18 @@ class Eliminated:
         return Eliminated(self.structure, factors, next(given), firm, next(given))
 
 
+def scales(structure: Structure, A: Entries, C: Entries, bodies: int) -> dict[int, Any]:
+    """Of the rows of a structure without bodies, which lose all their freedoms at once where they lose one: what
+    shifting or turning one of these bodies gives to them, as where bodies are eliminated."""
+    n, rows = 6 * bodies, [row for row in structure.order if row < structure.switched]
+    order = (*range(n), *(n + row for row in rows))
+    factors, place = _Factors.of(order, n, A, C, {}), {row: n + i for i, row in enumerate(rows)}
+    for j in range(n):
+        factors.eliminate(j, factors.by_bodies[j])
+    alike = {row: [place[other] for other in structure.alike[row] if other in place] for row in rows}
+    return {row: factors.smallest(alike[row]) for row in rows}
+
+
 def solve(
     structure: Structure,
     A: Entries,
@@ -274,7 +290,17 @@ def solve(
     solution = eliminated.solve(f, g)
     if not structure.looped or expected is None:
         return solution
-    return replace(solution, x=[a + dx for a, dx in zip(expected, solution.x, strict=True)])
+    return replace(solution, x=corrected(structure, expected, solution.x, solution.margin))
+
+
+def corrected(structure: Structure, x: Sequence[Number], dx: Sequence[Number], margin: Number) -> list[Any]:
+    """An expected solution with its correction. In the core of a singular position the direction of the lost row is
+    noise, and with it what is left along the motion: there a run coasts, where steps are short enough for that."""
+    whole = [a + b for a, b in zip(x, dx, strict=True)]
+    if not structure.coasts:
+        return whole
+    trust = margin * margin / (margin * margin + CORE * CORE)
+    return [where(margin > WEAK, c, a + trust * b) for a, b, c in zip(x, dx, whole, strict=True)]
 
 
 def border(

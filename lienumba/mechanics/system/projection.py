@@ -222,6 +222,21 @@ def velocity_correction(
     return replace(solution, x=axes.out_of(now, solution.x))
 
 
+def tangential(
+    model: Model,
+    structure: kkt.Structure,
+    now: Instant,
+    mask: Sequence[Number],
+    x: Sequence[Number],
+    axes: Axes = GLOBAL,
+) -> list[Any]:
+    """Of changes x of all velocities (6 k) the nearest, by the kinetic energy, that the constraints allow; also where
+    these are weak."""
+    M, none = mass_matrix(model, now), [0.0] * structure.rows
+    pull = kkt.rest(M, {}, [0.0] * len(x), none, [-c for c in axes.into(now, x)], none)[0]
+    return axes.out_of(now, kkt.solve(structure, M, constraints.jacobian(model, now, axes), pull, none, mask).x)
+
+
 @dataclass(frozen=True)
 class Weight:
     """W of a velocity correction; words: what a citation calls it; bodies: as they weigh in it; rotors: whether these

@@ -24,7 +24,7 @@ class Structure:
     rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
     vanishes like there, the solution is the expected one, since C does not say where the lost constraint acts.
     leaning: the rows of contacts with friction, the last of the order, which are solved together (see `Leaning`);
-    switched: where the rows begin that a run turns on and off.
+    switched: where the rows begin that a run turns on and off; coasts: see `kkt.corrected`.
     """
 
     bodies: int
@@ -37,6 +37,7 @@ class Structure:
     coupled: tuple[int, ...] = ()
     leaning: tuple[int, ...] = ()
     switched: int = 0
+    coasts: bool = False
 
     @staticmethod
     def of(

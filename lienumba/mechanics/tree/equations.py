@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched.border import Leaning
@@ -59,7 +60,7 @@ def accelerations(
     there = carried(tree, posture.links, loads, rates)
     xi = _less(xi, rows, there)
     solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, leaning)
-    rates = [a + da for a, da in zip(rates, solution.rates, strict=True)]
+    rates = kkt.corrected(structure, rates, solution.rates, solution.margin)
     return Solution(
         rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
     )
@@ -141,7 +142,7 @@ def _reactions(
     if leaning is None:
         return [*multipliers]
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
-    eliminated = _closing(structure, reduction, [0.0] * structure.rows, mask, leaning)[0]
+    eliminated = _closing(posture, structure, reduction, [0.0] * structure.rows, mask, leaning)[0]
     return eliminated.reactions(mask, multipliers)
 
 
@@ -172,7 +173,7 @@ def position_correction(
     g = [-phi for phi in constraints.residual(posture.model, posture.now)]
     moved = carried(tree, posture.links, Loads(loads.inertia, loads.wrenches), x)
     g = _less(g, loads.rows, [tuple(-c for c in a) for a in moved])
-    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask)
+    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask, bodies=bodies)
 
 
 def velocity_correction(
@@ -182,7 +183,15 @@ def velocity_correction(
     armatures: whether these count, too."""
     g = [-rate for rate in constraints.rate_and_bias(posture.model, posture.now)[0]]
     loads = _metric(posture, structure, mask, weights, armatures)
-    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask)
+    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask, bodies=weights)
+
+
+def tangential(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number]) -> list[Any]:
+    """As `projection.tangential`, of rates."""
+    loads = _metric(posture, structure, mask, posture.model.bodies, True)
+    less, none = [-c for c in x], [0.0] * structure.rows
+    there = carried(posture.tree, posture.links, loads, less)
+    return _solved(posture, structure, _relative_to(loads, there, less, none), none, mask).rates
 
 
 def _metric(
@@ -210,14 +219,15 @@ def constraint_matrix(
 
 def _solved(
     posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number],
-    leaning: Leaning | None = None,
+    leaning: Leaning | None = None, bodies: Sequence[Body] = (),
 ) -> Solution:  # fmt: skip
+    """bodies: as they weigh in the loads, if these are not the model's."""
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
     rows = structure.rows
     if not structure.order:
         rates, links = reduction.solution({})
         return Solution(rates, [0.0] * rows, links, 1.0, [1.0] * rows, 1.0)
-    eliminated, wanted, pulled = _closing(structure, reduction, g, mask, leaning)
+    eliminated, wanted, pulled = _closing(posture, structure, reduction, g, mask, leaning, bodies)
     solved = eliminated.solve([], wanted, pulled)
     used = set(structure.order)
     mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
@@ -228,13 +238,18 @@ def _solved(
 
 
 def _closing(
-    structure: kkt.Structure, reduction: Reduction, g: Sequence[Number], mask: Sequence[Number],
-    leaning: Leaning | None,
+    posture: Posture, structure: kkt.Structure, reduction: Reduction, g: Sequence[Number], mask: Sequence[Number],
+    leaning: Leaning | None, bodies: Sequence[Body] = (),
 ) -> tuple[kkt.Eliminated, list[Any], list[Any]]:  # fmt: skip
     """The elimination of what closes loops, and what is wanted and pulled along its rows."""
     n, rows = reduction.n, structure.rows
     matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
-    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning)
+    scales = None
+    if structure.looped:
+        masses = dynamics.body_masses(bodies or with_lent_masses(posture.model).bodies)
+        C = acting.in_use(constraints.jacobian(posture.model, posture.now), mask, structure)
+        scales = kkt.scales(structure, masses, C, len(posture.model.bodies))
+    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning, scales)
     pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
     used, weights = set(structure.order), structure.weights(mask, leaning)
     wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(weights, g[:rows], strict=True))]
@@ -255,7 +270,7 @@ def border(
         xi = _less(xi, rows, there)
         loads = _relative_to(loads, there, rates, xi)
     reduction = Reduction(tree, posture.links, loads, posture.waiting)
-    eliminated, wanted, pulled = _closing(structure, reduction, xi, mask, Leaning())
+    eliminated, wanted, pulled = _closing(posture, structure, reduction, xi, mask, Leaning())
     assert eliminated.border is not None
     return eliminated.border.S, eliminated.missing([], wanted, pulled), eliminated.sound
 

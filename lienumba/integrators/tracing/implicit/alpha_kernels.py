@@ -19,14 +19,14 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
-from lienumba.integrators.codes import verdict
+from lienumba.integrators.codes import finite, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.methods.generalized_alpha import Weights, weights
 from lienumba.integrators.tracing.implicit import alpha_system, stage_system
 from lienumba.integrators.tracing.linear.equations import Equations
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
-from lienumba.integrators.tracing.tracer import Tracer, finite, flat
+from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number

@@ -19,7 +19,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
-from lienumba.integrators.codes import verdict
+from lienumba.integrators.codes import finite, verdict
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.tracing.extension_kernels import work_error_square
@@ -27,7 +27,7 @@ from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.implicit.stage_system import Factors
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
-from lienumba.integrators.tracing.tracer import Tracer, finite, flat, worst
+from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number
@@ -285,6 +285,6 @@ def _close(tracer: Tracer, equations: Equations) -> Kernel:
     estimates = [[z] for z in tracer.gathered(moved, found[:n], found[n : n + laws])]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
-        square = worst([square, work_error_square(tracer, graph, model, behind)])
+        square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
     factor = step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)
     return tracer.kernel("close", (square, *factor))
