@@ -183,7 +183,8 @@ def velocity_correction(
     armatures: whether these count, too."""
     g = [-rate for rate in constraints.rate_and_bias(posture.model, posture.now)[0]]
     loads = _metric(posture, structure, mask, weights, armatures)
-    return _solved(posture, structure, loads, [m * c for m, c in zip(mask, g, strict=True)], mask, bodies=weights)
+    wanted = [m * c for m, c in zip(mask, g, strict=True)]
+    return _solved(posture, structure, loads, wanted, mask, bodies=() if armatures else weights)
 
 
 def tangential(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number]) -> list[Any]:
@@ -221,7 +222,7 @@ def _solved(
     posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number],
     leaning: Leaning | None = None, bodies: Sequence[Body] = (),
 ) -> Solution:  # fmt: skip
-    """bodies: as they weigh in the loads, if these are not the model's."""
+    """bodies: as they weigh in the loads, if these are not the model's with its rotors."""
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
     rows = structure.rows
     if not structure.order:
@@ -246,7 +247,8 @@ def _closing(
     matrix = {(i - n, j - n): x for (i, j), x in reduction.matrix.items()}
     scales = None
     if structure.looped:
-        masses = dynamics.body_masses(bodies or with_lent_masses(posture.model).bodies)
+        lent = with_lent_masses(posture.model)
+        masses = dynamics.body_masses(bodies) if bodies else dynamics.mass_matrix(lent, posture.now)
         C = acting.in_use(constraints.jacobian(posture.model, posture.now), mask, structure)
         scales = kkt.scales(structure, masses, C, len(posture.model.bodies))
     eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning, scales)
