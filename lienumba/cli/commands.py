@@ -127,7 +127,7 @@ def _sentence(error: Any, params: Sequence[Any], ctx: Any, given: Sequence[str])
         meaning = (param.help or "").partition(" (default")[0].rstrip(".")
         return f"{name}: {what} is missing; give {meaning[:1].lower()}{meaning[1:]}"
     closed = [x for x in given if os.path.exists(x) and not os.access(x, os.R_OK)]
-    if closed:  # the parser has tried all files that are to be read
+    if closed and "not readable" in error.format_message():
         return f"{printable(closed[0])} cannot be read: Permission denied; check its permissions"
     value = _value(param.opts, given)
     rule, example = _rule(_annotation(param.name, ctx), value)

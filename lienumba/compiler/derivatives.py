@@ -118,8 +118,8 @@ def slopes(node: Symbol) -> list[tuple[Symbol, Any]]:
         inverse = 1.0 / a[1]
         found = (inverse, -(node * inverse))
     elif op == "sqrt":
-        positive = node > 0.0  # at 0 it has no derivative: what leans on it (the drag of what is at rest) has none, too
-        found = (operations.where(positive, 0.5 / operations.where(positive, node, 1.0), 0.0),)
+        positive = node > 0.0  # at 0 it counts as level, and with it what leans on it: the drag of what is at rest
+        found = (operations.where(positive, 0.5 / operations.where(positive, node, 1.0), node),)
     elif op == "sin":
         found = (operations.cos(a[0]),)
     elif op == "cos":

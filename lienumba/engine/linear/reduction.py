@@ -160,7 +160,7 @@ def _independent(basis: Array) -> Array:
         sizes = np.round((left * left).sum(axis=1), 9)  # of equals the first
         sizes[chosen] = -1.0
         best = int(sizes.argmax())
-        direction = left[best] / np.linalg.norm(left[best])
-        left = left - np.outer(left @ direction, direction)
+        direction = left[best] / np.sqrt((left[best] * left[best]).sum())
+        left = left - np.outer((left * direction).sum(axis=1), direction)
         chosen.append(best)
     return np.array(sorted(chosen), int)

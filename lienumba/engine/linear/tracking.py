@@ -29,8 +29,7 @@ def _none() -> Array:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k), and MAC with the mode of the
-    run it was compared with."""
+    """Eigenvalues (runs, modes), shapes (runs, modes, 6 k), and MAC with the mode of the run it was compared with."""
 
     values: Array
     shapes: Array = field(default_factory=_none)

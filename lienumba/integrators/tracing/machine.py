@@ -17,7 +17,6 @@ from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, R
 from lienumba.integrators.tracing.program import Outline, Program
 
 _DRIVERS: Memo[Flat] = Memo(3)
-KERNEL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)
 ALIGNMENT = 64  # bytes: a row of lanes never straddles a cache line
 
 
@@ -101,7 +100,7 @@ def prepare(machine: Machine, parameters: np.ndarray) -> None:
     work, every = machine.buffer(), _addresses(parameters)
     room = work.ctypes.data
     for address in machine.prepares:
-        function = KERNEL(address)
+        function = _function(address)
         for block in every:
             function(0, block, 0, 0, 0, room)
 
@@ -145,12 +144,16 @@ def _each(
 ) -> None:  # fmt: skip
     """Call a kernel for each block, at times (blocks, W), or at 0."""
     work, clock = machine.buffer(), aligned(CLOCK, W)
-    function, ticks, room = KERNEL(int(machine.kernels[kernel])), clock.ctypes.data, work.ctypes.data
+    function, ticks, room = _function(int(machine.kernels[kernel])), clock.ctypes.data, work.ctypes.data
     every = zip(*(_addresses(x) for x in (given, parameters, found)), strict=True)
     for n, (x, p, out) in enumerate(every):
         if times is not None:
             clock[TIME] = times[n]
         function(x, p, ticks, 0, out, room)
+
+
+def _function(kernel: int) -> Callable[..., None]:
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(kernel)
 
 
 def _addresses(blocks: np.ndarray) -> list[int]:

@@ -24,8 +24,8 @@ from lienumba.numerics.operations import is_zero, maximum, minimum, where
 SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
 WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
 FADED = 1e-6  # is faded, to one half here
-CORE = 1e-9  # and in runs that coast also the correction of what is expected, to one half here;
 LEAST = 1e-13  # and the pivot is at least this fraction
+CORE = 1e-9  # of the margin: in runs that coast the correction of what is expected is faded, to one half here
 NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
 SHIFT, FINE_SHIFT = 1e-6, 1e-12  # of least_multipliers; the second is relative
 
@@ -262,8 +262,8 @@ def scales(structure: Structure, A: Entries, C: Entries, bodies: int) -> dict[in
     """Of the rows of a structure without bodies, which lose all their freedoms at once where they lose one: what
     shifting or turning one of these bodies gives to them, as where bodies are eliminated."""
     n, rows = 6 * bodies, [row for row in structure.order if row < structure.switched]
-    order = (*range(n), *(n + row for row in rows))
-    factors, place = _Factors.of(order, n, A, C, {}), {row: n + i for i, row in enumerate(rows)}
+    order, place = (*range(n), *(n + row for row in rows)), {row: n + i for i, row in enumerate(rows)}
+    factors = _Factors.of(order, n, A, {(row, c): x for (row, c), x in C.items() if row in place}, {})
     for j in range(n):
         factors.eliminate(j, factors.by_bodies[j])
     alike = {row: [place[other] for other in structure.alike[row] if other in place] for row in rows}

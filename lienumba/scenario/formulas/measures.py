@@ -197,6 +197,7 @@ class Reducer:
     def example(self) -> str:
         """How it is written."""
         inner = {"number": "pointing.angle", CONDITION: "pointing.angle > 0.1", "time or event": "0.5", "target": "0.2"}
+        inner["limit"] = inner["target"]
         return f"{self.name}({', '.join([*(inner[x] for x in self.takes), *(['t > 5'] * self.windowed)])})"
 
 
@@ -287,7 +288,7 @@ REDUCERS: dict[str, Reducer] = {
         Reducer(
             "time_above",
             "for how long it is above a limit",
-            ("number", "target"),
+            ("number", "limit"),
             True,
             lambda p, a: _time_above(p, *a),
             "s",

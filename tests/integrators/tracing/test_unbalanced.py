@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lienumba.compiler.symbols import Graph
-from lienumba.integrators.tracing.linear.unbalanced import polynomials, unbalanced
+from lienumba.integrators.tracing.linear.unbalanced import analytic, unbalanced
 from lienumba.numerics.operations import cos, exp, sin, sqrt, where
 
 G = Graph(analytic=True)
@@ -22,9 +22,9 @@ MASS, SPEED = G.input("parameters", 0), G.input("unknown", 0)
         (sqrt(X * X), False), (ANGLE + X, False),
     ],
 )  # fmt: skip
-def test_polynomials(value: Any, expected: bool) -> None:
+def test_analytic(value: Any, expected: bool) -> None:
     """Velocities are 0; counted angles move in ways of their own."""
-    found = polynomials([value], lambda array, row: 0.0 if array == "unknown" else None, {("state", 2)})
+    found = analytic([value], lambda array, row: 0.0 if array == "unknown" else None, {("state", 2)})
     assert found.tolist() == [expected]
 
 

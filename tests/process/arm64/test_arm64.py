@@ -30,6 +30,7 @@ MORE = {  # what no small scenario of the gallery has
     "measures": ("heavy_top", {"measures": [{"name": "slow", "value": "mean(t)"}, {"name": "end", "value": "max(t)"}]}),
     "quadrature": ("satellite", {"measures": [{"name": "slow", "value": "mean(t)"}]}),
     "radau": ("heavy_top", {"integrator.method": "radau5"}),
+    "loop": ("four_bar", {"integrator": {"method": "bs32", "tolerance": 1e-6, "end_time": 1.0}}),
     "taylor": ("heavy_top", {"integrator": {"method": "taylor", "order": 4, "tolerance": 1e-12, "end_time": 1.0}}),
 }
 STEPS = 9  # of each run

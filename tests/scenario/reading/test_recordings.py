@@ -116,8 +116,8 @@ REFUSED = {
         'inputs.recording.file = "c.csv": has no column "clock"; known here are "t", "a", "b"',
     ),
     "no file": (
-        '[inputs]\nb = 1\na = { file = "d.csv", value = "a" }',
-        'inputs.a.file = "d.csv": there is no such file; check the path',
+        '[inputs]\nb = 1\na = { file = "elsewhere.csv", value = "a" }',
+        'inputs.a.file = "elsewhere.csv": there is no such file; check the path',
     ),
     "an input twice": (
         '[inputs]\na = 1\n[inputs.recording]\nfile = "c.csv"',

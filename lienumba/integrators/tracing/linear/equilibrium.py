@@ -22,7 +22,7 @@ from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
-from lienumba.integrators.tracing.linear.unbalanced import PLACES, polynomials, unbalanced
+from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.tracer import Posture, split
 from lienumba.mechanics.mechanism.massless import with_lent_masses
@@ -258,13 +258,13 @@ class _Search:
 
         free = {(STATE, row) for row in (*range(self.tree.state, first), *angles)}
         free |= {(UNKNOWN, self.n + row) for row in range(self.m)}
-        rows = polynomials(self.equations.values[: self.n], known, free)
+        rows = analytic(self.equations.values[: self.n], known, free)
         if not rows.any():
             return np.zeros(self.runs)
         every, draw = np.arange(self.runs), np.random.default_rng(0).uniform
         forces = []
         for _ in range(PLACES):
-            dq = draw(-1.0, 1.0, (self.runs, self.n)) * self.sizes
+            dq = draw(-1.0, 1.0, self.n) * self.sizes
             state = self._elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
             at = self._at(state, np.zeros((self.runs, self.n)), self.mu, every, self.values)
             forces.append((at.vector("along", self.runs) * self.sizes)[:, rows])
