@@ -59,7 +59,7 @@ def _pipe(target: Path) -> None:
     def write() -> None:
         with contextlib.suppress(FileNotFoundError):
             while True:
-                with contextlib.suppress(BrokenPipeError), target.open("wb") as file:
+                with contextlib.suppress(OSError), target.open("wb") as file:
                     file.write(b"x")
 
     os.mkfifo(target)
