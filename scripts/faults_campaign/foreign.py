@@ -57,9 +57,9 @@ def _pipe(target: Path) -> None:
     """To which somebody writes, again and again; one without a writer blocks whoever opens it, as it should."""
 
     def write() -> None:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(OSError):  # its folder is gone, or closed
             while True:
-                with contextlib.suppress(OSError), target.open("wb") as file:
+                with contextlib.suppress(BrokenPipeError), target.open("wb") as file:
                     file.write(b"x")
 
     os.mkfifo(target)
