@@ -29,6 +29,7 @@ from lienumba.scenario.formulas.parameters import (
     SMOOTH,
     TIME,
     Parameters,
+    is_whole_input,
     not_finite,
     order,
     section_of,
@@ -198,6 +199,8 @@ class _Taking:
                 rule = f"is {number} with the nominal parameters"
                 self.problems.append(Problem(place, rule, "it must be a finite number", formula.text))
                 number = 1.0
+            if is_whole_input(tokens):  # formulas read it as they read all inputs
+                number = SMOOTH
         paths.put(self.model, list(tokens), number)
 
     def misuse(self, tokens: Tokens, formula: Formula) -> tuple[str, str] | None:

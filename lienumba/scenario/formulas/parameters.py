@@ -67,7 +67,7 @@ class Parameters:
         """The numbers of these samples for what is a formula, and functions of time where they are, by path."""
         values = self.values(samples)
         return {
-            tokens: self.number(formula, values)
+            tokens: self.function(formula, values) if is_whole_input(tokens) else self.number(formula, values)
             for tokens, formula in self.places.items()
             if paths.text_of(list(tokens)) not in samples
         }
@@ -159,6 +159,11 @@ class Parameters:
             for name in self.tables
             if name not in used
         ]
+
+
+def is_whole_input(tokens: Tokens) -> bool:
+    """Whether a formula is an input, not one number of it."""
+    return tokens[0] == INPUTS and len(tokens) == 2
 
 
 def held_name(name: str) -> str:
