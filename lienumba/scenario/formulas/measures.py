@@ -178,6 +178,10 @@ class _Parsing(ast.NodeTransformer):
 
 # ---------------------------------------------------------------- reducers
 CONDITION = "condition"
+EXAMPLES = {  # of what reducers take
+    "number": "pointing.angle", CONDITION: "pointing.angle > 0.1", "time or event": "0.5", "target": "0.2",
+    "limit": "0.2",
+}  # fmt: skip
 Arguments = list[Any]  # nodes, the condition or None behind them
 
 
@@ -196,9 +200,7 @@ class Reducer:
     @property
     def example(self) -> str:
         """How it is written."""
-        inner = {"number": "pointing.angle", CONDITION: "pointing.angle > 0.1", "time or event": "0.5", "target": "0.2"}
-        inner["limit"] = inner["target"]
-        return f"{self.name}({', '.join([*(inner[x] for x in self.takes), *(['t > 5'] * self.windowed)])})"
+        return f"{self.name}({', '.join([*(EXAMPLES[x] for x in self.takes), *(['t > 5'] * self.windowed)])})"
 
 
 def _time_of(value: ast.expr) -> ast.expr:

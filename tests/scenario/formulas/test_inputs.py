@@ -81,3 +81,20 @@ def test_results_do_not_depend_on_workers(coordinates: str) -> None:
     system.vary("inputs.lagging.filter", distribution="uniform", low=0.05, high=0.2)
     few, many = (lienumba.run(system, overrides={"integrator.coordinates": coordinates}, workers=n) for n in (1, 2))
     np.testing.assert_array_equal(few["hinge_at.angle"], many["hinge_at.angle"])
+
+
+def test_formulas_of_parameters_alone_follow_what_a_sweep_varies() -> None:
+    """Drag of size c on a mass of 1 kg leaves exp(-c t) of its speed."""
+    system = {
+        "model": {
+            "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "velocity": [1, 0, 0]}],
+            "forces": [{"name": "air", "type": "drag", "body": "b", "linear": "inputs.wind"}],
+        },
+        "parameters": {"k": 2.0},
+        "inputs": {"wind": "0.5 + k"},
+        "integrator": {"end_time": 0.1, "step": 0.01},
+        "sweep": {"runs": 3, "seed": 1, "vary": {"parameters.k": {"distribution": "normal", "std": 0.1}}},
+    }
+    ds = lienumba.run(system)
+    expected = np.exp(-0.1 * (0.5 + ds["parameters.k"].values))
+    np.testing.assert_allclose(ds.velocity.values[:, -1, 0, 0], expected, rtol=1e-9)
