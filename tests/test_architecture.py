@@ -44,8 +44,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
-        {"deflate", "layout", "provenance", "refusals"}, {"linear_layout", "study_layout", "windows"}, {"form"},
-        {"files", "names"}, {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
+        {"deflate", "layout", "opening", "provenance", "refusals"}, {"linear_layout", "study_layout", "windows"},
+        {"form"}, {"files", "names"}, {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},

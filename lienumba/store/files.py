@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 from lienumba.errors import ScenarioError
 from lienumba.store.form import check_form
 from lienumba.store.linear_layout import KIND
+from lienumba.store.opening import DENSEST, opened, read_heaps
 from lienumba.store.refusals import damaged
 from lienumba.words import absence
 
@@ -21,15 +21,10 @@ if TYPE_CHECKING:
 
 ENDINGS = (".nc", ".nc4", ".cdf", ".h5")
 OLD = b"CDF"  # what files in netCDF-3 begin with
-DENSEST = 1100  # bytes that a byte may be packed from: deflate's limit is 1,032
-# HDF5 is not thread-safe, not even on different files: whoever calls, one thread at a time writes.
-NETCDF = threading.RLock()
 
 
 def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
     """Open a dataset that `lienumba run` wrote, or one of these kinds; a ScenarioError for any other file."""
-    import xarray as xr
-
     if _is(path, Path.is_dir):
         raise ScenarioError(f"{path} is a folder; give the dataset in it, a file that lienumba run wrote")
     if not _is(path, Path.is_file):
@@ -38,9 +33,7 @@ def read(path: Path, kinds: Collection[str] = ()) -> xr.Dataset:
     if path.suffix == ".toml":
         raise ScenarioError(f"{path} is a scenario, not a dataset; run it first: lienumba run {path}")
     try:
-        with NETCDF:
-            _check_size(path)
-            dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+        dataset = opened(path, lambda: _opened(path))
     except ScenarioError:
         raise
     except Exception as error:  # whatever netCDF4 and xarray make of a file that somebody else has written
@@ -89,6 +82,13 @@ def readable(where: str) -> Iterator[None]:
         raise ScenarioError(f"{where}: cannot be read ({said(error)}); it is damaged, make it again") from None
 
 
+def _opened(path: Path) -> xr.Dataset:
+    import xarray as xr
+
+    _check_size(path)
+    return xr.open_dataset(path, engine="netcdf4", decode_times=False)
+
+
 def _check_size(path: Path) -> None:
     """Refuse labels and statuses that a file of its size cannot hold, before they are read."""
     import netCDF4
@@ -96,11 +96,12 @@ def _check_size(path: Path) -> None:
     with path.open("rb") as content:
         if content.read(len(OLD)) == OLD:  # 17 bytes of it may take all memory
             raise ScenarioError(f"{path} is in netCDF-3, which is not read; convert it: nccopy -4 FILE NEW.nc")
+    size = path.stat().st_size
     with netCDF4.Dataset(path) as file:
         read = [x for name, x in file.variables.items() if name in (*x.dimensions, "status")]
-        most = max((math.prod(x.shape) for x in read), default=0)
-    if most > DENSEST * path.stat().st_size:
-        raise damaged(str(path), "it is too small for what it says that it holds")
+        if max((math.prod(x.shape) for x in read), default=0) > DENSEST * size:
+            raise damaged(str(path), "it is too small for what it says that it holds")
+        read_heaps(file, size)
 
 
 def said(error: Exception) -> str:

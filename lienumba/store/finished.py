@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.store.files import NETCDF
 from lienumba.store.form import NUMERIC
 from lienumba.store.layout import CHUNK_BYTES, FULL, LABEL
+from lienumba.store.opening import NETCDF, netcdf_file
 from lienumba.store.refusals import damaged
 
 if TYPE_CHECKING:
@@ -54,10 +54,8 @@ class Finished:
     """The tables of a dataset that is closed in the end; attributes: of the whole."""
 
     def __init__(self, path: Path) -> None:
-        import netCDF4
-
         with NETCDF:
-            self.file = netCDF4.Dataset(path)
+            self.file = netcdf_file(path)
             self.file.set_auto_maskandscale(False)
             small_caches(self.file)
             self.attributes: dict[str, Any] = {name: self.file.getncattr(name) for name in self.file.ncattrs()}

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
-from lienumba.store.files import NETCDF
+from lienumba.store.opening import NETCDF
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from lienumba.store.columns import Column, Columns
-from lienumba.store.files import NETCDF
 from lienumba.store.layout import FULL, RUN
+from lienumba.store.opening import NETCDF
 from lienumba.store.outputs import Output, discard
 
 if TYPE_CHECKING:

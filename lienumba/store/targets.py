@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from lienumba.errors import ScenarioError
+from lienumba.store.opening import check_at_hand
 from lienumba.store.outputs import AnyPath, Output, folder_of, owned
 from lienumba.words import listed, printable
 
@@ -92,6 +93,7 @@ def claimed_dataset(path: AnyPath, overwrite: bool, resume: bool = False, resuma
         rule = f"is no dataset, but what lienumba {OF_OTHERS[ending]} writes"
         raise ScenarioError(f"output = {printable(str(path))}: {rule}; give a name that ends in .nc")
     others = ", replace it with --overwrite, or add runs to it with --resume"
+    check_at_hand(f"output = {path}")
     remedy = CHOOSE + (others if resumable else ", or replace it with --overwrite")
     with claimed(path, "dataset", (), "" if overwrite or resume else remedy, DATASET_STARTS) as output:
         _check_folder(output, overwrite or resume)

@@ -17,8 +17,10 @@ from faults_campaign.datasets import changed
 from faults_campaign.folders import WHOLE, changed_parts, changed_shards
 from faults_campaign.foreign import FOREIGN
 from faults_campaign.kills import same
+from lienumba.store import opening
 
 MOST = 8 * 2**30  # bytes of addresses that a process may take: what asks for more is told so, not killed
+LOST = 3.0  # s that HDF5 gets for a file, of which there are many
 NOW = "now.txt"  # what a process of the campaign is doing, should it die
 
 
@@ -36,10 +38,11 @@ class Outcome:
         self.faults += other.faults
 
 
-def attack(folder: Path, seed: int, count: int, sources: dict[str, Path] | None = None) -> Outcome:
-    """So many changed datasets, and some commands with each; sources: sound ones, if they are there already."""
+def attack(folder: Path, seed: int, count: int, first: int = 0, sources: dict[str, Path] | None = None) -> Outcome:
+    """The changed datasets from one number to another, or to the first that HDF5 does not come back from, and some
+    commands with each; sources: sound ones, if they are there already."""
     sources, found = sources or subjects.prepared(folder), Outcome()
-    for n in range(count):
+    for n in range(first, count):
         pick = random.Random(seed * 1_000_003 + n)
         name = pick.choice([*sources])
         path = folder / f"tried{n}" / f"changed{n}.nc"  # HDF5 may still hold another open, which it could not read
@@ -52,16 +55,18 @@ def attack(folder: Path, seed: int, count: int, sources: dict[str, Path] | None 
             _tell(path.parent, name, path)
             found.add(_commands(path, sources[name], f"seed {seed}, file {n} ({name}: {what})", pick))
         shutil.rmtree(path.parent)
+        if opening.busy():
+            break
     return found
 
 
-def attack_folders(folder: Path, seed: int, count: int) -> Outcome:
+def attack_folders(folder: Path, seed: int, count: int, first: int = 0) -> Outcome:
     """So many changed folders of shards, and parts that do not belong together."""
     whole, begun = subjects.interrupted(folder)
     parts, found = subjects.parts(folder), Outcome()
     sound = begun.with_name(f"{begun.name}.runs")
     (folder / "long.toml").write_text(_toml({**subjects.TOP, **subjects.LONG}))
-    for n in range(count):
+    for n in range(first, count):
         pick = random.Random(seed * 1_000_003 + n)
         own = folder / f"tried{n}"
         own.mkdir()
@@ -116,33 +121,39 @@ def _toml(data: dict[str, object]) -> str:
     return toml.dumps(data)
 
 
-def _limited(work: Callable[[Path, int, int], Outcome], folder: Path, seed: int, count: int) -> Outcome:
+def _limited(work: Callable[[Path, int, int, int], Outcome], folder: Path, *numbers: int) -> Outcome:
     resource.setrlimit(resource.RLIMIT_AS, (MOST, MOST))
-    return work(folder, seed, count)
+    opening.PATIENCE = LOST
+    return work(folder, *numbers)
 
 
 def campaign(folder: Path, seed: int, portions: int, size: int, tell: Callable[[str], None]) -> Outcome:
     """Portions in processes of their own: one that dies is a fault, too; a tenth as many changed folders of shards."""
     whole = Outcome()
-    for n, (work, count) in enumerate(_portions(portions, size)):
-        own = folder / f"portion{n}"
+    waiting = [(work, seed + n, count, 0) for n, (work, count) in enumerate(_portions(portions, size))]
+    while waiting:
+        work, *numbers = waiting.pop(0)
+        own = folder / "-".join(map(str, numbers))
         own.mkdir()
         with multiprocessing.get_context("spawn").Pool(1) as pool:
-            job = pool.apply_async(_limited, (work, own, seed + n, count))
+            job = pool.apply_async(_limited, (work, own, *numbers))
             try:
                 found = job.get(timeout=PATIENCE + 20 * size)
             except multiprocessing.TimeoutError:
                 doing = [path.read_text() for path in own.glob(f"*/{NOW}")]
-                found = Outcome(faults=[f"seed {seed + n}: the process died, or hangs: {doing}"])
+                found = Outcome(faults=[f"seed, count, first {numbers}: the process died, or hangs: {doing}"])
         shutil.rmtree(own, ignore_errors=True)
         whole.add(found)
+        first = numbers[2] + found.files
+        if found.files and first < numbers[1]:  # HDF5 has not come back
+            waiting.insert(0, (work, *numbers[:2], first))
         tell(f"{whole.files} files, exit codes {dict(whole.codes)}, {len(whole.faults)} faults")
         for fault in found.faults:
             tell(fault)
     return whole
 
 
-def _portions(portions: int, size: int) -> Iterator[tuple[Callable[[Path, int, int], Outcome], int]]:
+def _portions(portions: int, size: int) -> Iterator[tuple[Callable[[Path, int, int, int], Outcome], int]]:
     for _ in range(portions):
         yield attack, size
     if portions:

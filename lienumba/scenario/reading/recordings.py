@@ -12,6 +12,7 @@ from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, miss
 from lienumba.scenario.base.paths import INPUTS, RECORDING
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import ENDINGS, InputFile, Recording, csv_column, csv_rows, reading
+from lienumba.store.opening import netcdf_file
 from lienumba.words import show, suggestion
 
 TIMES = ("t", "time")  # names of the column of times, where none is given
@@ -156,9 +157,7 @@ def _opened(at: str, table: Keys, folder: Path) -> Iterator[_Columns]:
             names, rows = csv_rows(path)
             yield _Columns(names, _time(time, names), lambda column: csv_column(column, names, rows), {})
             return
-        import netCDF4
-
-        with netCDF4.Dataset(path) as file:
+        with netcdf_file(path) as file:
             yield _of_dataset(file, time, table.get("run", 0))
 
 

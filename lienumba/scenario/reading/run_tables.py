@@ -15,6 +15,7 @@ from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import reading
 from lienumba.store.form import scenario_tables
+from lienumba.store.opening import netcdf_file
 from lienumba.sweep.noise import checksum_of, is_file
 from lienumba.words import show, suggestion
 
@@ -90,6 +91,7 @@ def _read(path: Path, name: str) -> dict[str, Any]:
 
     if not h5py.is_hdf5(path):
         raise BadValueError("is no netCDF-4 file", "save it as such, for instance by xarray's to_netcdf")
+    netcdf_file(path).close()  # h5py would not let other threads run
     with h5py.File(path, "r") as file:
         names = [key for key, x in file.items() if isinstance(x, h5py.Dataset)]
         if name not in names:

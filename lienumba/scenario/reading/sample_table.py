@@ -10,6 +10,7 @@ from lienumba.keys.formulas import LARGEST
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
 from lienumba.store.layout import WEIGHT
+from lienumba.store.opening import netcdf_file
 from lienumba.words import show
 
 AT = "sweep.table"
@@ -100,9 +101,7 @@ def _csv(path: Path) -> Columns:
 
 def _netcdf(path: Path) -> Columns:
     """The sampled inputs of a dataset, and its runs."""
-    import netCDF4
-
-    with netCDF4.Dataset(path) as file:
+    with netcdf_file(path) as file:
         inputs = [name for name, x in file.variables.items() if getattr(x, "role", None) == "input"]
         if not inputs:
             raise BadValueError(

@@ -16,6 +16,7 @@ from lienumba.keys.types import NAME, Number, Section
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.scenario.base.toml import Keys
+from lienumba.store.opening import netcdf_file
 from lienumba.words import absence, is_number, show, suggestion
 
 Interpolation = Literal["hold", "linear", "cubic"]
@@ -235,9 +236,7 @@ def csv_column(column: str, names: Sequence[str], rows: Sequence[tuple[int, list
 
 def _netcdf(path: Path, columns: Sequence[str]) -> list[list[float]]:
     """Variables of one dimension by their names."""
-    import netCDF4
-
-    with netCDF4.Dataset(path) as file:
+    with netcdf_file(path) as file:
         found: list[list[float]] = []
         for column in columns:
             if column not in file.variables:
