@@ -52,6 +52,21 @@ def test_no_change_moves_a_momentum_or_loses_track_of_energy(dataset: Any, cours
     np.testing.assert_allclose(dataset.energy_lost, sum(course.lost), rtol=1e-9)
 
 
+def test_momenta_and_energy_follow_the_tolerance() -> None:
+    """With scattered springs, at all times: what changes leave is the error of the method, not of the changes."""
+    stiffness = CHAIN.stiffness * np.random.default_rng(4).uniform(0.9, 1.1, (24, 8))
+    data = scenarios.panels(CHAIN, Q, LATCH, LET_GO, END)
+    data["integrator"]["tolerance"] = 3e-14
+    data["output"]["times"] = np.linspace(0, END, 21).tolist()
+    data["sweep"] = scenarios.table({f"forces.spring_{i}.stiffness": stiffness[:, i] for i in HINGES})
+    ds = lienumba.run(data)
+    assert (ds.changes == 16).all()
+    moved = np.sqrt(2 * sum(CHAIN.m) * ds.energy_lost)
+    for kind in ("linear", "angular"):
+        assert (abs(ds[f"momentum.{kind}"]).max(("time", "axis")) < 1e-13 * moved).all()
+    assert (abs(ds.energy_residual).max("time") < 1e-13 * ds.energy_lost).all()
+
+
 def test_steps_of_one_length_that_changes_cut_keep_the_order(course: Course) -> None:
     """Order 8, where errors scatter since changes cut steps anywhere: 3.4 times as many steps, 16,000 times as good."""
     errors = []
