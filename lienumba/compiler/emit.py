@@ -11,6 +11,7 @@ import struct
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from lienumba.compiler.rows import W, WorkRows
@@ -41,7 +42,7 @@ class Kernel:
     """One compiled function.
 
     first_hoisted: the row behind the parameters where its invariants begin; rows: where in `out` each output goes, by
-    default one after the other; renews: whether it reads rows of `out`, so that all that it leaves behind is left last.
+    default one after the other; renews: whether it reads rows of `out`: each is then stored behind what reads it.
     """
 
     name: str
@@ -115,14 +116,15 @@ class _Writer:
         last_use: dict[int, int] = {}
         for i, part in enumerate(parts):
             last_use |= {x.id: i for node in part for x in node.args if x.__class__ is Symbol}
-        computed = {node.id for part in parts for node in part}
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
         late: list[tuple[str, int, Value]] = []  # not computed here, or not stored before all is
+        ready = {node.id: n for n, node in enumerate(node for part in parts for node in part)}
+        reads = self._last_reads(parts, stores) if self.kernel.renews else {}
         for array, row, x in stores:
-            if isinstance(x, Symbol) and x.id in computed and self.kernel.renews:
+            if isinstance(x, Symbol) and x.id in ready and reads.get((array, row), -1) > ready[x.id]:
                 last_use[x.id] = len(parts)
                 late.append((array, row, x))
-            elif isinstance(x, Symbol) and x.id in computed:
+            elif isinstance(x, Symbol) and x.id in ready:
                 stored.setdefault(x.id, []).append((array, row))
             else:
                 late.append((array, row, x))
@@ -148,6 +150,14 @@ class _Writer:
             if n and n % LONGEST == 0:
                 self._begin()
             self._store(array, row, self._value(x))
+
+    @staticmethod
+    def _last_reads(parts: Segments, stores: Sequence[tuple[str, int, Value]]) -> dict[tuple[str, int], float]:
+        """Which operation is the last to read each row of memory; an infinite one where a row is read to be stored."""
+        last: dict[tuple[str, int], float] = {}
+        for n, node in enumerate(node for part in parts for node in part):
+            last |= {x.args: n for x in node.args if isinstance(x, Symbol) and x.op == "input"}
+        return last | {x.args: inf for _, _, x in stores if isinstance(x, Symbol) and x.op == "input"}
 
     def _begin(self) -> None:
         """The next segment."""

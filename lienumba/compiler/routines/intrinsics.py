@@ -47,7 +47,8 @@ def _load(writer: Writer, base: Value, row: Value) -> Scalar:
 
 
 def _store(writer: Writer, base: Value, row: Value, value: Value) -> Value:
-    writer.put(_row(writer, base, row), scalar(value, LANES))
+    whole = writer.op(LANES, f"freeze {LANES} {scalar(value, LANES).text}")  # no store by a mask: slow
+    writer.put(_row(writer, base, row), whole)
     return NOTHING
 
 

@@ -24,8 +24,10 @@ from lienumba.compiler.routines.values import (
     with_leaves,
 )  # fmt: skip
 from lienumba.compiler.routines.writer import Writer
+from lienumba.compiler.rows import ROW
 
-PLAIN = '"no-builtins"'  # no loop becomes a call of the C library, for which `native.load` leaves no room
+# No loop becomes a call of the C library, for which `native.load` leaves no room; no row straddles a cache line.
+PLAIN = f'"no-builtins" alignstack({ROW})'
 
 
 class Module:

@@ -120,8 +120,7 @@ def keep(tracer: Tracer) -> Kernel:
             place = made.index(x.value) if x.value in made else NONE
             gain = nan if place == NONE else graph.input("out", layout.gain_row(sizes) + place)
         opens = matters(x.kind, known, value, condition, gain)
-        holds = None if condition is None else where(condition.after > 0.0, 1.0, 0.0)
-        taken = where(opens > 0.0, 0.0, picked)
+        holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
         places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED]
         rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}

@@ -1,10 +1,14 @@
 """Lanes in routines: every lane computes what a float would, and nothing of its neighbours."""
 
+import platform
+import re
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
-from lienumba.compiler.flat import compiled
+from lienumba.compiler import native
+from lienumba.compiler.flat import PASSES, compiled
 from lienumba.compiler.lanes import all_lanes, any_lane, choose, fma, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats2, Integers1
 from lienumba.compiler.rows import W
@@ -92,3 +96,23 @@ def test_some_and_all() -> None:
 
 def _of(function: Callable[..., None]) -> Callable[..., None]:
     return compiled(function)  # type: ignore[arg-type]
+
+
+def some_lanes(given: Floats2, out: Floats2) -> None:
+    """Rows of `out` in the lanes in which others are above 0."""
+    for row in range(3):
+        held, other = load(out.ctypes.data, row), load(given.ctypes.data, row)
+        store(out.ctypes.data, row, choose(other > 0.0, other, held))
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="machine code of x86-64")
+def test_some_lanes_are_stored_as_whole_rows() -> None:
+    """Stores by a mask (vmaskmovpd: VEX.0F38 2F) take many times as long, and what is read back waits for them."""
+    from lienumba.compiler.routines.program import text_of
+
+    code = native.emit(text_of(some_lanes)[1], "haswell", "+avx2,+fma", passes=PASSES)
+    assert not re.search(rb"\xc4[\x42\x62\xc2\xe2].\x2f", code, re.DOTALL)
+    out = np.zeros((3, W))
+    given = numbers(3, 5)[:, :W].copy()
+    compiled(some_lanes)(given, out)
+    np.testing.assert_array_equal(out, np.where(given > 0.0, given, 0.0))

@@ -25,8 +25,8 @@ def test_no_turn_is_missed() -> None:
     values, ends = waves()
     steps = np.diff(values, axis=1)
     goes_one_way = (steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)
-    assert goes_one_way[ends.turns == 0.0].all()
-    assert (ends.turns == 0.0).sum() > 0.3 * goes_one_way.sum()
+    assert goes_one_way[ends.if_it_turns(1.0, 0.0) == 0.0].all()
+    assert (ends.if_it_turns(1.0, 0.0) == 0.0).sum() > 0.3 * goes_one_way.sum()
 
 
 @pytest.mark.parametrize(("kind", "sign"), [(LARGEST, 1.0), (SMALLEST, -1.0)])
