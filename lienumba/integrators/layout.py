@@ -41,9 +41,10 @@ CLOCK = TOLERANCE + TOLERANCES
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
 # of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: whether the signals at the
 # start of the step are those at the end of the last one.
+# ROOT: of the margin, when it was LOOKED at; PASSES: when a singular position is to be expected, by these.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, LANES = range(23, 35)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, ROOT, LOOKED, PASSES, LANES = range(23, 38)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many

@@ -16,7 +16,21 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.stages import commit, copy
-from lienumba.integrators.layout import BUSY, CUT, REJECTED, TRIAL, Sizes, T, Workspace
+from lienumba.integrators.drivers.lane_queue import NEVER
+from lienumba.integrators.layout import (
+    BUSY,
+    CUT,
+    LOOKED,
+    PASSES,
+    REJECTED,
+    ROOT,
+    STALE,
+    TRIAL,
+    UNTIL,
+    Sizes,
+    T,
+    Workspace,
+)
 
 ITERATIONS = 12
 ENOUGH = 1e-6  # squared: of what the tolerance allows, what all further changes may amount to
@@ -25,6 +39,8 @@ ROUNDING = 1e2  # squared: changes below this, that no longer shrink, are roundi
 GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
 SLOW = 0.12  # squared: where changes shrink less, the next iteration is by a matrix of its own
 PARTS = 2.0**-20  # of a step of given length: no part is shorter
+NEAR, FAR = 0.6, 1.4  # lengths of a step: no singular position is so far from its start
+THROUGH = 0.4  # but so far
 
 
 @apart
@@ -116,3 +132,24 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
     store(lanes, CUT, choose(again & (until < load(lanes, CUT)), until, load(lanes, CUT)))
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(again, 1.0, 0.0))
     return again
+
+
+@inlined
+def straddle(sizes: Sizes, at: Workspace) -> None:
+    """Steps pass singular positions of loops in their midst, where collocation does not feel them; next to their ends
+    all that says on which branch a loop is is noise. The root of the margin foretells when one comes."""
+    lanes, clock = at.lanes, at.clock
+    t, stale, before, looked = load(lanes, T), load(lanes, STALE) != 0.0, load(lanes, ROOT), load(lanes, LOOKED)
+    root = np.sqrt(load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))
+    moved = t > looked
+    passes = choose(before > root, t + (t - looked) * (root / (before - root)), splat(NEVER))
+    passes = choose(stale, splat(NEVER), choose(moved, passes, load(lanes, PASSES)))
+    store(lanes, PASSES, passes)
+    store(lanes, ROOT, choose(stale, splat(0.0), choose(moved, root, before)))
+    store(lanes, LOOKED, t)
+    length, rest = load(clock, layout.LENGTH), passes - t
+    cut = (rest > NEAR * length) & (rest < FAR * length)
+    until = choose(cut, passes - THROUGH * length, load(lanes, UNTIL))
+    store(lanes, UNTIL, until)
+    store(clock, layout.LENGTH, choose(cut, until - t, length))
+    store(clock, layout.MIDDLE, choose(cut, 0.5 * (t + until), load(clock, layout.MIDDLE)))

@@ -16,7 +16,7 @@ from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe
 from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events
-from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages
+from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages, straddle
 from lienumba.integrators.drivers.lane_queue import (
     END,
     LAST,
@@ -250,6 +250,8 @@ def drive(
         if kernels[layout.EXPAND] != 0:
             _expand(kernels, at, pace)
         propose(lanes, at.clock, pace[END], pace[STEP])
+        if kernels[layout.NEWTON] != 0 and kernels[layout.CLOSE_ALONG] != 0:
+            straddle(sizes, at)
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)
         _try(kernels, sizes, nodes, at, table, limit, tolerance)
         given, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)

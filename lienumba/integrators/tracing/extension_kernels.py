@@ -32,9 +32,8 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
             slopes.append(_end(tracer, chart, graph, i, behind))
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     if along:
-        rows = graph.inputs("extra", tracer.augmented.rows, layout.element_rows(tracer.sizes))
-        after = tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME))
-        every = [_along(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
+        after, rows = behind_step(tracer, graph, model)
+        every = [allowed(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
         estimates = [list(z) for z in zip(*every, strict=True)]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
@@ -43,7 +42,13 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
     return tracer.kernel("close_along" if along else "close", said)
 
 
-def _along(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
+def behind_step(tracer: Tracer, graph: Graph, model: Model) -> tuple[Posture, Vector]:
+    """The mechanism at the end of a step, and what is augmented there."""
+    rows = graph.inputs("extra", tracer.augmented.rows, layout.element_rows(tracer.sizes))
+    return tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME)), rows
+
+
+def allowed(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
     """An error estimate of every element with little of the error of velocities across the constraints."""
     q, v, laws = tracer.apart(z)
     along = tracer.allowed(model, after, tracer.mask(rows), v)

@@ -22,7 +22,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import finite, verdict
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Coordinates
-from lienumba.integrators.tracing.extension_kernels import work_error_square
+from lienumba.integrators.tracing.extension_kernels import allowed, behind_step, work_error_square
 from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.implicit.stage_system import Factors
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
@@ -131,6 +131,7 @@ def kernels(tracer: Tracer) -> dict[str, Kernel]:
     found = {"guess": _guess(tracer), "newton": newton, "simplified": simplified, "step": _step(tracer)}
     if tracer.method.adaptive:
         found["close"] = _close(tracer, equations)
+        found |= {"close_along": _close(tracer, equations, along=True)} if tracer.weakens else {}
     return found
 
 
@@ -251,8 +252,9 @@ def _step(tracer: Tracer) -> Kernel:
     return tracer.kernel("step", outputs, rows)
 
 
-def _close(tracer: Tracer, equations: Equations) -> Kernel:
-    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff."""
+def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
+    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether what
+    the constraints do not allow hardly counts."""
     step = _Stages.of(tracer)
     graph, model, sizes, behind = step.graph, step.model, tracer.sizes, layout.first_slope(tracer.sizes)
     _, unknown = step.iterate("extra", behind + layout.iterate_row(sizes))
@@ -282,9 +284,12 @@ def _close(tracer: Tracer, equations: Equations) -> Kernel:
     damping = [[float(tracer.tableau.damping)]]
     found = stage_system.factors(tracer, [stage], damping, step.h, step.mask()).solved(right)
     moved = [q + beta * v for q, v in zip(places, found[:n], strict=True)]
-    estimates = [[z] for z in tracer.gathered(moved, found[:n], found[n : n + laws])]
+    estimate = tracer.gathered(moved, found[:n], found[n : n + laws])
+    if along:
+        estimate = allowed(tracer, model, *behind_step(tracer, graph, model), estimate)
+    estimates = [[z] for z in estimate]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
         square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
     factor = step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)
-    return tracer.kernel("close", (square, *factor))
+    return tracer.kernel("close_along" if along else "close", (square, *factor))
