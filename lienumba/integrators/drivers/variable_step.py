@@ -63,6 +63,7 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 WEAK = 1e-4  # margin of a step that begins or ends near a singular position
+LOST = 1e-12  # of one that ends so near to it that the branch is noise to implicit stages
 
 
 @apart
@@ -165,6 +166,9 @@ def _try(
     if kernels[layout.CLOSE_ALONG] != 0:
         margin = layout.report_row(sizes, 0) + layout.STAGE_MARGIN
         weak = (load(at.slopes, margin) < WEAK) | (load(last, margin) < WEAK)
+        if kernels[layout.NEWTON] != 0:
+            astray = (load(last, margin) < LOST) & (load(trial, 0) == 0.0)
+            store(trial, 0, choose(astray, splat(codes.SINGULAR), load(trial, 0)))
         if any_lane(weak):
             call(kernels[layout.CLOSE_ALONG], x, p, at.clock, new, at.u, at.work)
             commit(weak, at.control, at.u, layout.CONTROL)

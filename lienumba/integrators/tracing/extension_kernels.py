@@ -33,7 +33,7 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     if along:
         after, rows = behind_step(tracer, graph, model)
-        every = [allowed(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
+        every = [_along(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
         estimates = [list(z) for z in zip(*every, strict=True)]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
@@ -48,11 +48,15 @@ def behind_step(tracer: Tracer, graph: Graph, model: Model) -> tuple[Posture, Ve
     return tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME)), rows
 
 
-def allowed(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
+def allowed(tracer: Tracer, model: Model, after: Posture, rows: Vector, v: list[Number]) -> list[Number]:
+    """Of changes of velocities what the constraints allow."""
+    return tracer.allowed(model, after, tracer.mask(rows), v)
+
+
+def _along(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
     """An error estimate of every element with little of the error of velocities across the constraints."""
     q, v, laws = tracer.apart(z)
-    along = tracer.allowed(model, after, tracer.mask(rows), v)
-    v = [x + ACROSS * (y - x) for x, y in zip(along, v, strict=True)]
+    v = [x + ACROSS * (y - x) for x, y in zip(allowed(tracer, model, after, rows, v), v, strict=True)]
     return tracer.gathered(q, v, laws)
 
 

@@ -253,8 +253,8 @@ def _step(tracer: Tracer) -> Kernel:
 
 
 def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
-    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether what
-    the constraints do not allow hardly counts."""
+    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether velocities
+    that the constraints do not allow are left out."""
     step = _Stages.of(tracer)
     graph, model, sizes, behind = step.graph, step.model, tracer.sizes, layout.first_slope(tracer.sizes)
     _, unknown = step.iterate("extra", behind + layout.iterate_row(sizes))
@@ -283,11 +283,11 @@ def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
         right[n + m] = right[n + m] + x
     damping = [[float(tracer.tableau.damping)]]
     found = stage_system.factors(tracer, [stage], damping, step.h, step.mask()).solved(right)
-    moved = [q + beta * v for q, v in zip(places, found[:n], strict=True)]
-    estimate = tracer.gathered(moved, found[:n], found[n : n + laws])
+    moving = found[:n]
     if along:
-        estimate = allowed(tracer, model, *behind_step(tracer, graph, model), estimate)
-    estimates = [[z] for z in estimate]
+        moving = allowed(tracer, model, *behind_step(tracer, graph, model), moving)
+    moved = [q + beta * v for q, v in zip(places, moving, strict=True)]
+    estimates = [[z] for z in tracer.gathered(moved, moving, found[n : n + laws])]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
         square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
