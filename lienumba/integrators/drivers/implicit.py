@@ -39,8 +39,7 @@ ROUNDING = 1e2  # squared: changes below this, that no longer shrink, are roundi
 GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
 SLOW = 0.12  # squared: where changes shrink less, the next iteration is by a matrix of its own
 PARTS = 2.0**-20  # of a step of given length: no part is shorter
-NEAR, FAR = 0.6, 1.4  # lengths of a step: no singular position is so far from its start
-THROUGH = 0.4  # but so far
+THROUGH, NEAR = 0.4, 0.45  # of a step: where it passes a singular position
 
 
 @apart
@@ -136,20 +135,21 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
 
 @inlined
 def straddle(sizes: Sizes, at: Workspace) -> None:
-    """Steps pass singular positions of loops in their midst, where collocation does not feel them; next to their ends
-    all that says on which branch a loop is is noise. The root of the margin foretells when one comes."""
+    """Steps pass singular positions of loops in their midst, where collocation does not feel them: next to their ends
+    it is noise that says on which branch a loop is. The root of the margin, which falls evenly, foretells when."""
     lanes, clock = at.lanes, at.clock
-    t, stale, before, looked = load(lanes, T), load(lanes, STALE) != 0.0, load(lanes, ROOT), load(lanes, LOOKED)
+    t, stale, last, looked = load(lanes, T), load(lanes, STALE) != 0.0, load(lanes, ROOT), load(lanes, LOOKED)
     root = np.sqrt(load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))
     moved = t > looked
-    passes = choose(before > root, t + (t - looked) * (root / (before - root)), splat(NEVER))
+    passes = choose(last > root, t + (t - looked) * (root / (last - root)), splat(NEVER))
     passes = choose(stale, splat(NEVER), choose(moved, passes, load(lanes, PASSES)))
     store(lanes, PASSES, passes)
-    store(lanes, ROOT, choose(stale, splat(0.0), choose(moved, root, before)))
+    store(lanes, ROOT, choose(stale, splat(0.0), choose(moved, root, last)))
     store(lanes, LOOKED, t)
     length, rest = load(clock, layout.LENGTH), passes - t
-    cut = (rest > NEAR * length) & (rest < FAR * length)
-    until = choose(cut, passes - THROUGH * length, load(lanes, UNTIL))
+    before = choose(rest > NEAR * length, rest - THROUGH * length, rest * (1.0 / THROUGH))
+    cut = before < length
+    until = choose(cut, t + before, load(lanes, UNTIL))
     store(lanes, UNTIL, until)
     store(clock, layout.LENGTH, choose(cut, until - t, length))
     store(clock, layout.MIDDLE, choose(cut, 0.5 * (t + until), load(clock, layout.MIDDLE)))
