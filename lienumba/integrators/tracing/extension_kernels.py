@@ -12,7 +12,7 @@ from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
-from lienumba.integrators.tracing.tracer import Posture, Tracer, flat
+from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number, Vector
@@ -32,8 +32,7 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
             slopes.append(_end(tracer, chart, graph, i, behind))
         estimates.append([munthe_kaas.weighted(munthe_kaas.scaled(h, row), slopes) for row in tableau.errors])
     if along:
-        after, rows = behind_step(tracer, graph, model)
-        every = [_along(tracer, model, after, rows, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
+        every = [_along(tracer, graph, model, [z[n] for z in estimates]) for n in range(len(tableau.errors))]
         estimates = [list(z) for z in zip(*every, strict=True)]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
@@ -42,21 +41,17 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
     return tracer.kernel("close_along" if along else "close", said)
 
 
-def behind_step(tracer: Tracer, graph: Graph, model: Model) -> tuple[Posture, Vector]:
-    """The mechanism at the end of a step, and what is augmented there."""
+def allowed(tracer: Tracer, graph: Graph, model: Model, v: list[Number]) -> list[Number]:
+    """Of changes of the velocities what the constraints at the end of the step allow."""
     rows = graph.inputs("extra", tracer.augmented.rows, layout.element_rows(tracer.sizes))
-    return tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME)), rows
-
-
-def allowed(tracer: Tracer, model: Model, after: Posture, rows: Vector, v: list[Number]) -> list[Number]:
-    """Of changes of velocities what the constraints allow."""
+    after = tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME))
     return tracer.allowed(model, after, tracer.mask(rows), v)
 
 
-def _along(tracer: Tracer, model: Model, after: Posture, rows: Vector, z: list[Coordinates]) -> list[Coordinates]:
+def _along(tracer: Tracer, graph: Graph, model: Model, z: list[Coordinates]) -> list[Coordinates]:
     """An error estimate of every element with little of the error of velocities across the constraints."""
     q, v, laws = tracer.apart(z)
-    v = [x + ACROSS * (y - x) for x, y in zip(allowed(tracer, model, after, rows, v), v, strict=True)]
+    v = [x + ACROSS * (y - x) for x, y in zip(allowed(tracer, graph, model, v), v, strict=True)]
     return tracer.gathered(q, v, laws)
 
 

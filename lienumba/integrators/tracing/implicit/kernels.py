@@ -22,7 +22,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import finite, verdict
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Coordinates
-from lienumba.integrators.tracing.extension_kernels import allowed, behind_step, work_error_square
+from lienumba.integrators.tracing.extension_kernels import allowed, work_error_square
 from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.implicit.stage_system import Factors
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
@@ -34,6 +34,7 @@ from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 SWEEPS, FIRST_SWEEPS, LAST_SWEEPS = 3, 5, 5  # of the kinematics: in an iteration, before the first, behind the last
+PASSING = 0.1  # of the error of steps next to singular positions counts: it is noise, of which shorter ones have more
 FARTHEST = 2.0  # how far a polynomial is followed, in lengths of its step
 
 Iterate = tuple[list[list[Any]], list[list[Any]]]  # of every stage u by element, and the unknowns
@@ -283,13 +284,12 @@ def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
         right[n + m] = right[n + m] + x
     damping = [[float(tracer.tableau.damping)]]
     found = stage_system.factors(tracer, [stage], damping, step.h, step.mask()).solved(right)
-    moving = found[:n]
-    if along:
-        moving = allowed(tracer, model, *behind_step(tracer, graph, model), moving)
+    moving = allowed(tracer, graph, model, found[:n]) if along else found[:n]
     moved = [q + beta * v for q, v in zip(places, moving, strict=True)]
     estimates = [[z] for z in tracer.gathered(moved, moving, found[n : n + laws])]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
         square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
+    square = square * (PASSING * PASSING) if along else square
     factor = step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)
     return tracer.kernel("close_along" if along else "close", (square, *factor))
