@@ -15,8 +15,8 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.drivers.lane_queue import NEVER
+from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.layout import (
     BUSY,
     CUT,

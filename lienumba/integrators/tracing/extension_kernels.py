@@ -15,7 +15,7 @@ from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
 from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
-from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.number import Number
 
 ACROSS = 1e-3  # of the error of velocities across the constraints: about for how long (s) positions go along with it
 

@@ -254,8 +254,8 @@ def _step(tracer: Tracer) -> Kernel:
 
 
 def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
-    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether velocities
-    that the constraints do not allow are left out."""
+    """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether
+    velocities that the constraints do not allow are left out."""
     step = _Stages.of(tracer)
     graph, model, sizes, behind = step.graph, step.model, tracer.sizes, layout.first_slope(tracer.sizes)
     _, unknown = step.iterate("extra", behind + layout.iterate_row(sizes))
