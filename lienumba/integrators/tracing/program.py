@@ -58,6 +58,9 @@ from lienumba.mechanics.system.switches import Switch
 
 __all__ = ["Method", "Outline", "Program", "build"]
 
+# Kernels of the mechanism, whatever the method: their invariants come first, so that their texts are the same.
+ALIKE = ("velocity", "schur", "observe", "position", "chord", "place", "read")
+
 
 @dataclass(frozen=True)
 class Outline:
@@ -134,9 +137,9 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         )  # fmt: skip
         kernels |= {"measure": state_kernels.measure(tracer), "keep": state_kernels.keep(tracer)}
     rows = len(values)
-    for name, kernel in kernels.items():
-        kernels[name] = kernel.hoisted_from(rows)
-        rows += len(kernel.hoisted)
+    for name in sorted(kernels, key=[*ALIKE, *kernels].index):
+        kernels[name] = kernels[name].hoisted_from(rows)
+        rows += len(kernels[name].hoisted)
     tracer.close()
     sizes = tracer.sizes._replace(
         chord=chord, observed=sum(count for _, count in observed.values()), parameters=max(rows, 1), series=series,

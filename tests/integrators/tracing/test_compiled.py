@@ -21,6 +21,7 @@ from lienumba.integrators.tracing import machine, program, step_kernels
 from lienumba.integrators.tracing.compiled import PROGRAMS
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.mechanism.model import Body, Model
+from tests.rigs.scenarios import start_of
 
 Data = dict[str, Any]
 
@@ -164,6 +165,17 @@ def test_what_differs_in_more_has_another_program(name: str) -> None:
     first = DIFFERENT[name][0]
     assert_same_bits(lienumba.run(copy.deepcopy(first)), anew(first))
     assert len({text_of(key) for _, key in PROGRAMS._kept}) == len(PROGRAMS)  # by which they are found on disk
+
+
+def test_another_method_has_other_steps_and_nothing_else_to_compile() -> None:
+    """Kernels of the mechanism alone are found by their text, whatever the method hoists."""
+    texts = []
+    for name in ("rk4", "dop853", "radau5"):
+        model, _ = start_of(arm())
+        kernels = program.build(model, program.Method(name, "local", "mass")).kernels
+        assert sum(len(kernel.hoisted) for kernel in kernels.values()) > 10
+        texts.append({kernel: kernels[kernel].text() for kernel in ("position", "velocity", "observe")})
+    assert texts[0] == texts[1] == texts[2]
 
 
 def test_a_zero_with_a_sign_has_a_key_of_its_own() -> None:
