@@ -247,12 +247,12 @@ class _Search:
         """The largest force of each run that nothing can balance, wherever it is at rest; else 0 (runs,)."""
         first = self.tree.state + self.tracer.laws
         angles = range(first, first + len(self.tracer.augmented.angles))
-        rates, same = set(self.rates), (self.state == self.state[:, :1]).all(axis=1)
+        rates = set(self.rates)
+        modes = range(first + self.tracer.augmented.first_mode, len(self.state) - self.tracer.augmented.memory)
 
         def known(array: str, row: int) -> float | None:
-            if array == "state":  # behind the angles stands what the search does not change
-                fixed = row >= angles.stop and same[row]
-                return 0.0 if row in rates else float(self.state[row, 0]) if fixed else None
+            if array == STATE:  # how everything starts to be on is a matter of the mechanism, not of a run
+                return 0.0 if row in rates else float(self.state[row, 0]) if row in modes else None
             moves = array == "parameters" or (array == UNKNOWN and row >= self.n)
             return None if moves else 0.0
 
