@@ -313,15 +313,9 @@ def border_memory(sizes: Sizes) -> int:
 
 
 @kernel
-def border_sound(sizes: Sizes) -> int:
-    """1, or 0 where the permanent rows depend on each other."""
-    return border_memory(sizes) + sizes.memory
-
-
-@kernel
 def border_rows(sizes: Sizes) -> int:
     """All that `border` writes."""
-    return border_sound(sizes) + 1
+    return border_memory(sizes) + sizes.memory
 
 
 @kernel

@@ -250,7 +250,7 @@ class JointTracer(Tracer):
 
     def border(
         self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None
-    ) -> tuple[list[list[Number]], list[Number], Number]:
+    ) -> tuple[list[list[Number]], list[Number]]:
         return equations.border(_tree(posture), self.structure, mask, expected, self.method.baumgarte)
 
     def kicked(

@@ -152,12 +152,12 @@ def border(tracer: Tracer) -> Kernel:
     """All that a change of modes has to know; the sliding friction of joints is no load in it."""
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
-    S, b, sound = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
+    S, b = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
     now, first = posture.now, constraints.permanent_rows(model)
     w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
     alone = turning.alone(model, now)
     numbers, memory = turning.numbers(model, now, w, b), turning.memory(model, now, w)
-    return tracer.kernel("border", (*turning.triangle(S, alone), *w, *b, *gap, *alone, *numbers, *memory, sound))
+    return tracer.kernel("border", (*turning.triangle(S, alone), *w, *b, *gap, *alone, *numbers, *memory))
 
 
 def kick(tracer: Tracer) -> Kernel:

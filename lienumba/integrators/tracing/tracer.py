@@ -453,7 +453,7 @@ class Tracer:
 
     def border(
         self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None
-    ) -> tuple[list[list[Number]], list[Number], Number]:
+    ) -> tuple[list[list[Number]], list[Number]]:
         """See `dynamics.border`."""
         return dynamics.border(model, self.structure, posture.now, mask, expected, self.method.baumgarte)
 

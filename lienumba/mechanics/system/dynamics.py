@@ -136,9 +136,9 @@ def border(
     mask: Sequence[Number],
     expected: Sequence[Number] | None = None,
     baumgarte: float | None = None,
-) -> tuple[list[list[Any]], list[Any], Any]:
-    """S and b of all rows that are switched: with reactions Lambda = -lambda their rates change by S Lambda + b; and
-    whether the permanent rows are sound. See `accelerations`."""
+) -> tuple[list[list[Any]], list[Any]]:
+    """S and b of all rows that are switched: with reactions Lambda = -lambda their rates change by S Lambda + b. See
+    `accelerations`."""
     C, xi = constraints.jacobian(model, now), constraints.required(model, now, baumgarte)
     return kkt.border(
         structure.bordered(), mass_matrix(model, now), C, loads(model, now), xi, unswitched(structure, mask), expected

@@ -311,13 +311,12 @@ def border(
     g: Sequence[Number],
     mask: Sequence[Number],
     expected: Sequence[Number] | None = None,
-) -> tuple[list[list[Any]], list[Any], Any]:
+) -> tuple[list[list[Any]], list[Any]]:
     """What is left of a `Structure.bordered` once all else is eliminated, whatever the masks of these last rows: S, and
-    b = C x - g where they have no multipliers, such that these multipliers change it to b - S mu; and whether the
-    others are sound."""
+    b = C x - g where they have no multipliers, such that these multipliers change it to b - S mu."""
     eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, Leaning())
     assert eliminated.border is not None
-    return eliminated.border.S, eliminated.missing(f, g), eliminated.sound
+    return eliminated.border.S, eliminated.missing(f, g)
 
 
 def reactions(

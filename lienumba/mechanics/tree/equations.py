@@ -261,7 +261,7 @@ def _closing(
 def border(
     posture: Posture, structure: kkt.Structure, mask: Sequence[Number], expected: Sequence[Number] | None,
     baumgarte: float | None,
-) -> tuple[list[list[Any]], list[Any], Any]:  # fmt: skip
+) -> tuple[list[list[Any]], list[Any]]:  # fmt: skip
     """As `dynamics.border`."""
     tree, structure, posture = posture.tree, structure.bordered(), replace(posture, locks={})
     mask = dynamics.unswitched(structure, mask)
@@ -274,7 +274,7 @@ def border(
     reduction = Reduction(tree, posture.links, loads, posture.waiting)
     eliminated, wanted, pulled = _closing(posture, structure, reduction, xi, mask, Leaning())
     assert eliminated.border is not None
-    return eliminated.border.S, eliminated.missing([], wanted, pulled), eliminated.sound
+    return eliminated.border.S, eliminated.missing([], wanted, pulled)
 
 
 def kicked(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], impulses: Sequence[Number]) -> Solution:

@@ -92,7 +92,6 @@ def test_what_is_left_of_all_switched_rows(seed):
     ):
         close(np.array(found[0]), S, 1e-9)
         close(found[1], b, 1e-9)
-        assert found[2] == 1.0
     impulses = np.random.default_rng(seed).standard_normal(len(S))
     kicked = dynamics.kicked(case.model, kkt.Structure.of(case.model), case.now, case.mask, impulses)
     close(kicked.x, response @ impulses, 1e-9)
