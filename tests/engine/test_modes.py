@@ -260,6 +260,17 @@ def test_bad_input_is_told(keywords: Any, message: str) -> None:
     assert str(told.value) == message
 
 
+def test_unknown_inputs_are_told_with_those_that_there_are() -> None:
+    scenario, coil = pendulum(), {"name": "coil", "type": "torsion_spring", "joint": "pivot", "stiffness": 1.0}
+    choices = ("give [[model.forces]] or [[model.drivers]]", "choose from forces.coil.")
+    for forces, choice in zip(([], [coil]), choices, strict=True):
+        scenario["model"]["forces"] = forces
+        with pytest.raises(ScenarioError) as told:
+            lienumba.linearise(scenario, inputs=["forces.none.value"])
+        expected = f'inputs = "forces.none.value": must name numbers of forces and drivers; {choice}'
+        assert str(told.value).startswith(expected)
+
+
 def carts(dampings: list[float], stiffness: float = 300.0) -> dict[str, Any]:
     """Two bodies of 1 kg on rails along x, each on a spring; the damper of the first is swept."""
     still = {"mass": 1.0, "inertia": [1, 1, 1], "rotation": [1, 0, 0, 0]}

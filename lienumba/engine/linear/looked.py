@@ -22,7 +22,6 @@ from lienumba.mechanics.tree.links import Link, Tree
 from lienumba.mechanics.tree.motion import state_of
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.numerics.number import Number
-from lienumba.words import listed
 
 DERIVATIVES = ("", ".rate", ".acceleration")  # of an input, behind its name
 DRIVEN = "value"  # what the model calls what a driver prescribes
@@ -66,9 +65,8 @@ def inputs_of(model: Model, names: Sequence[str] | None) -> list[Input]:
     for name in names:
         own = [x for x in every.values() if x.name == name or x.name.partition("[")[0] == name]
         if not own:
-            raise ScenarioError.at(
-                "inputs", "must name numbers of forces and drivers", f"choose from {listed(every, ', ')}", name
-            )
+            choice = f"choose from {', '.join(every)}" if every else "give [[model.forces]] or [[model.drivers]]"
+            raise ScenarioError.at("inputs", "must name numbers of forces and drivers", choice, name)
         found += own
     return found
 
@@ -162,7 +160,7 @@ def visible(model: Model, names: Sequence[str] | None) -> list[str]:
     for name in names:
         own = [x for x in known if x == name or x in every.get(name, ())]
         if not own:
-            choice = f"choose from {listed(known, ', ')}" if known else "give [[model.quantities]]"
+            choice = f"choose from {', '.join(known)}" if known else "give [[model.quantities]]"
             rule = "must name quantities of positions and velocities"
             raise ScenarioError.at("outputs", rule, choice, name)
         found += own
