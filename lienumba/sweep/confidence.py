@@ -13,9 +13,14 @@ if TYPE_CHECKING:
 
 def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
     """Of a mean, by Student's t: exact for normal values, and nearly so for the mean of many others; n above 1."""
+    return student(deviation, n, n - 1, confidence)
+
+
+def student(deviation: Numbers, n: Counts, free: Counts, confidence: float) -> Numbers:
+    """The same, of a deviation that is known with so many degrees of freedom."""
     from scipy import stats
 
-    return stats.t.ppf(0.5 + 0.5 * confidence, n - 1) * deviation / np.sqrt(n)
+    return stats.t.ppf(0.5 + 0.5 * confidence, free) * deviation / np.sqrt(n)
 
 
 def freedom(terms: np.ndarray) -> float:

@@ -14,6 +14,7 @@ from lienumba import analysis
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
 from lienumba.scene import scene
+from tests.rigs.disturbed import assert_same_data
 
 TIMES = np.linspace(0.0, 1.0, 11)
 COURSES = np.random.default_rng(0).standard_normal((40, 11))
@@ -60,6 +61,36 @@ def test_each_run_has_its_course(tmp_path: Path) -> None:
         lienumba.run(given, overrides={"sweep.runs": 50})
     with pytest.raises(ScenarioError, match=r"noise\.gust\.table: ends at 1 s, and the run at 1\.5 s; give longer"):
         lienumba.run(given, overrides={"integrator.end_time": 1.5})
+
+
+def weighted(path: Path) -> dict[str, Any]:
+    """The same with runs that have weights, and a requirement about each as a whole."""
+    masses = {"vary": {"bodies.ball.mass": {"distribution": "normal", "std": 0.1}}, "sampler": "importance"}
+    return scenario(path, **masses, proposal={"bodies.ball.mass": {"shift": -1.5}}) | {
+        "quantities": [{"name": "place", "type": "point", "body": "ball"}],
+        "measures": [{"name": "way", "value": "max(place.x) - min(place.x)"}],
+        "requirements": [{"name": "near", "value": "way", "below": 0.4, "probability": 0.9}],
+    }
+
+
+def test_weights_and_courses_in_parts_resumed_and_replayed(tmp_path: Path) -> None:
+    """Whoever computes which runs: all bits of the whole, weights and courses of a file among them."""
+    given = weighted(written(tmp_path))
+    whole = lienumba.run(given)
+    for k in (1, 2):
+        lienumba.run(given, output=tmp_path / f"{k}.nc", part=(k, 2), workers=1).close()
+    lienumba.merge([tmp_path / "2.nc", tmp_path / "1.nc"], tmp_path / "merged.nc")
+    lienumba.run(given, output=tmp_path / "resumed.nc", runs=[3, 17, 5]).close()
+    lienumba.run(given, output=tmp_path / "resumed.nc", resume=True).close()
+    for name in ("merged", "resumed"):
+        with xr.open_dataset(tmp_path / f"{name}.nc") as found:
+            assert_same_data(found.load(), whole)
+            assert found.attrs["verdict"] == whole.attrs["verdict"]
+    assert float(whole.weight.max()) > float(whole.weight.min()) + 1.0
+    again = lienumba.replay(tmp_path / "merged.nc", 17)
+    for name in ("weight", "gust", "way", "requirement_margin", "position"):
+        x = again[name].sel(time=whole.time) if "time" in again[name].dims else again[name]
+        np.testing.assert_array_equal(x, whole[name].sel(run=[17]))
 
 
 def test_a_scenario_knows_its_file(tmp_path: Path) -> None:

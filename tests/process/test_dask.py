@@ -19,6 +19,7 @@ from lienumba.engine.runner import Interrupted, runs_of
 from lienumba.errors import ClusterError
 from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
+from tests.engine.test_run_tables import weighted, written
 from tests.process.clusters import Processes
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import assert_same, linkage, top
@@ -74,6 +75,11 @@ def whole() -> xr.Dataset:
 def test_a_cluster_gives_the_bits_of_threads(data: dict[str, Any], cluster: Processes) -> None:
     here = lienumba.run(data)  # first, so that the workers find its machine code
     assert_same(lienumba.run(data, dask=cluster.address), here)
+
+
+def test_weights_and_courses_of_a_file(cluster: Processes, tmp_path: Path) -> None:
+    data = weighted(written(tmp_path))
+    assert_same(lienumba.run(data, dask=cluster.address), lienumba.run(data))
 
 
 def test_a_client_is_used_and_left_open(cluster: Processes) -> None:

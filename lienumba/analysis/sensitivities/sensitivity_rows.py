@@ -56,7 +56,8 @@ class InputRow:
     def indices(self) -> list[str]:
         """First and total Sobol' index."""
         names = ("first_order", "total_order")
-        return [f"{self.numbers[x]:.3f} ± {self.numbers[f'{x}_high'] - self.numbers[x]:.2g}" for x in names]
+        ends = [[self.numbers[f"{x}{end}"] for end in ("_low", "", "_high")] for x in names]
+        return [f"{x:.3f} ± {max(x - low, high - x):.2g}" for low, x, high in ends]  # the farther end
 
     @property
     def effects(self) -> list[str]:

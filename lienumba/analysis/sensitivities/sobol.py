@@ -5,7 +5,8 @@ Of d sampled inputs, run n (d + 2) + j is row n of the sample A (j = 0), of B (j
 from B. scipy.stats.sobol_indices has the estimators (A. Saltelli et al., Computer Physics Communications 181 (2010),
 table 2 b, f). For pairs there are runs of B with input k from A behind these: E[BA_k AB_m] - E[A B] is the variance
 that both inputs explain together (A. Saltelli, ibid. 145 (2002) 280). An interval is Student's with bootstrap standard
-errors; rows are resampled, of which few are far out, so that a tenth of their number is its freedom.
+errors; rows are resampled, of which few are far out, so that a tenth of their number is its freedom. That of a total
+index is of its logarithm: it is a mean of squares, which lies low where none of the few large ones was drawn.
 """
 
 from __future__ import annotations
@@ -126,10 +127,17 @@ def indices(values: np.ndarray, rows: Rows) -> Indices | None:
     drawn = [_estimate(y[:, chosen], d) for chosen in choices]
     half = stdtrit(max(FREEDOM * n, LEAST), 0.5 + 0.5 * CONFIDENCE) * np.concatenate(drawn, axis=1).std(axis=1, ddof=1)
     ends = np.stack([itself, itself - half, itself + half])
+    ends[:, 1] = _above_zero(itself[1], half[1])
     second = ends[:, 2:] if len(itself) > 2 else None  # of each pair in both orders, which are one
     if second is not None:
         second = np.where(np.triu(np.ones((d, d), bool), 1), second, np.nan)
     return Indices(rows.inputs, ends[:, 0], ends[:, 1], n, second)
+
+
+def _above_zero(total: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Total indices (d,) with the ends of the intervals of their logarithms: at most 1, or what they are themselves."""
+    factor = np.exp(np.divide(half, total, out=np.zeros_like(half), where=total > 0.0))
+    return np.stack([total, total / factor, np.maximum(np.minimum(total * factor, 1.0), total)])
 
 
 def _estimate(y: np.ndarray, inputs: int) -> np.ndarray:

@@ -6,14 +6,14 @@ the seed.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import exp, inf, sqrt
-from typing import Any
+from math import exp, inf, log, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
 
 from lienumba.errors import ScenarioError
-from lienumba.sweep.confidence import half_width
+from lienumba.sweep.confidence import freedom, half_width, proportion, student
 
 Margins = Callable[[np.ndarray], np.ndarray]
 
@@ -50,37 +50,54 @@ class Estimate:
 def subset(margins: Margins, dimensions: int, runs: int, seed: int, confidence: float) -> Estimate:
     """Subset simulation (S.-K. Au, J. L. Beck, Probabilistic Engineering Mechanics 16 (2001) 263) with adaptive
     conditional sampling (I. Papaioannou et al., ibid. 41 (2015) 89). Several independent ones of `runs` runs in a level
-    each; the interval is Student's of their logarithms, since neighbours in a chain are too alike for any other."""
-    each, taken = max(runs // REPLICAS, 10), 0
-    found = []
-    for replica in range(REPLICAS):
-        value, count = _subset(margins, dimensions, each, np.random.default_rng([seed, replica]))
-        found.append(value)
-        taken += count
+    each; the interval is Student's of their logarithms, since neighbours in a chain are too alike for any other. Few
+    may agree by chance: they are taken to scatter at least as they would if their runs were independent."""
+    each = max(runs // REPLICAS, 10)
+    ends = [_subset(margins, dimensions, each, np.random.default_rng([seed, replica])) for replica in range(REPLICAS)]
+    found, taken = [x.probability for x in ends], sum(x.taken for x in ends)
     mean = float(np.mean(found))
-    if not mean > 0.0:
-        return Estimate("subset", 0.0, 0.0, LEVEL**LEVELS, confidence, taken, np.empty((0, dimensions)), np.empty(0))
-    logarithms = np.log(np.maximum(found, LEVEL**LEVELS))
-    half = float(half_width(logarithms.std(ddof=1), REPLICAS, confidence))
-    low, high = mean * exp(-half), min(mean * exp(half), 1.0)
+    if mean > 0.0:
+        logarithms, least = np.log(np.maximum(found, LEVEL**LEVELS)), float(np.mean([x.variance for x in ends]))
+        low, high = _around(mean, float(half_width(max(logarithms.std(ddof=1), sqrt(least)), REPLICAS, confidence)))
+    else:  # none of the runs of the last levels
+        low, high = 0.0, max(x.reached * float(proportion(0, x.runs, confidence)[1]) for x in ends)
     return Estimate("subset", mean, low, high, confidence, taken, np.empty((0, dimensions)), np.empty(0))
 
 
-def _subset(margins: Margins, d: int, n: int, rng: np.random.Generator) -> tuple[float, int]:
-    """The estimate of one simulation, and the runs that it took."""
+def _around(mean: float, half: float) -> tuple[float, float]:
+    """An interval of a probability, from half of the one of its logarithm."""
+    return mean * exp(-half), mean * exp(half) if half < -log(mean) else 1.0
+
+
+class _Last(NamedTuple):
+    """Where one subset simulation ends: in a level that is so probable, with so many runs of which some fail; the
+    variance that the logarithm of its probability would have if runs were independent, and all runs that it took."""
+
+    reached: float
+    runs: int
+    failed: int
+    variance: float
+    taken: int
+
+    @property
+    def probability(self) -> float:
+        return self.reached * self.failed / self.runs
+
+
+def _subset(margins: Margins, d: int, n: int, rng: np.random.Generator) -> _Last:
+    """One simulation, with n runs in each level."""
     z = rng.standard_normal((n, d))
-    g, taken, probability = _finite(margins(z)), n, 1.0
+    g, taken, probability, variance = _finite(margins(z)), n, 1.0, 0.0
     chains = max(round(LEVEL * n), 2)
     scale = SPREAD
-    for _ in range(LEVELS):
+    for level in range(LEVELS + 1):
         failed = int((g <= 0.0).sum())
-        if failed >= chains:
-            return probability * failed / n, taken
         order = np.argsort(g, kind="stable")[:chains]
         limit = float(g[order[-1]])
-        if not limit < np.max(g):  # nothing comes nearer
-            return probability * failed / n, taken
+        if failed >= chains or level == LEVELS or not limit < np.max(g):  # enough fail, or nothing comes nearer
+            break
         probability *= chains / n
+        variance += 1.0 / chains - 1.0 / n
         seeds, values = z[order], g[order]
         parts = [(seeds, values)]
         steps = -(-n // chains) - 1
@@ -95,7 +112,7 @@ def _subset(margins: Margins, d: int, n: int, rng: np.random.Generator) -> tuple
             scale *= exp((float(accepted.mean()) - TARGET) / sqrt(step + 1.0))
         z, g = (np.concatenate(x) for x in zip(*parts, strict=True))
         n = len(z)
-    return probability * float((g <= 0.0).mean()), taken
+    return _Last(probability, n, failed, variance + 1.0 / max(failed, 1) - 1.0 / n, taken)
 
 
 def design_points(margins: Margins, d: int, seed: int, starts: int = STARTS) -> tuple[np.ndarray, float, int]:
@@ -162,7 +179,8 @@ def form(margins: Margins, dimensions: int, runs: int, seed: int, confidence: fl
 
 def importance(margins: Margins, dimensions: int, runs: int, seed: int, confidence: float) -> Estimate:
     """Importance sampling about all design points: a mixture of normal densities there, as likely as the points, and
-    of that of the inputs. Unbiased wherever the limit lies; the interval is that of a mean."""
+    of that of the inputs. Unbiased wherever the limit lies; the interval is Student's of a mean, with the freedom of
+    its terms, about its logarithm, since means of skew terms lie low where they seem to scatter little."""
     points, _, taken = design_points(margins, dimensions, seed)
     _need(points)
     distances = np.linalg.norm(points, axis=1)
@@ -183,8 +201,11 @@ def importance(margins: Margins, dimensions: int, runs: int, seed: int, confiden
     weights = np.exp(-top - np.log(np.exp(exponents - top[:, None]) @ share))
     terms = np.where(_finite(margins(z)) <= 0.0, weights, 0.0)
     mean = float(terms.mean())
-    half = float(half_width(terms.std(ddof=1), runs, confidence))
-    low, high = max(mean - half, 0.0), min(mean + half, 1.0)
+    if not mean > 0.0:  # none of so many; weights are at most 1/DEFENSIVE
+        low, high = 0.0, min(float(proportion(0, runs, confidence)[1]) / DEFENSIVE, 1.0)
+    else:
+        free = min(freedom(terms - mean), runs - 1)
+        low, high = _around(mean, float(student(terms.std(ddof=1), runs, free, confidence)) / mean)
     return Estimate("importance", mean, low, high, confidence, taken + runs, points, distances)
 
 

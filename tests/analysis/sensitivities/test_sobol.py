@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.stats import norm, sobol_indices
 
 from lienumba.analysis import sensitivity
+from lienumba.analysis.sensitivities.sobol import Rows, indices
 from tests.analysis.sweep_example import named, saltelli, sweep
 
 KINDS = ("first_order", "total_order")
@@ -154,3 +155,18 @@ def test_what_is_said_where_there_are_no_indices():
         "total Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the "
         "dataset as lienumba run wrote it"
     )
+
+
+def test_intervals_of_total_indices_are_of_their_logarithm() -> None:
+    """Above 0, and 1 at most; what has no effect has none for sure."""
+    rng = np.random.default_rng(3)
+    a, b = rng.uniform(0.0, 1.0, (2, 40, 3))
+    points = np.stack([a, b, *(np.where(np.arange(3) == k, b, a) for k in range(3))], axis=1)
+    values = np.exp(4.0 * points[..., 0]) + points[..., 1]
+    found = indices(values.ravel(), Rows(["a", "b", "c"], np.arange(200).reshape(40, 5)))
+    assert found is not None
+    total, low, high = found.total
+    assert 0.0 < low[0] < total[0] <= high[0] <= max(1.0, total[0])
+    assert low[1] * high[1] == pytest.approx(total[1] ** 2)
+    assert low[1] < total[1] < high[1] < 1.0
+    assert (found.total[:, 2] == 0.0).all()
