@@ -54,9 +54,12 @@ SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # rows behind the slopes of a st
 ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's error, and `step_control.factor`
 
 # What is said of each switched constraint (`lienumba.mechanics.system.switches`): what it is (below), its first row
-# among the switched ones, its rows, how many of them, the last ones, are tangents, its first number of memory, and how
-# many it has. on: as in `kinematics`.
-SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_NUMBERS = range(7)
+# among the switched ones, its rows, how many of them, the last ones, are tangents, its first number of memory, how
+# many it has, and whether it shares what it carries. on: as in `kinematics`.
+(
+    SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_SHARES,
+    SWITCH_NUMBERS,
+) = range(8)  # fmt: skip
 BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
 OFF, STICK, SLIDE, LEAN = range(4)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.routines.marks import Floats1, Floats2, Integers2, apart, inlined
-from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_SHARES, SWITCH_TANGENTS
 
 FREE, HOLDS, BOUNDED, PRESSES, SLIDES = range(5)  # the last two have normals
 SOLVED, UNSOLVED, PARADOX = range(3)
@@ -26,7 +26,7 @@ SECULAR = 60  # steps for the distance to the edge of a disk
 
 
 class Problem(NamedTuple):
-    """S (q, q), free (q,); switches (s, 6): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
+    """S (q, q), free (q,); switches (s, 7): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
     step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in."""
 
@@ -363,9 +363,11 @@ def _search(p: Problem, rounds: int, rays: bool) -> int:
 @inlined
 def _shift(p: Problem, by: float) -> None:
     """Contacts give way by this for a unit of impulse beyond those of the anchor."""
-    for i in range(p.free.size):
-        p.S[i, i] = p.diagonal[i] + by
-        p.free[i] = p.given[i] - by * p.anchor[i]
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        for i in range(first, first + p.switches[s, SWITCH_ROWS] if p.switches[s, SWITCH_SHARES] != 0 else first):
+            p.S[i, i] = p.diagonal[i] + by
+            p.free[i] = p.given[i] - by * p.anchor[i]
 
 
 @apart
@@ -429,7 +431,7 @@ def solve(p: Problem) -> int:
     friction that say the same the impulses of least norm."""
     contacts = 0
     for s in range(p.law.size):
-        contacts += 1 if p.law[s] >= PRESSES and p.switches[s, SWITCH_TANGENTS] > 0 else 0
+        contacts += 1 if p.law[s] >= PRESSES and p.switches[s, SWITCH_SHARES] != 0 else 0
     said = UNSOLVED
     if contacts > 1:
         said = _share(p)

@@ -74,7 +74,7 @@ class ChunkRuns(NamedTuple):
 
 class Plan(NamedTuple):
     """What happens at events. stops (events,): whether it ends a run; acts (events, 7): see `layout.ACTION`; targets:
-    of all events; switches (s, 6): see `layout.SWITCH_KIND`; kept (n, 3): see `layout.KEPT_KIND`."""
+    of all events; switches (s, 7): see `layout.SWITCH_KIND`; kept (n, 3): see `layout.KEPT_KIND`."""
 
     stops: Integers1
     acts: Integers2

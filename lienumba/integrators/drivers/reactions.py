@@ -42,6 +42,7 @@ from lienumba.integrators.layout import (
     SWITCH_MEMORIES,
     SWITCH_MEMORY,
     SWITCH_ROWS,
+    SWITCH_SHARES,
     SWITCH_TANGENTS,
     UNILATERAL,
     Sizes,
@@ -49,6 +50,7 @@ from lienumba.integrators.layout import (
 )  # fmt: skip
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
+SLOW = 1e-7  # the same: what slides slower has no direction of its own
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
@@ -126,6 +128,12 @@ def still(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) ->
     return STILL * rows[first.change + layout.change_speeds(sizes) + switch, lane]
 
 
+@inlined
+def slow(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """How fast (m/s) what slides in a plane may be without a direction of its own: it may have come to rest."""
+    return SLOW * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+
+
 @apart
 def spread(r: Reactions) -> None:
     """Impulses, added to x, that change the rates of the wanted rows by what is in `free`."""
@@ -187,7 +195,7 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, STATIC)
-            if speed > rest:
+            if speed > slow(rows, first, sizes, lane, s):
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, STATIC_EFFORT)
@@ -309,10 +317,10 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             for i in range(row + 1, row + 1 + tangents):
                 p.direction[i] = -p.x[i] / (p.friction[s] * p.x[row])
         if rows[on + s, lane] >= SLIDE:
-            end = row + p.switches[s, SWITCH_ROWS]
+            end, speed = row + p.switches[s, SWITCH_ROWS], slow(rows, first, sizes, lane, s)
             for n in range(tangents):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
-                rows[memory, lane] = p.direction[end - tangents + n]
+                rows[memory, lane] = p.direction[end - tangents + n] * (speed if tangents > 1 else 1.0)
             for n in range(tangents, p.switches[s, SWITCH_MEMORIES]):
                 memory = p.switches[s, SWITCH_MEMORY] + n
                 measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
@@ -327,9 +335,12 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     rows in use as they are, to x, with the masks that `choose_rows` left; returns whether there are any. Together
     with what accelerates at once, so that the speeds of one body fit each other."""
     p, some, time, longest = r.problem, False, 0.0, np.inf
+    on = first.state + layout.on_row(sizes)
     for s in range(sizes.switches):
-        if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
-            some, a, rest = True, along(r, s, p.rates), still(rows, first, sizes, lane, s)
+        rest, plane = still(rows, first, sizes, lane, s), p.switches[s, SWITCH_TANGENTS] == 2
+        some = some or (plane and rows[on + s, lane] == STICK and along(r, s, r.rates) > rest)
+        if r.begins[s] != RESTS and plane:
+            some, a = True, along(r, s, p.rates)
             if r.begins[s] == AT_ONCE:
                 time, longest = max(time, HEADS * rest / a), min(longest, CREEPS * rest / a)
     if not some:
@@ -338,6 +349,9 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
         p.x[i], r.wanted[i], p.free[i] = 0.0, r.taken[i], 0.0
     for s in range(sizes.switches):
         row = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS] - p.switches[s, SWITCH_TANGENTS]
+        if rows[on + s, lane] == STICK and p.switches[s, SWITCH_TANGENTS] == 2:
+            for i in range(row, row + 2):
+                p.free[i] = -r.rates[i]
         if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
             rest = still(rows, first, sizes, lane, s)
             for i in range(row, row + 2):
@@ -365,7 +379,7 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             if kind == BILATERAL and how != OFF:
                 r.wanted[i] = float(FIRM)
             if kind == UNILATERAL and how != OFF:
-                normal = float(SHARED) if p.switches[s, SWITCH_TANGENTS] > 0 else float(BARE)
+                normal = float(SHARED) if p.switches[s, SWITCH_SHARES] != 0 else float(BARE)
                 r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
             if kind == FRICTION and how == STICK:
                 r.wanted[i] = float(TANGENT)

@@ -218,11 +218,11 @@ def leaning(model: Model, now: Instant) -> Leaning | None:
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
             mode, still = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0))), kinematics.still(now, c.bodies)
             contact, leans = model.contacts[c.switch.index], mode.on > SLIDE
-            slides, kept = mode.on > STICK, laws.heading(model, c.switch, still, mode.memory)
+            slides, (kept, slow) = mode.on > STICK, laws.heading(model, c.switch, still, mode.memory)
             kinetic = where(slides, contact.kinetic, 0.0)
             # what does not slide has no direction: rates next to 0 would have none in which they go on, as a series
             moving = tuple(where(slides, lift(x).a, d) for x, d in zip(c.law(still), kept, strict=True))
-            for row, d, own in zip(range(rows.start, rows.stop), laws.sliding(moving, kept), kept, strict=True):
+            for row, d, own in zip(range(rows.start, rows.stop), laws.sliding(moving, kept, slow), kept, strict=True):
                 found[row, rows.start - 1] = -where(leans, contact.static * own, kinetic * d)
     return Leaning(found, in_use(model, now)) if found else None
 

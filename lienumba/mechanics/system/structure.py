@@ -9,7 +9,6 @@ from lienumba.mechanics.system.constraints import constraints_of, permanent_rows
 from lienumba.mechanics.system.elimination_order import Couplings, elimination_order
 from lienumba.mechanics.system.rotors import rotors_of
 from lienumba.mechanics.system.switched.border import Leaning
-from lienumba.mechanics.system.switches import CONTACT
 from lienumba.numerics.number import Number
 
 Entries = dict[tuple[int, int], Any]
@@ -141,10 +140,9 @@ def _permanent(blocks: list[_Block]) -> list[_Block]:
 
 
 def _leaning(model: Model) -> tuple[int, ...]:
-    """The rows of contacts with friction."""
+    """The rows of all contacts, where any has friction."""
     every = zip(constraints_of(model), rows_of(model), strict=True)
-    contacts = {c.switch for c in constraints_of(model) if c.tangents and c.switch and c.switch.what == CONTACT}
-    return tuple(row for c, rows in every if c.switch in contacts for row in range(rows.start, rows.stop))
+    return tuple(row for c, rows in every if c.switch and c.switch.shares for row in range(rows.start, rows.stop))
 
 
 def _has_loop(blocks: list[_Block]) -> bool:

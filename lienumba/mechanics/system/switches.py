@@ -23,7 +23,8 @@ MATRIX = 9
 class Switch:
     """what: one of the above; index: of the joint, lock, limit, contact or force; first: of its rows among all switched
     ones; tangents: how many of them, the last ones, are along the sliding; memory: its first number of those of all,
-    and how many; on: as it starts, before anything touches or sticks."""
+    and how many; on: as it starts, before anything touches or sticks; shares: whether it shares what it carries with
+    others that say the same: contacts do where any of them has friction."""
 
     what: str
     name: str
@@ -34,6 +35,7 @@ class Switch:
     memory: int
     memories: int
     on: int
+    shares: bool = False
 
     @property
     def key(self) -> tuple[str, str]:
@@ -43,15 +45,16 @@ class Switch:
     @property
     def numbers(self) -> tuple[int, ...]:
         """As drivers know it: see `lienumba.integrators.layout`."""
-        return KINDS[self.what], self.first, self.rows, self.tangents, self.memory, self.memories
+        return KINDS[self.what], self.first, self.rows, self.tangents, self.memory, self.memories, int(self.shares)
 
 
 def switches_of(model: Model) -> tuple[Switch, ...]:
     """All switches in the order of their rows: joints, locks, limits, contacts, friction."""
     found: list[Switch] = []
-    row, memory = 0, 0
-    for switch in _described(model):
-        found.append(replace(switch, first=row, memory=memory))
+    row, memory, described = 0, 0, tuple(_described(model))
+    rough = any(switch.what == CONTACT and switch.tangents for switch in described)
+    for switch in described:
+        found.append(replace(switch, first=row, memory=memory, shares=rough and switch.what == CONTACT))
         row, memory = row + switch.rows, memory + switch.memories
     return tuple(found)
 

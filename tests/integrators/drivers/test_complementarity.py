@@ -25,14 +25,16 @@ from lienumba.integrators.drivers.complementarity import (
     _search,
     solve,
 )
+from lienumba.integrators.layout import SWITCH_NUMBERS, SWITCH_SHARES
 
 
 def problem(S: Any, free: Any, laws: list[tuple[float, int, int, float]], direction: Any = None) -> Problem:
     """laws: of each switch its law, rows, tangents, and friction or bound."""
     S, q, s = np.array(S, float), len(free), len(laws)
-    switches, first = np.zeros((s, 6), np.int64), 0
+    switches, first = np.zeros((s, SWITCH_NUMBERS), np.int64), 0
     for n, (_, rows, tangents, _) in enumerate(laws):
         switches[n, 1:4] = first, rows, tangents
+        switches[n, SWITCH_SHARES] = laws[n][0] in (PRESSES, SLIDES) and any(x[2] for x in laws)
         first += rows
     numbers = np.array([x[3] for x in laws])
     d = np.zeros(q) if direction is None else np.array(direction, float)

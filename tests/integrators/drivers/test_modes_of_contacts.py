@@ -17,10 +17,10 @@ class Lane:
     """One run whose contacts are given by S and their rates or accelerations; all touch."""
 
     def __init__(self, S: Any, tangents: list[int]) -> None:
-        S, switches = np.array(S, float), np.zeros((len(tangents), 6), np.int64)
+        S, switches = np.array(S, float), np.zeros((len(tangents), layout.SWITCH_NUMBERS), np.int64)
         memory = row = 0
         for s, n in enumerate(tangents):
-            switches[s] = UNILATERAL, row, 1 + n, n, memory, n
+            switches[s] = UNILATERAL, row, 1 + n, n, memory, n, any(tangents)
             row, memory = row + 1 + n, memory + n
         self.sizes = Sizes(0, 99, 0, 0, 0, 0, 1, 2, 0, 0, switched=row, switches=len(tangents), memory=memory)
         self.first = layout.workspace(self.sizes)

@@ -49,7 +49,7 @@ class Border:
         T = {(place[t], place[n]): x for (t, n), x in leaning.T.items()}
         size = range(len(names))
         shares = None
-        if len({n for _, n in T}) > 1:
+        if T and len(names) - len({t for t, _ in T}) > 1:
             shares = _shares(S, mask, [leaning.carries[row] * (1.0 - m) for row, m in zip(names, mask, strict=True)])
         B = _leant(S, T, shares)
         for i in size:

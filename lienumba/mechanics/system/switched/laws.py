@@ -7,7 +7,8 @@ rate along the sliding.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
+from operator import add
 from typing import Any
 
 from lienumba.groups import so3
@@ -19,8 +20,8 @@ from lienumba.mechanics.mechanism.kinematics import OFF, Law, View
 from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, LIMIT, LOCK, Switch, is_ball, switches_of
 from lienumba.numerics.jets import lift
-from lienumba.numerics.number import Vector
-from lienumba.numerics.operations import sqrt, where
+from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import maximum, sqrt, where
 
 POSITION, RATE, VELOCITY = "position", "rate", "velocity"
 SQUARE_FLOOR = 1e-300  # (m/s)^2: what does not slide has no direction
@@ -120,11 +121,11 @@ def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
     return found if switch.memories == switch.tangents else (*found, hemisphere(_normal(model, switch, view)))
 
 
-def heading(model: Model, switch: Switch, view: View, kept: Vector) -> Vector:
-    """The direction of sliding that was kept, along the tangents as they are now."""
-    if switch.memories == switch.tangents:
-        return kept[: switch.tangents]
-    return carried(_normal(model, switch, view), kept)
+def heading(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, Any]:
+    """The direction of sliding that was kept, along the tangents as they are now, and the speed (m/s) with which: what
+    is slower has no direction of its own (see `sliding`)."""
+    now = kept[: switch.tangents] if switch.memories == switch.tangents else carried(_normal(model, switch, view), kept)
+    return direction(now, (0.0,) * switch.tangents), _length(now)
 
 
 def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:
@@ -132,6 +133,10 @@ def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:
     contact = model.contacts[switch.index]
     x, y, z = CONTACTS[contact.type].place(contact, *(view[i] for i in contact.bodies)).normal
     return lift(x).a, lift(y).a, lift(z).a
+
+
+def _length(x: Vector) -> Any:
+    return sqrt(reduce(add, (c * c for c in x), 0.0))
 
 
 def direction(rates: Vector, otherwise: Vector) -> Vector:
@@ -144,12 +149,18 @@ def direction(rates: Vector, otherwise: Vector) -> Vector:
     return tuple(where(moves, inverse * x, d) for x, d in zip(rates, otherwise, strict=True))
 
 
-def sliding(rates: Vector, kept: Vector) -> Vector:
-    """The direction of sliding, that goes on as it is where the rates turn round: w/|w|, times the sign of w . d with
-    the direction d that was kept. That is d turned by the angle between the two, so that what slides straight on has a
-    series beside w = 0, too, where rounding leaves w/|w| none."""
-    (x, y), (c, s) = rates, kept
-    along, across = x * c + y * s, y * c - x * s
-    slope: Any = across / where(along * along > SQUARE_FLOOR, along, 1.0)
-    inverse = 1.0 / sqrt(1.0 + slope * slope)
-    return inverse * (c - slope * s), inverse * (s + slope * c)
+def own(rates: Vector, slow: Number) -> Any:
+    """How far the direction of what slides in a plane is its own: from 0 at rest to 1 where it is not slow."""
+    (x, y), limit = rates, slow * slow
+    left = 1.0 - (x * x + y * y) / where(limit > SQUARE_FLOOR, limit, 1.0)
+    left = where(limit > SQUARE_FLOOR, maximum(left, 0.0), 0.0)
+    return 1.0 - left * left
+
+
+def sliding(rates: Vector, ahead: Vector, slow: Number) -> Vector:
+    """The direction against which friction acts: that of w, times the sign of w . d with the direction d that was kept,
+    so that it goes on as it is where the rates turn round. Slower than `slow` it turns into d: beside w = 0 that of w
+    is rounding, or the error of a step, and turns the faster the slower it slides."""
+    (x, y), (c, s) = rates, ahead
+    sign, towards = where(x * c + y * s < 0.0, -1.0, 1.0), slow * (1.0 - own(rates, slow))
+    return direction((sign * x + towards * c, sign * y + towards * s), ahead)

@@ -39,7 +39,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accele
         mode, own = now.modes[switch.key], slice(switch.first, switch.first + switch.rows)
         reactions = [-mu for mu in multipliers[first:][own]]
         tangents = slice(switch.rows - switch.tangents, switch.rows)
-        back = _turned(rates[own][tangents], laws.heading(model, switch, everything, mode.memory))
+        back = _turned(tuple(rates[own][tangents]), *laws.heading(model, switch, everything, mode.memory))
         if switch.tangents > 1:
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
@@ -67,7 +67,7 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
         mode, w = now.modes[switch.key], rates[tangents]
         force = [-mu for mu in multipliers[first:][tangents]]
         if switch.what == FRICTION:  # that slides is a load
-            kept = laws.heading(model, switch, everything, mode.memory)
+            kept, _ = laws.heading(model, switch, everything, mode.memory)
             force = [where(mode.on > STICK, -d, f) for d, f in zip(kept, force, strict=True)]
         power: Any = 0.0
         for f, x in zip(force, w, strict=True):
@@ -93,9 +93,9 @@ def parting(model: Model, now: Instant, mask: Sequence[Number]) -> list[Any]:
     return found
 
 
-def _turned(sliding: Sequence[Number], kept: Sequence[Number]) -> Any:
+def _turned(sliding: Vector, kept: Vector, slow: Number) -> Any:
     """Above 0 (m/s or rad/s) where what slides has turned by more than 63 degrees from the direction that was kept, or
-    slides back."""
+    slides back; slower than `slow` it has no direction to turn (see `laws.sliding`)."""
     back: Any = 0.0
     for x, d in zip(sliding, kept, strict=True):
         back = back - x * d
@@ -103,7 +103,7 @@ def _turned(sliding: Sequence[Number], kept: Sequence[Number]) -> Any:
         return back
     (x, y), (along, across) = sliding, kept
     # before a right angle: there friction changes its sign, and may turn the sliding back, so that no step ends behind
-    return back + TURNED * _length([x * across - y * along])
+    return back + TURNED * laws.own(sliding, slow) * _length([x * across - y * along])
 
 
 def _creeps(
