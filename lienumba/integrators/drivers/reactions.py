@@ -56,6 +56,7 @@ EDGE = 1e-6  # of the most that friction can be
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
 FIRM, BARE, SHARED, TANGENT, PHASES = range(5)  # rows, in the order in which they are taken
+ASKED = PHASES  # never taken, but asked what others leave of them
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 
 
@@ -380,7 +381,8 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 r.wanted[i] = float(FIRM)
             if kind == UNILATERAL and how != OFF:
                 normal = float(SHARED) if p.switches[s, SWITCH_SHARES] != 0 else float(BARE)
-                r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
+                across = float(TANGENT) if how == STICK else float(ASKED) if how == LEAN else -1.0
+                r.wanted[i] = normal if i == row else across
             if kind == FRICTION and how == STICK:
                 r.wanted[i] = float(TANGENT)
 

@@ -8,7 +8,7 @@ import pytest
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import complementarity, impacts, reactions
 from lienumba.integrators.drivers.reactions import Reactions
-from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
+from lienumba.integrators.layout import KINETIC, LEAN, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
 
 PLANE = 3  # rows of a contact with friction
 
@@ -72,6 +72,10 @@ def pushed(push: float, *friction: float) -> Lane:
 @pytest.mark.parametrize(("push", "on"), [(1.0, [STICK, STICK]), (2.5, [SLIDE, SLIDE])])
 def test_what_says_the_same_sticks_or_slides_together(push: float, on: list[int]) -> None:
     assert pushed(push, 0.2, 0.2).on == on
+
+
+def test_what_has_no_more_friction_to_give_leans_where_others_hold() -> None:
+    assert pushed(1.8, 0.1, 0.3).on == [LEAN, STICK]
 
 
 def test_what_presses_with_nothing_opens() -> None:
