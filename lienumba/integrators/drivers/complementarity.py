@@ -22,6 +22,8 @@ DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
 STIFF, STIFFER = 1e-6, 0.3  # of the largest diagonal: how much contacts give way, and how less where that is too hard
 FEW, REFINED = 4, 4  # rounds; how often it is made good that contacts give way
 SMOOTH, ROUGHER = 0.25, 1.5  # from which coefficient on, and how friction grows
+AROUND, TURN_C, TURN_S = 64, 0.9951847266721969, 0.0980171403295606  # directions, and from one to the next
+HALVINGS = 52  # of the angle between two of them
 SECULAR = 60  # steps for the distance to the edge of a disk
 
 
@@ -182,20 +184,58 @@ def _leaning(p: Problem, first: int, tangents: int, mu: float) -> float:
 
 
 @inlined
-def _follow(p: Problem, first: int, tangents: int, mu: float) -> None:
-    """Of a contact whose friction is as large as it may be, to rate 0 along the normal, as friction follows."""
-    length = 0.0
-    for i in range(first + 1, first + 1 + tangents):
-        length += p.x[i] * p.x[i]
-    length = np.sqrt(length)
-    if length > 0.0 and length >= mu * p.x[first] * (1.0 - 1e-6):
-        for i in range(first + 1, first + 1 + tangents):
-            p.direction[i] = -p.x[i] / length
-        pivot = _leaning(p, first, tangents, mu)
-        if pivot > DEPENDENT * p.S[first, first]:
-            _push(p, first, max(-p.x[first], -p.rates[first] / pivot))
-            for i in range(first + 1, first + 1 + tangents):
-                _push(p, i, -mu * p.direction[i] * p.x[first] - p.x[i])
+def _slid(
+    p: Problem, first: int, mu: float, b: tuple[float, float, float], c: float, s: float
+) -> tuple[float, float, float]:  # fmt: skip
+    """Of a contact alone that slides along (c, s), with rates b without its impulse: its pivot, and times this how fast
+    it slides along (c, s), and across."""
+    S = p.S
+    pivot = S[first, first] - mu * (c * S[first, first + 1] + s * S[first, first + 2])
+    u = S[first, first + 1] - mu * (c * S[first + 1, first + 1] + s * S[first + 1, first + 2])
+    v = S[first, first + 2] - mu * (c * S[first + 1, first + 2] + s * S[first + 2, first + 2])
+    u, v = pivot * b[1] - b[0] * u, pivot * b[2] - b[0] * v
+    return pivot, c * u + s * v, c * v - s * u
+
+
+@apart
+def _alone(p: Problem, first: int, mu: float) -> None:
+    """Of a contact alone what fulfils its law: it opens, sticks, or slides along one of the directions, of which there
+    are four at most, that friction does not turn."""
+    b0, b1, b2 = p.rates[first], p.rates[first + 1], p.rates[first + 2]
+    for j in range(first, first + 3):
+        b0, b1, b2 = b0 - p.S[first, j] * p.x[j], b1 - p.S[first + 1, j] * p.x[j], b2 - p.S[first + 2, j] * p.x[j]
+    for i in range(3):
+        for j in range(3):
+            p.matrix[i, j] = p.S[first + i, first + j]
+    p.matrix[0, 3], p.matrix[1, 3], p.matrix[2, 3] = -b0, -b1, -b2
+    eliminate(p.matrix, 3, p.step)
+    x, y, z = p.step[0], p.step[1], p.step[2]
+    if b0 >= 0.0:
+        x, y, z = 0.0, 0.0, 0.0
+    elif np.sqrt(y * y + z * z) > mu * x:
+        x, y, z = p.x[first], p.x[first + 1], p.x[first + 2]
+        b, c, s = (b0, b1, b2), 1.0, 0.0
+        before = _slid(p, first, mu, b, c, s)[2]
+        for _ in range(AROUND):
+            to_c, to_s = c * TURN_C - s * TURN_S, s * TURN_C + c * TURN_S
+            after = _slid(p, first, mu, b, to_c, to_s)[2]
+            if before * after <= 0.0:
+                low_c, low_s, high_c, high_s = c, s, to_c, to_s
+                for _ in range(HALVINGS):
+                    length = np.sqrt((low_c + high_c) * (low_c + high_c) + (low_s + high_s) * (low_s + high_s))
+                    mid_c, mid_s = (low_c + high_c) / length, (low_s + high_s) / length
+                    if before * _slid(p, first, mu, b, mid_c, mid_s)[2] > 0.0:
+                        low_c, low_s = mid_c, mid_s
+                    else:
+                        high_c, high_s = mid_c, mid_s
+                pivot, ahead, _aside = _slid(p, first, mu, b, high_c, high_s)
+                if pivot > DEPENDENT * p.S[first, first] and ahead >= 0.0:
+                    x = -b0 / pivot
+                    y, z = -mu * x * high_c, -mu * x * high_s
+            c, s, before = to_c, to_s, after
+    _push(p, first, x - p.x[first])
+    _push(p, first + 1, y - p.x[first + 1])
+    _push(p, first + 2, z - p.x[first + 2])
 
 
 @apart
@@ -215,8 +255,8 @@ def _sweep(p: Problem, rays: bool) -> bool:
             _push(p, first, max(-p.x[first], -p.rates[first] / pivot))
             if law == PRESSES and tangents > 0:
                 _rub(p, first + 1, tangents, mu * p.x[first])
-                if rays:
-                    _follow(p, first, tangents, mu)
+                if rays and tangents == 2:
+                    _alone(p, first, mu)
             for i in range(first + 1, first + 1 + tangents if law == SLIDES else first):
                 _push(p, i, -mu * p.direction[i] * p.x[first] - p.x[i])
     return True

@@ -179,9 +179,10 @@ def impact(seed: int, rough: float) -> Problem:
     return problem(J @ M @ J.T, J @ v, [(PRESSES, 3, 2, float(x)) for x in mu])
 
 
-@pytest.mark.parametrize("seed", [7, 20, 74, 145, 188, 221, 252, 271])
+@pytest.mark.parametrize("seed", [7, 20, 74, 76, 90, 135, 139, 273])
 def test_where_sweeps_alone_do_not_find_it(seed: int) -> None:
-    """Coefficients of 1,000: contacts that give way less and less, friction that grows, or sweeps along its ray do."""
+    """Coefficients of 1,000: contacts that give way less and less, friction that grows, or sweeps that solve a whole
+    contact do."""
     assert _search(impact(seed, 1e3), FEW, False) == UNSOLVED
     p, said = impact(seed, 1e3), np.zeros(1, np.int64)
     machine_code()(p, said)

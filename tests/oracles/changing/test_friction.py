@@ -81,22 +81,22 @@ def test_a_foot_that_is_pushed_to_and_fro_slides_as_by_steps_in_its_series(toler
 
 
 def test_feet_of_different_friction_slip_once_all_of_them_have_given_what_they_can() -> None:
-    """Two feet beside the middle carry 5 N each, and bear 0.5 and 1.5 N of a push of t N: from 1 s on the first has no
-    more to give, leans, and both slip at 2 s."""
+    """Four feet carry 2.5 N each, and two of them bear 0.25 N of a push of t N, two 0.75 N: from 1 s on the first have
+    no more to give, and lean, and all slip at 2 s."""
     feet = [
-        {"name": f"foot_{n}", "type": "point_plane", "bodies": ["body", "ground"], "points": [[x, 0, 0], [0, 0, 0]],
+        {"name": f"foot_{n}", "type": "point_plane", "bodies": ["body", "ground"], "points": [[x, y, 0], [0, 0, 0]],
          "normal": [0, 0, 1], "friction": friction}
-        for n, (x, friction) in enumerate([(-0.1, 0.1), (0.1, 0.3)])
+        for n, (x, y, friction) in enumerate([(-1, -1, 0.1), (-1, 1, 0.1), (1, -1, 0.3), (1, 1, 0.3)])
     ]  # fmt: skip
-    body = {"name": "body", "mass": 1, "inertia": [0.01, 0.01, 0.01], "position": [0, 0, 0]}
+    body = {"name": "body", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0, 0]}
     push = {"name": "push", "type": "force", "body": "body", "value": ["t", 0, 0]}
     data = {
-        "title": "Two feet", "model": {"gravity": [0, 0, -10], "bodies": [body], "contacts": feet, "forces": [push]},
+        "title": "Feet", "model": {"gravity": [0, 0, -10], "bodies": [body], "contacts": feet, "forces": [push]},
         "integrator": {"method": "dop853", "tolerance": 1e-9, "end_time": 3},
         "output": {"times": [0, 3], "max_changes": 9},
     }  # fmt: skip
     run = lienumba.run(data, progress=False).isel(run=0, body=0)
     assert int(run.status) == 0
     slips = run.change_time.values[scenarios.kinds(run, "slid")]
-    np.testing.assert_allclose(slips, [2.0, 2.0], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(slips, [2.0] * 4, rtol=0, atol=1e-8)
     assert float(run.position[-1, 0]) == pytest.approx(1 / 6, abs=1e-7)
