@@ -4,9 +4,7 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
-from itertools import count
 from multiprocessing import get_context
 
 import lienumba
@@ -14,6 +12,7 @@ from tests.oracles.mechanisms.comparing import BOUND, RESIDUAL, Comparison, comp
 from tests.oracles.mechanisms.drawing import mechanism
 from tests.oracles.mechanisms.engine import SingularError
 
+PROGRAMS = 20  # a process compiles, before another takes its place
 Outcome = tuple[int, str, Comparison | None]  # seed; "compared", or why not; how far apart
 
 
@@ -65,15 +64,16 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="the first seed")
     parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args()
-    summary, seeds = Summary(), count(given.first)
-    with ProcessPoolExecutor(given.processes, get_context("spawn"), max_tasks_per_child=50) as pool:
-        waiting: list[Future[Outcome]] = []
+    summary, first = Summary(), given.first
+    with get_context("spawn").Pool(given.processes, maxtasksperchild=PROGRAMS) as pool:
         while summary.compared < given.count:
-            while len(waiting) < min(2 * given.processes, given.count - summary.compared):
-                waiting.append(pool.submit(attempt, next(seeds)))
-            before = len(summary.failed)
-            summary.add(waiting.pop(0).result())
-            print(*summary.failed[before:], sep="\n", end="\n" if len(summary.failed) > before else "", flush=True)
+            seeds = range(first, first + given.count - summary.compared)
+            first = seeds.stop
+            for outcome in pool.imap(attempt, seeds):
+                before = len(summary.failed)
+                summary.add(outcome)
+                if summary.failed[before:]:
+                    print(summary.failed[-1], flush=True)
     print(*summary.lines(), sep="\n")
     return 1 if summary.failed else 0
 
