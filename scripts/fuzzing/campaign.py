@@ -142,5 +142,5 @@ def _keep(folder: Path, seed: int, number: int, said: str) -> None:
     found = case(seed, number)
     scenario = found.scenario if isinstance(found.scenario, str) else pprint.pformat(found.scenario, sort_dicts=False)
     sys.setrecursionlimit(10_000)  # of pprint
-    text = f"{said}\n\nrun: {found.run}\noverrides: {found.overrides!r}\n\n{scenario}\n"
+    text = f"{said}\n\n{found.act}\n{found.overrides or found.settings!r}\n{found.files!r}\n\n{scenario}\n"
     (folder / f"{seed}-{number}.txt").write_bytes(text.encode("utf-8", "backslashreplace"))

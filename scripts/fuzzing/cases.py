@@ -9,6 +9,7 @@ from typing import Any
 
 from fuzzing.drawing import HOSTILE_TEXTS, Drawing
 from fuzzing.mutations import Tree, copied, mutated, names_of, number_paths
+from fuzzing.rich import rich
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base import toml
 from lienumba.scenario.base.paths import LISTS
@@ -16,6 +17,7 @@ from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
 
 GALLERY = Path(__file__).parents[2] / "scenarios"
+OTHER_ACTS = ("modes", "equilibrium", "linearise", "rare", "worst", "sample", "info")
 LARGE = ("talos", "solo12", "iiwa", "ur5", "pendulum_chain")  # tried less often, since they take long
 MOST_STEPS = 20
 DAMAGE = [
@@ -26,13 +28,16 @@ DAMAGE = [
 
 @dataclass
 class Case:
-    """A scenario as dict or as TOML text, settings, and whether it is run if it is valid."""
+    """A scenario as dict or as TOML text, other files beside it, settings as a dict or as texts of a command line, and
+    what is done with it if it is valid: nothing, or one of `trial.ACTS`."""
 
     seed: int
     number: int
     scenario: Any
+    files: dict[str, str] = field(default_factory=dict)
     overrides: dict[Any, Any] = field(default_factory=dict)
-    run: bool = False
+    settings: list[str] = field(default_factory=list)
+    act: str = ""
 
 
 @cache
@@ -50,23 +55,51 @@ def gallery() -> dict[str, Tree]:
 def case(seed: int, number: int) -> Case:
     """The case of a seed and a number."""
     random = Random(f"{seed} {number}")
-    run = random.random() < 0.1
+    has_much = random.random() < 0.25
+    run = random.random() < (0.2 if has_much else 0.08)
     gentle = run or random.random() < 0.5
     draw = Drawing(random, 0.0 if gentle else random.choice((0.0, 0.02, 0.05)))
-    tree = _made(draw) if random.random() < 0.4 else _chosen(random)
-    if run:
+    tree = rich(random, _is_valid) if has_much else _made(draw) if random.random() < 0.4 else _chosen(random)
+    if run and not has_much:
         _shorten(tree := copied(tree))
-    count = random.choice((0, 1, 1, 2, 2, 3, 5))
+    count = random.choice((0, 0, 0, 1, 1, 2) if has_much else (0, 1, 1, 2, 2, 3, 5))
     for _ in range(count):
         tree = _changed(tree, draw, 5 if gentle else 1)
     if run:
         _shorten(tree)
-    found = Case(seed, number, tree, run=run)
-    if not run and random.random() < 0.1:
+    found = Case(seed, number, tree)
+    if run:
+        found.act = random.choice(("run", "run", "run", *OTHER_ACTS) if has_much else ("run",))
+    elif random.random() < 0.15:
         found.overrides = _settings(draw, tree)
-    if not run and random.random() < 0.1:
+        if random.random() < 0.4:
+            found.settings = [f"{path}={_written(x)}" for path, x in found.overrides.items()]
+            found.overrides = {}
+    if not run and random.random() < 0.15:
+        base, tree = _split(tree, random)
+        found.files = {"base.toml": _text(base, random)} if base else {}
         found.scenario = _text(tree, random)
     return found
+
+
+def _split(tree: Tree, random: Random) -> tuple[Tree, Tree]:
+    """Sometimes a scenario that another one extends, and that one."""
+    if random.random() < 0.5 or "extends" in tree:
+        return {}, tree
+    base = {key: x for key, x in tree.items() if random.random() < 0.7}
+    own = {key: x for key, x in tree.items() if key not in base or random.random() < 0.2}
+    return base, {
+        "extends": random.choice(("base.toml",) * 6 + ("./base.toml", "case.toml", "", "..", "no.toml")),
+        **own,
+    }
+
+
+def _written(value: Any) -> str:
+    """A value as somebody types it behind PATH=."""
+    try:
+        return toml.value_text(value)
+    except Exception:  # of what TOML cannot hold
+        return str(value)
 
 
 def _changed(tree: Tree, draw: Drawing, attempts: int, kind: str = "") -> Tree:
@@ -81,7 +114,7 @@ def _changed(tree: Tree, draw: Drawing, attempts: int, kind: str = "") -> Tree:
 
 def _is_valid(tree: Tree) -> bool:
     try:
-        resolve(copied(tree))
+        resolve(copied(tree), allow_code=True)
     except Exception:  # the case itself is judged
         return False
     return True

@@ -7,10 +7,12 @@ import tempfile
 import time
 import traceback
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +20,10 @@ import lienumba
 from fuzzing.cases import Case
 from lienumba.batch.statuses import SUCCESS
 from lienumba.errors import ScenarioError
+from lienumba.present.info import describe_scenario
+from lienumba.scenario.base.arguments import parse_assignments
 from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start.samples_file import claimed_samples, sample
 from lienumba.scenario.start.study_start import check_starts
 
 SECONDS = 20.0  # of core time
@@ -69,20 +74,43 @@ def tried(case: Case) -> Outcome:
 def _act(case: Case) -> str:
     if isinstance(case.scenario, str):
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "case.toml"
-            path.write_bytes(case.scenario.encode("utf-8", "surrogatepass"))
-            return _validated(path, case)
-    if not case.run:
+            for name, text in {**case.files, "case.toml": case.scenario}.items():
+                (Path(folder) / name).write_bytes(text.encode("utf-8", "surrogatepass"))
+            return _validated(Path(folder) / "case.toml", case)
+    if not case.act:
         return _validated(case.scenario, case)
-    dataset = lienumba.run(case.scenario, workers=1, progress=False)
-    wrong = _not_finite(dataset, _may_not_happen(case.scenario))
-    if wrong:
-        raise AssertionError(f"status 0 and values that are not finite: {wrong}")
+    ACTS[case.act](case.scenario)
     return RUN
 
 
+def _run(scenario: Any) -> None:
+    dataset = lienumba.run(scenario, workers=1, progress=False, allow_code=True)
+    wrong = _not_finite(dataset, _may_not_happen(scenario))
+    if wrong:
+        raise AssertionError(f"status 0 and values that are not finite: {wrong}")
+
+
+def _sample(scenario: Any) -> None:
+    resolved = resolve(scenario, allow_code=True)
+    with tempfile.TemporaryDirectory() as folder, claimed_samples(Path(folder) / "samples.csv", False) as output:
+        sample(resolved, resolved.labels, output)
+
+
+ACTS: dict[str, Callable[[Any], object]] = {
+    "run": _run,
+    "modes": lambda x: lienumba.modes(x, allow_code=True),
+    "equilibrium": lambda x: lienumba.equilibrium(x, allow_code=True),
+    "linearise": lambda x: lienumba.linearise(x, allow_code=True),
+    "rare": lambda x: lienumba.rare(x, method="form", workers=1, allow_code=True),
+    "worst": lambda x: lienumba.worst(x, runs=20, workers=1, allow_code=True),
+    "sample": _sample,
+    "info": lambda x: describe_scenario(resolve(x, allow_code=True)),
+}
+
+
 def _validated(scenario: object, case: Case) -> str:
-    resolved = resolve(scenario, overrides=case.overrides)
+    overrides = parse_assignments(case.settings) if case.settings else case.overrides
+    resolved = resolve(scenario, overrides=overrides, allow_code=True)
     check_starts(resolved)
     resolved.sha256()
     return VALIDATED

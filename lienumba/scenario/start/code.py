@@ -130,11 +130,10 @@ def _try_force(model: Model, force: Force, now: Instant) -> None:
         ends = user_laws.ends_of(model, force.code, force.bodies, force.numbers)
         found = _called(place, force.code, lambda: user_laws.energy(model, force, now, kinematics.still(now, ends)))
         again = _called(place, force.code, lambda: user_laws.energy(model, force, now, kinematics.still(now, ends)))
-        _check_same(place, [found], [again])
         if not _is_number(found):
-            raise ScenarioError.at(
-                place, f"must return one number, a potential energy in J, but returns {_kind(found)}"
-            )
+            rule = f"must return one number, a potential energy in J, but returns {_kind(found)}"
+            raise ScenarioError.at(place, rule, 'return the energy, or write returns = "loads"')
+        _check_same(place, [found], [again])
         _refuse_velocities(place, [found], "a potential energy depends on positions only", "return loads instead")
         return
     _check_levels(place, model, force.code, quantities.VELOCITY)
