@@ -1,5 +1,6 @@
 """Commands about what is near a state: modes, equilibrium."""
 
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -137,4 +138,4 @@ def _labels(runs: str | None) -> Any:
         return None
     from lienumba.scenario.base.arguments import parse_ranges
 
-    return [label for part in parse_ranges(runs, "--runs ") for label in part]
+    return chain.from_iterable(parse_ranges(runs, f"--runs {runs}"))

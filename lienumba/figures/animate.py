@@ -33,7 +33,7 @@ def runs_of(text: str | None, worst: str | None) -> list[int]:
         return []
     if worst is not None:
         raise ScenarioError("--run names runs, and --worst chooses one; give one of them")
-    ranges = parse_ranges(text, "--run ")
+    ranges = parse_ranges(text, f"--run {text}")
     if sum(map(len, ranges)) > MOST_RUNS:
         raise ScenarioError(f"--run {text}: names more runs than can be told apart; give at most {MOST_RUNS}")
     return list(dict.fromkeys(label for part in ranges for label in part))

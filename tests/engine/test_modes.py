@@ -251,6 +251,7 @@ def test_modes_keep_their_number_where_frequencies_cross() -> None:
     [
         ({"at": 2.0}, "at = 2.0: must lie from 0 to integrator.end_time = 0.5 s; give such times"),
         ({"at": "later"}, 'at = "later": must be times in s; give numbers such as 0 and 1.5, or "end"'),
+        ({"runs": 5}, "runs = 5: must be labels in a list; give such as [3, 17] or range(500)"),
         ({"rotation": [1, 2]}, "rotation = [1, 2]: must be three numbers in rad/s; give them, such as 0,0,5"),
     ],
 )

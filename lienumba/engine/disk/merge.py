@@ -178,7 +178,8 @@ class LazyTable:
 
 def _paths(files: Paths) -> list[Path]:
     """The files that are named; a pattern that the shell has left as it is names all that match."""
-    if not isinstance(files, Iterable) or not all(isinstance(file, str | os.PathLike) for file in files):
+    several = isinstance(files, Iterable) and not isinstance(files, str)
+    if not several or not all(isinstance(file, str | os.PathLike) for file in files):
         raise ScenarioError.at("files", "must be paths in a list", 'give such as ["a.nc", "b.nc"]', files)
     found: list[Path] = []
     for name in (os.fspath(file) for file in files):

@@ -17,7 +17,7 @@ from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.scenario.base.arguments import labels_of
+from lienumba.scenario.base.arguments import labels_of, several
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
@@ -88,9 +88,10 @@ class Asked:
             with reading(source) as (ds, where):
                 check_allowed(scenario_tables(ds, where), where, "a linearisation", allow_code)
                 scenario = resolve(tables_of(ds, where), overrides=overrides)
-                labels = ds["run"].values.tolist() if runs is None else list(runs)
-                for label in labels:
+                labels = []
+                for label in ds["run"].values.tolist() if runs is None else several(runs):
                     check_run(ds, where, label)
+                    labels.append(label)
                 own = ds.sel(run=labels)
                 samples = {str(n): x.values for n, x in own.coords.items() if x.attrs.get("role") == "input"}
                 if not overrides:

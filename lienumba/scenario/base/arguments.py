@@ -3,8 +3,11 @@
 import os
 import re
 from collections.abc import Callable, Iterable, Sequence
+from itertools import islice
+from typing import Any
 
 from lienumba.errors import ScenarioError
+from lienumba.words import show
 
 BYTES = 100  # of memory for the label of a run, at least
 
@@ -12,24 +15,24 @@ BYTES = 100  # of memory for the label of a run, at least
 def parse_labels(text: str, runs: int) -> list[int]:
     """The labels of `--runs` in a sweep of `runs`, ascending and each once; a range leaves its end out."""
     labels: set[int] = set()
-    for part in parse_ranges(text, "--runs "):
+    for part in parse_ranges(text, f"--runs {text}"):
         check_labels([part[-1]], runs)
         labels.update(part)
     return sorted(labels)
 
 
-def parse_ranges(text: str, at: str) -> list[range]:
-    """What runs a text such as "3,17" or "0:500" names; at: the key or option that gives it."""
+def parse_ranges(text: str, given: str) -> list[range]:
+    """What runs a text such as "3,17" or "0:500" names; given: the key or option with it."""
     ranges = []
     for part in text.split(","):
-        match = re.fullmatch(r"\s*(-1|\d+)(?::(\d+))?\s*", part)
+        match = re.fullmatch(r"\s*(-1|\d{1,18})(?::(\d{1,18}))?\s*", part)
         if match is None:
             raise ScenarioError.at(
-                f"{at}{text}", f'"{part}" is not a run', "give labels such as 3,17 or a range such as 0:500"
+                given, f"{show(part)} is not a run", "give labels such as 3,17 or a range such as 0:500"
             )
         start, end = int(match.group(1)), match.group(2)
         if end is not None and int(end) <= start:
-            raise ScenarioError.at(f"{at}{text}", f'the range "{part}" is empty', "put its end above its start")
+            raise ScenarioError.at(given, f'the range "{part}" is empty', "put its end above its start")
         ranges.append(range(start, start + 1 if end is None else int(end)))
     return ranges
 
@@ -38,11 +41,16 @@ def labels_of(given: object, every: range) -> Sequence[int]:
     """The labels of the runs that are asked for; for None all of the sweep, every."""
     if given is None:
         return every
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ScenarioError.at("runs", "must be labels in a list", "give such as [3, 17] or range(500)", given)
-    labels = list(given)
+    labels = list(islice(several(given), every.stop + 2))  # of more labels than runs one is there twice, or wrong
     check_labels(labels, every.stop)
     return labels
+
+
+def several(given: object) -> Iterable[Any]:
+    """What is asked for, if it is labels one by one."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ScenarioError.at("runs", "must be labels in a list", "give such as [3, 17] or range(500)", given)
+    return given
 
 
 def check_count(runs: int, inputs: int) -> None:

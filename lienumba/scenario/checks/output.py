@@ -66,6 +66,6 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
             output.full_runs,
         )
     try:
-        parse_ranges(output.full_runs, "output.full_runs = ")
+        parse_ranges(output.full_runs, f"output.full_runs = {show(output.full_runs)}")
     except ScenarioError as error:
         report.problems += error.problems

@@ -70,6 +70,7 @@ def _is_table(item: object) -> bool:
     return (
         isinstance(item, dict)
         and item.get("type") == "table"
+        and isinstance(item.get("name"), str)
         and isinstance(item.get("table"), str)
         and isinstance(item.get("value"), str)
     )
@@ -80,7 +81,7 @@ def _known(item: Any) -> Keys:
     if item.get("checksum") is not None:
         return item
     path = Path(item["table"])
-    with reading(f"noise.{item.get('name', '')}", item["table"], path, "table"):
+    with reading(f"noise.{item['name']}", item["table"], path, "table"):
         found = {**item, "table": os.path.abspath(path), **_read(path, item["value"]), "checksum": checksum_of(path)}
     units = item.get("units", found["units"])
     return {key: x for key, x in (found | {"units": units}).items() if key != "units" or units}

@@ -23,8 +23,11 @@ GROUND, SHAPES = "ground_shapes", "shapes"
 
 
 def problems(error: "ValidationError", raw: object) -> list[Problem]:
-    """One problem per error of pydantic."""
-    return [problem(item, raw) for item in error.errors(include_url=False)]
+    """One problem per error of pydantic, but none of a key that is missing because its name is mistyped."""
+    items = error.errors(include_url=False)
+    mistyped = [item["loc"] for item in items if item["type"] == "extra_forbidden"]
+    meant = {(*loc[:-1], _meant(loc)) for loc in mistyped}
+    return [problem(item, raw) for item in items if item["type"] != "missing" or item["loc"] not in meant]
 
 
 def problem(item: "ErrorDetails", raw: object) -> Problem:
@@ -125,11 +128,20 @@ def _least(loc: Loc) -> str:
     return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
+def _known(loc: Loc) -> list[str]:
+    """The keys of the section in which a key stands."""
+    section = scenario.SECTIONS.get(section_key(loc[:-1]))
+    return list(section.model_fields) if section else []
+
+
+def _meant(loc: Loc) -> str | None:
+    """The key that `_unknown` says is the nearest."""
+    return nearest(str(loc[-1]), _known(loc))
+
+
 def _unknown(loc: Loc, raw: object) -> Problem:
     """An unknown key: the nearest one of its section, or what it belongs to."""
-    key, path = str(loc[-1]), place(loc, raw)
-    section = scenario.SECTIONS.get(section_key(loc[:-1]))
-    known = list(section.model_fields) if section else []
+    key, path, known = str(loc[-1]), place(loc, raw), _known(loc)
     names = section_key(loc[:-1])
     kind, form = (SHAPES, names[-1]) if names[:-1] in scenario.SHAPE_LISTS else (str(loc[min(1, len(loc) - 1)]), "")
     forms: Mapping[str, type[BaseModel]] = shapes.SHAPES if kind == SHAPES else {}
@@ -164,6 +176,8 @@ def _kind(kind: str, form: str) -> str:
         return f"a {form} contact"
     if kind == "forces":
         return f"a force of type {form}"
+    if kind == "noise":
+        return f"noise of type {form}"
     return DRIVERS[form].noun if kind == "drivers" else f"a quantity of type {form}"
 
 

@@ -260,7 +260,6 @@ JOINTS = {
     ),
     "body for bodies": (
         rig(joint('type = "spherical"', POINTS, ends='body = "arm"')),
-        'model.joints.extra.bodies is missing; give the names of the two bodies it joins; the fixed world is "ground"',
         'model.joints.extra.body is not a known key; the nearest known name is "bodies"',
     ),
 }

@@ -211,7 +211,7 @@ class Friction(AlongJoint):
             yield Problem("velocity", rule, "leave out either velocity or static", self.velocity)
         if "coulomb" not in self.model_fields_set:
             yield missing("coulomb", "give the force or torque with which it slides, at most static")
-        elif static is not None and coulomb is not None and static < coulomb:
+        elif static is not None and coulomb is not None and 0.0 <= static < coulomb:
             rule, remedy = f"must be at least coulomb = {show(self.coulomb)}", "exchange the two, or give the same"
             yield Problem("static", rule, remedy, self.static)
 
