@@ -81,11 +81,11 @@ LINES = {
     '"peak"',
     "replay all.nc --run 99": "all.nc: has no run 99, but 16 with labels from 0 to 15; give one of them",
     "animate all.nc --run x": '--run x: "x" is not a run; give labels such as 3,17 or a range such as 0:500',
-    "modes all.toml --runs 0:99999999999999": "run 16 does not exist: the sweep has sweep.runs = 16; give labels from 0 "
-    "to 15 (-1: the nominal run), or raise sweep.runs",
+    "modes all.toml --runs 0:99999999999999": "run 16 does not exist: the sweep has sweep.runs = 16; give labels from "
+    "0 to 15 (-1: the nominal run), or raise sweep.runs",
     "modes all.nc --runs 0:99999999999999": "all.nc: has no run 16, but 16 with labels from 0 to 15; give one of them",
-    "run all.toml --set output.full_runs=all": 'output.full_runs = "all": "all" is not a run; give labels such as 3,17 or a '
-    "range such as 0:500",
+    "run all.toml --set output.mode=summary --set output.full_runs=all": 'output.full_runs = "all": "all" '
+    "is not a run; give labels such as 3,17 or a range such as 0:500",
     "rare all.toml --requirement 'in time' --confidence 95": "confidence = 95.0: must be between 0 and 1; give such as "
     "0.95",
 }  # fmt: skip

@@ -66,7 +66,10 @@ LEVELS = {
     "potential of a velocity": (body("def f(b): return b.velocity.x\n", POTENTIAL), f"{RULES}depends on velocities, "),
     "potential of a rate": (law("def f(j): return j.rate*2\n", POTENTIAL), IN),
     "potential of nothing": (law("def f(j): pass\n", POTENTIAL), f"{RULES}must return one number, "),
-    "potential of loads": (body("def f(b): return b.force([0, 0, 1])\n", POTENTIAL), f"{RULES}must return one number, "),
+    "potential of loads": (
+        body("def f(b): return b.force([0, 0, 1])\n", POTENTIAL),
+        f"{RULES}must return one number, ",
+    ),
     "potential of two": (law("def f(j): return 1, 2\n", POTENTIAL), f"{RULES}must return one number, "),
     "potential with states": (law("def f(j): return 1\n", POTENTIAL, STATES), f"{RULES}a potential energy has "),
     "potential sampled": (law("def f(j): return 1\n", POTENTIAL, "every = 1"), f"{RULES}a potential energy has "),
