@@ -61,7 +61,8 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], rem
         return "must be a finite number", remedy if isinstance(without_tags(loc)[-1], str) else "replace it"
     if kind in _BOUNDS:
         rule, key = _BOUNDS[kind]
-        return f"must be {rule} {context[key]:g}", remedy
+        limit = context[key]
+        return f"must be {rule} {f'{limit:,}' if isinstance(limit, int) else f'{limit:g}'}", remedy
     if kind == "literal_error":
         return _choice(value, str(context["expected"]), remedy)
     if kind == "bool_type":

@@ -17,7 +17,7 @@ Function = Callable[[Places, Any], Array]  # (n, rows) of places and time
 TINY = 1e-30
 CIRCLE = np.exp(1j * np.pi * (np.arange(8) + 0.5) / 8)  # its upper half; the lower one is conjugate
 FIRST, SECOND = CIRCLE**-1 / 8, 2 * CIRCLE**-2 / 8
-REACH = 0.08  # of the circle, in radians of the fastest body
+REACH = 0.02  # of the circle, in radians of the fastest body: points far from its mass centre are faster
 NEAR = 0.25  # m, which count as a radian: lengths of rods are no smooth functions beyond
 
 
