@@ -11,6 +11,7 @@ import struct
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import inf
 from typing import Any
 
@@ -88,8 +89,13 @@ class Kernel:
         return DECLARATIONS + body + "\n" + prepare
 
 
-def _hex(x: float) -> str:
-    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+_bits = struct.Struct(">d").pack  # by which a zero with a sign is another
+
+
+@lru_cache(1024)
+def _constant(bits: bytes) -> str:
+    """A number in every lane."""
+    return f"<{', '.join([f'double 0x{bits.hex().upper()}'] * W)}>"
 
 
 class _Writer:
@@ -98,8 +104,9 @@ class _Writer:
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
         self.kernel, self.preparing, self.work = kernel, preparing, WorkRows()
         self.segments: list[Segment] = []
-        self.loaded: dict[tuple[str, int], str] = {}
-        self.here: dict[int, int] = {}  # the values of the segment, numbered
+        self.names: dict[int, str] = {}  # of the values that the segment has computed or loaded,
+        self.masks: dict[int, str] = {}  # and of its comparisons
+        self.computed = self.loads = 0
 
     def function(self, name: str, order: list[Symbol], stores: Sequence[tuple[str, int, Value]]) -> str:
         """`stores`: (array, row, value) of everything the function leaves behind."""
@@ -162,37 +169,37 @@ class _Writer:
     def _begin(self) -> None:
         """The next segment."""
         self.segments.append(Segment())
-        self.loaded, self.here = {}, {}
+        self.names, self.masks = {}, {}
+        self.computed = self.loads = 0
 
     # ------------------------------------------------------------ rows of memory
     def _store(self, array: str, row: int, value: str) -> None:
         pointer = self.segments[-1].pointer(array, row, True)
         self.segments[-1].lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
 
-    def _load(self, array: str, row: int) -> str:
-        key = (array, row)
-        if key not in self.loaded:
-            pointer = self.segments[-1].pointer(array, row, False)
-            self.loaded[key] = f"%l{len(self.loaded)}"
-            self.segments[-1].lines.append(f"{self.loaded[key]} = load {VECTOR}, ptr {pointer}, align 8")
-        return self.loaded[key]
-
     # ------------------------------------------------------------ values
     def _value(self, x: Value) -> str:
         if not isinstance(x, Symbol):
-            return f"<{', '.join([f'double {_hex(float(x))}'] * W)}>"
-        here = self.here.get(x.id)
-        if here is not None:
-            return f"%v{here}"
+            return _constant(_bits(x))
+        return self.names.get(x.id) or self._load(x)
+
+    def _load(self, x: Symbol) -> str:
         if x.op == "input":
-            return self._load(*x.args)
-        if x.invariant and not self.preparing:
-            return self._load("parameters", self.kernel.hoisted[x.id])
-        return self._load("work", self.work.of[x.id])
+            array, row = x.args
+        elif x.invariant and not self.preparing:
+            array, row = "parameters", self.kernel.hoisted[x.id]
+        else:
+            array, row = "work", self.work.of[x.id]
+        pointer = self.segments[-1].pointer(array, row, False)
+        name = self.names[x.id] = f"%l{self.loads}"
+        self.loads += 1
+        self.segments[-1].lines.append(f"{name} = load {VECTOR}, ptr {pointer}, align 8")
+        return name
 
     def _compute(self, node: Symbol) -> None:
-        a = [self._value(x) for x in node.args]
-        number, lines = len(self.here), self.segments[-1].lines
+        known = self.names
+        a = [known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x)) for x in node.args]
+        number, lines = self.computed, self.segments[-1].lines
         if node.op in FUSED:
             if node.op != "fma":
                 which = 2 if node.op == "fms" else 0
@@ -209,6 +216,7 @@ class _Writer:
             right = f"select {MASK} {self._condition(node, number)}, {VECTOR} {a[1]}, {VECTOR} {a[2]}"
         elif node.op in COMPARE:  # masks live as 0 or 1 beside ordinary values, so that they may cross a cut
             one, zero = self._value(1.0), self._value(0.0)
+            self.masks[node.id] = f"%m{number}"
             lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
             right = f"select {MASK} %m{number}, {VECTOR} {one}, {VECTOR} {zero}"
         elif node.op == "power_of_two":
@@ -230,12 +238,13 @@ class _Writer:
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
         lines.append(f"%v{number} = {right}")
-        self.here[node.id] = number
+        known[node.id] = f"%v{number}"
+        self.computed += 1
 
     def _condition(self, node: Symbol, number: int) -> str:
         condition = node.args[0]
-        if condition.id in self.here and condition.op in COMPARE:
-            return f"%m{self.here[condition.id]}"
+        if condition.id in self.masks:
+            return self.masks[condition.id]
         name = f"%c{number}"
         self.segments[-1].lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
         return name
