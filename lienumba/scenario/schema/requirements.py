@@ -27,7 +27,7 @@ class Requirement(Section):
         default=None, description="the least and the largest value that are good, in its unit: [low, high]"
     )
     probability: Share = Field(description="the part of all runs that shall meet it, between 0 and 1, such as 0.99")
-    confidence: Share = Field(default=0.95, description="with which this is to be shown, between 0 and 1")
+    confidence: Share = Field(default=0.95, description="how sure this is to be, between 0 and 1, such as 0.95")
     failed: Literal["count", "ignore"] = Field(
         default="count", description='whether failed runs do not meet it ("count"), or are left out ("ignore")'
     )
