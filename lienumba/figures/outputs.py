@@ -29,6 +29,7 @@ MOST_PANELS = 24
 LOOKS = 300  # numbers of runs at which a mean is drawn
 CONFIDENCE = 0.95
 COLUMNS = 3
+WHY = "see with lienumba info why runs failed"
 
 
 def scatter(ds: xr.Dataset, names: Sequence[str], inputs: Sequence[str]) -> Figure:
@@ -39,6 +40,8 @@ def scatter(ds: xr.Dataset, names: Sequence[str], inputs: Sequence[str]) -> Figu
     found = _read(ds, names, MOST_PANELS // len(inputs))
     drawn, axes = canvas.blank(len(found), len(inputs))
     for row, output in zip(axes, found, strict=True):
+        if not np.isfinite(output.values).any():
+            raise ScenarioError(f"{output.name}: no good run has a value, so there are no points; {WHY}")
         for ax, name in zip(row, inputs, strict=True):
             _points(ax, ds[name].values, output.values)
             ax.set(xlabel=named(name, str(ds[name].attrs.get("units", ""))), ylabel=_label(output))
@@ -68,7 +71,7 @@ def convergence(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     for ax, output in zip(flat, found, strict=False):
         values = output.values[np.isfinite(output.values)]
         if len(values) < 2:
-            raise ScenarioError(f"{output.name}: has a value in {len(values)} runs, and a mean takes at least 2")
+            raise ScenarioError(f"{output.name}: has a value in {len(values)} runs, and a mean takes at least 2; {WHY}")
         n, mean, low, high = running(values)
         ax.fill_between(n, low, high, color=COLORS[0], alpha=0.25, lw=0, label="95 % interval")
         ax.plot(n, mean, color=COLORS[0], lw=1.3, label="mean")

@@ -98,6 +98,15 @@ def test_figures_of_outputs_know_the_same_names(ds: xr.Dataset) -> None:
         assert all(ALIKE.get(name, name) in labels.replace("\n", " ") for name in names), labels
 
 
+def test_figures_of_what_no_run_has_a_value_of_say_so(ds: xr.Dataset) -> None:
+    ds = ds.assign(status=xr.full_like(ds.status, 1))
+    why = "see with lienumba info why runs failed"
+    with pytest.raises(ScenarioError, match=f"^peak: no good run has a value, so there are no points; {why}$"):
+        scatter(ds, ["peak"], ["parameters.push"])
+    with pytest.raises(ScenarioError, match=f"^peak: has a value in 0 runs, and a mean takes at least 2; {why}$"):
+        convergence(ds, ["peak"])
+
+
 @pytest.mark.parametrize(("name", "remedy"), UNKNOWN.items())
 def test_all_say_the_same_of_what_nothing_is_called(ds: xr.Dataset, name: str, remedy: str) -> None:
     said = set()

@@ -51,12 +51,15 @@ def subset(margins: Margins, dimensions: int, runs: int, seed: int, confidence: 
     """Subset simulation (S.-K. Au, J. L. Beck, Probabilistic Engineering Mechanics 16 (2001) 263) with adaptive
     conditional sampling (I. Papaioannou et al., ibid. 41 (2015) 89). Several independent ones of `runs` runs in a level
     each; the interval is Student's of their logarithms, since neighbours in a chain are too alike for any other. Few
-    may agree by chance: they are taken to scatter at least as they would if their runs were independent."""
+    may agree by chance: they are taken to scatter at least as they would if their runs were independent. Where enough
+    runs fail without any level, these are independent, and the interval is Clopper's and Pearson's."""
     each = max(runs // REPLICAS, 10)
     ends = [_subset(margins, dimensions, each, np.random.default_rng([seed, replica])) for replica in range(REPLICAS)]
     found, taken = [x.probability for x in ends], sum(x.taken for x in ends)
     mean = float(np.mean(found))
-    if mean > 0.0:
+    if all(x.reached == 1.0 for x in ends):
+        low, high = map(float, proportion(sum(x.failed for x in ends), taken, confidence))
+    elif mean > 0.0:
         logarithms, least = np.log(np.maximum(found, LEVEL**LEVELS)), float(np.mean([x.variance for x in ends]))
         low, high = _around(mean, float(half_width(max(logarithms.std(ddof=1), sqrt(least)), REPLICAS, confidence)))
     else:  # none of the runs of the last levels

@@ -35,6 +35,7 @@ CASES: dict[str, Case] = {
     "all round": (lambda z: SHELL - (z * z).sum(axis=1), 3, RARE),
     "many inputs": (lambda z: FAR - z.sum(axis=1) / np.sqrt(z.shape[1]), 40, RARE),
     "four planes": (lambda z: CORNER - abs(z[:, :2]).max(axis=1), 3, RARE),
+    "seldom": (lambda z: 1.9 - z[:, 0], 2, float(stats.norm.sf(1.9))),
     "likely": (lambda z: 1.0 - z[:, 0], 2, float(stats.norm.sf(1.0))),
 }
 
@@ -91,8 +92,18 @@ def test_what_never_fails_is_not_said_to_be_impossible() -> None:
     ends = METHODS["subset"](lambda z: np.maximum(4.0 - z[:, 0], 1.0), 2, 400, 0, 0.95)
     for found in (flat, ends):
         assert found.probability == found.low == 0.0
-    assert flat.high == pytest.approx(stats.binomtest(0, 100).proportion_ci(0.95).high)
+    assert flat.high == pytest.approx(stats.binomtest(0, 400).proportion_ci(0.95).high)
     assert stats.norm.sf(4.0) < ends.high < flat.high / 3.0
+
+
+def test_what_fails_without_any_level_is_counted() -> None:
+    """Nothing is known of what always failed but that it did so in so many runs."""
+    always = METHODS["subset"](lambda z: np.full(len(z), np.nan), 2, 400, 0, 0.95)
+    assert always.probability == always.high == 1.0
+    assert always.low == pytest.approx(stats.binomtest(400, 400).proportion_ci(0.95).low)
+    likely = METHODS["subset"](CASES["likely"][0], 2, 2400, 0, 0.95)
+    counted = stats.binomtest(round(2400 * likely.probability), 2400).proportion_ci(0.95)
+    assert (likely.runs, likely.low, likely.high) == (2400, pytest.approx(counted.low), pytest.approx(counted.high))
 
 
 def test_no_failure_among_weighted_runs_is_a_bound() -> None:
@@ -103,10 +114,10 @@ def test_no_failure_among_weighted_runs_is_a_bound() -> None:
 
 
 def test_simulations_that_agree_by_chance_have_no_narrow_interval() -> None:
-    """Never narrower than four counts with as many runs, of which every one tells."""
-    found = repeated("subset", "likely", 400)
+    """Never narrower than four times two levels with as many runs, of which every one tells: a tenth, and the rest."""
+    found = repeated("subset", "seldom", 400)
     half = np.array([np.log(x.high / x.probability) for x in found])
-    least = [stats.t.ppf(0.975, 3) * np.sqrt((1.0 / x.probability - 1.0) / 400) for x in found]
+    least = [stats.t.ppf(0.975, 3) * np.sqrt((1.0 / 0.1 - 1.0 + 0.1 / x.probability - 1.0) / 400) for x in found]
     assert (half >= 0.9 * np.array(least)).all()
     np.testing.assert_allclose([x.low * x.high for x in found], [x.probability**2 for x in found], rtol=1e-9)
 
