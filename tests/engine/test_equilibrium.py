@@ -7,6 +7,7 @@ import pytest
 
 import lienumba
 from lienumba.integrators.tracing.linear import equilibrium
+from lienumba.integrators.tracing.linear.equations import Equations
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
@@ -233,3 +234,36 @@ def test_what_goes_to_and_fro_is_given_up(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(equilibrium._Search, "_step", lambda *given: made.append(None) or step(*given))
     assert lienumba.equilibrium("scenarios/rolling_disc.toml", runs=[0]).status.item() == 1
     assert len(made) < 100
+
+
+def test_a_step_computes_its_derivatives_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball flies from the axis of a rotation, past arms that turn: what follows places costs little."""
+    arm = {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]}
+    ball = {"name": "ball", "mass": 0.5, "inertia": [0.01] * 3, "position": [2, 0, 0.1]}
+    ends, axis = [[0.3, 0, 0], [-0.3, 0, 0]], [[0, 1, 0]] * 2
+    joints = [
+        {"name": "pivot", "type": "revolute", "bodies": ["ground", "one"], "points": [[0] * 3, ends[1]], "axes": axis},
+        {
+            "name": "elbow",
+            "type": "universal",
+            "bodies": ["one", "two"],
+            "points": ends,
+            "axes": [[0, 1, 0], [0, 0, 1]],
+        },
+    ]
+    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "normal": [0, 0, 1], "radius": 0.1,
+             "points": [[0] * 3] * 2, "stiffness": 1e4}  # fmt: skip
+    bodies = [{"name": "one", **arm}, {"name": "two", **arm}, ball]
+    work, steps, at, step = [], [], Equations.at, equilibrium._Search._step
+
+    def counted(self: Equations, *given: Any, **more: Any) -> Any:
+        work.append(len(self._tape.steps))
+        return at(self, *given, **more)
+
+    monkeypatch.setattr(equilibrium, "STEPS", 20)
+    monkeypatch.setattr(Equations, "at", counted)
+    monkeypatch.setattr(equilibrium._Search, "_step", lambda *given: steps.append(None) or step(*given))
+    scenario = {"model": {"bodies": bodies, "joints": joints, "contacts": [floor]}, **SHORT}
+    found = lienumba.equilibrium(scenario, rotation=(0, 0, 1.5))
+    assert found.status.item() == 1
+    assert sum(work) < 2.0 * len(steps) * max(work)

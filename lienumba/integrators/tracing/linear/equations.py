@@ -23,9 +23,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lienumba.compiler.derivatives import partials, replayed
+from lienumba.compiler.derivatives import Tape, partials
 from lienumba.compiler.series import FUNCTIONS
-from lienumba.compiler.symbols import Graph, Symbol, live
+from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.model import Model
@@ -137,19 +137,21 @@ class Equations:
             used,
         )
 
-    @property
-    def _every(self) -> list[Any]:
-        return [*self.values, *self.entries.values()]
-
     @cached_property
-    def _order(self) -> list[Symbol]:
-        return live(self._every)
+    def _tape(self) -> Tape:
+        return Tape.of([*self.values, *self.entries.values()])
 
-    def only(self, columns: Sequence[str]) -> "Equations":
-        """With these derivatives alone."""
-        kept = [self.columns[name] for name in columns]
-        entries = {key: x for key, x in self.entries.items() if any(key[1] in column for column in kept)}
-        return replace(self, entries=entries)
+    def only(self, columns: Sequence[str], outputs: Sequence[str] | None = None) -> "Equations":
+        """With these derivatives alone; outputs: with these values alone, by default with all."""
+        kept = self.outputs if outputs is None else outputs
+        rows = {row: n for n, row in enumerate(row for name in kept for row in self.outputs[name])}
+        wanted = {column for name in columns for column in self.columns[name]}
+        return replace(
+            self,
+            values=[self.values[row] for row in rows],
+            entries={(rows[i], j): x for (i, j), x in self.entries.items() if i in rows and j in wanted},
+            outputs=_ranges(**{name: len(self.outputs[name]) for name in kept}),
+        )
 
     def at(
         self,
@@ -178,7 +180,7 @@ class Equations:
         clock = {layout.TIME: t, layout.MIDDLE: t if within is None else within}
         given = {STATE: state.__getitem__, CLOCK: clock.__getitem__, UNKNOWN: [*a, *mu].__getitem__}
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
-        found = replayed(self._every, lambda array, row: given[array](row), functions, self._order)
+        found = self._tape.replayed(lambda array, row: given[array](row), functions)
         values, slopes = found[: len(self.values)], found[len(self.values) :]
         by_name = {name: [values[n] for n in part] for name, part in self.outputs.items()}
         return Linear(by_name, dict(zip(self.entries, slopes, strict=True)), self)

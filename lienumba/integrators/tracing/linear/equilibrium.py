@@ -107,7 +107,8 @@ class _Motion:
 
 class _Search:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most
-    (runs,): how many rows say something."""
+    (runs,): how many rows say something; forces, constraints, constraint_slopes: parts of `equations` that a step needs
+    at several places, and which cost far less."""
 
     def __init__(
         self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
@@ -116,7 +117,9 @@ class _Search:
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
         self.equations = Equations.of(tracer, _Held())
-        self.values, self.by_a = self.equations.only(()), self.equations.only(("a",))
+        self.forces = self.equations.only((), ("along",))
+        self.constraints = self.equations.only(("a",), ("rows", "rates"))
+        self.constraint_slopes = self.equations.only(("q", "v", "a"), ("rows", "rates"))
         self.tree = tracer.tree(tracer.graph()[1])
         self.rates = tracer.velocity_rows(tracer.graph()[1])
         self.state = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows])
@@ -128,7 +131,7 @@ class _Search:
         self.held = np.array([levels[row] for row in self.equations.used], float)
         self.sizes, self.most = self._sizes(), np.full(runs, min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and redundant rows say the same
-        at = self._at(self.state, np.zeros((runs, self.n)), self.mu, every, self.by_a)
+        at = self._at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
         self.most = self._rows(at, every)[0].rank
 
     def _sizes(self) -> Array:
@@ -154,8 +157,12 @@ class _Search:
 
     def _at(self, state: Array, a: Array, mu: Array, which: Array, equations: Equations) -> Linear:
         numbers = [_part(x, which, self.runs) for x in self.numbers]
+        given = [list(state), list(a.T), list(mu.T), numbers]
+        if len(which) == 1:  # the same operations on floats take a fraction of the time
+            given = [[x.item() if isinstance(x, np.ndarray) else x for x in own] for own in given]
+        rows, accelerations, multipliers, numbers = given
         with np.errstate(all="ignore"):
-            return equations.at(list(state), 0.0, list(a.T), list(mu.T), numbers.__getitem__)
+            return equations.at(rows, 0.0, accelerations, multipliers, numbers.__getitem__)
 
     def _rows(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
         """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each
@@ -173,7 +180,7 @@ class _Search:
     def asked(self, state: Array, which: Array) -> Array:
         """The least change of velocities (runs, n) that fulfils the constraints."""
         runs = len(which)
-        at = self._at(state, np.zeros((runs, self.n)), np.zeros((runs, self.m)), which, self.by_a)
+        at = self._at(state, np.zeros((runs, self.n)), np.zeros((runs, self.m)), which, self.constraints)
         rows, lengths = self._rows(at, which)
         return -rows.least(at.vector("rates", runs) / lengths) * self.sizes[which]
 
@@ -187,7 +194,7 @@ class _Search:
             own = carried(self.tracer.tree(model), list(state[: self.tree.state]), self.rotation[:, which])
         state = self.with_rates(state, own.rates)
         state = self.with_rates(state, np.where(turns[:, None], own.rates + self.asked(state, which), 0.0))
-        at = self._at(state, own.accelerations, np.zeros((runs, self.m)), which, self.equations)
+        at = self._at(state, own.accelerations, np.zeros((runs, self.m)), which, self.constraint_slopes)
         rows, lengths = self._rows(at, which)
 
         def least(b: Array) -> Array:
@@ -266,7 +273,7 @@ class _Search:
         for _ in range(PLACES):
             dq = draw(-1.0, 1.0, self.n) * self.sizes
             state = self._elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
-            at = self._at(state, np.zeros((self.runs, self.n)), self.mu, every, self.values)
+            at = self._at(state, np.zeros((self.runs, self.n)), self.mu, every, self.forces)
             forces.append((at.vector("along", self.runs) * self.sizes)[:, rows])
         return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
 
@@ -322,7 +329,7 @@ class _Search:
         runs, part, old = len(which), step.short.copy(), self.state[:, which]
         for _ in range(HALVINGS):
             new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
-            _, at, _ = self._looked(new, which, self.values)
+            _, at, _ = self._looked(new, which, self.forces)
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
             if not bad.any():
                 break

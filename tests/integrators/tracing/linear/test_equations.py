@@ -156,7 +156,10 @@ def test_the_equations_are_left_nothing_by_the_accelerations_that_solve_them(cas
     tracer, prepared, state, numbers = traced(case, way)
     equations = Equations.of(tracer)
     sizes = [len(equations.columns[name]) for name in ("a", "mu")]
-    at_rest = equations.at(state, 0.3, *np.split(np.zeros(sum(sizes)), sizes[:1]), numbers.__getitem__)
+    there = (state, 0.3, *np.split(np.zeros(sum(sizes)), sizes[:1]), numbers.__getitem__)
+    at_rest, part = equations.at(*there), equations.only(("a",), ("rows",)).at(*there)
+    assert list(part.values) == ["rows"]
+    assert (part.rows, part.block("rows", "a")) == (at_rest.rows, at_rest.block("rows", "a"))
     matrix = np.zeros((sum(sizes), sum(sizes)))
     for rows, first in (("along", 0), ("rows", sizes[0])):
         for columns, behind in (("a", 0), ("mu", sizes[0])):
