@@ -161,6 +161,35 @@ def test_halving_the_step_keeps_the_noise(method: str) -> None:
     np.testing.assert_allclose(first["hinge_at.rate"], second["hinge_at.rate"], rtol=0, atol=1e-11)
 
 
+EVERY_TYPE: dict[str, dict[str, Any]] = {
+    "white": {"every": 0.08},
+    "band": {"every": 0.05},
+    "dryden": {"every": 0.04, "length": 8.0, "speed": 40.0, "direction": "across"},
+    "walk": {"every": 0.25},
+    "bias": {},
+}
+
+
+def test_every_type_of_noise_is_kept_when_the_step_is_halved() -> None:
+    """Steps of one length, half of it, and those of a tolerance see one course, and the wheel turns by that alone."""
+    assert {*EVERY_TYPE, "table"} == {*NOISES}
+    system = at_hinge(" + ".join(EVERY_TYPE))
+    for type_, keys in EVERY_TYPE.items():
+        system.noise(type_, type_, std=0.5, **keys)
+    settings: list[dict[str, Any]] = [
+        *({"method": "rk4", "step": step} for step in (0.05, 0.025)), {"method": "dop853", "tolerance": 1e-8},
+    ]  # fmt: skip
+    found = [
+        lienumba.run(system, overrides={"sweep.runs": 3, "sweep.seed": 5, "integrator": {"end_time": 2.0, **x}})
+        for x in settings
+    ]
+    for ds in found[1:]:
+        for type_ in EVERY_TYPE:
+            np.testing.assert_allclose(ds[type_], found[0][type_], rtol=0, atol=1e-12, err_msg=type_)
+        np.testing.assert_allclose(ds["hinge_at.rate"], found[0]["hinge_at.rate"], rtol=0, atol=1e-11)
+    assert all(found[0][type_].std("run").isel(time=-1) > 0.05 for type_ in EVERY_TYPE)
+
+
 REFUSED = [
     ({"type": "pink", "std": 1}, 'noise.n.type = "pink": is not known; known here are "white", "band"'),
     ({"type": "white", "std": 1}, "noise.n.every is missing; give the interval between two samples in s, above 0"),
