@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.store.layout import RUN, WEIGHT
+from lienumba.store.layout import COORDINATES, RUN, WEIGHT, bare, input_coordinates
 from lienumba.store.refusals import check_dimension, damaged
 
 if TYPE_CHECKING:
@@ -47,6 +47,36 @@ LABELS = {
 ALWAYS = {"quantile": QUANTILES, "axis": ("x", "y", "z"), "part": PARTS, "body_axis": ("x", "y", "z")}
 GIVEN, STORED, SIMULATED = range(3)
 ORIGINS = ("start", "stored", "simulated")  # of the states at a time
+# What coordinates are that courses of runs have not.
+OWN = {
+    "mode": "number of the mode", "quantile": "share of the runs that lie below", "part": "part of a complex number",
+    "state": "name of the state", "by_state": "name of the state that is differentiated by",
+    "input": "name of the input, and which derivative of it", "output": "name of the quantity",
+    "stream": "input that is drawn",
+}  # fmt: skip
+
+
+def dataset(
+    variables: Mapping[str, Any],
+    coordinates: Mapping[str, Any],
+    inputs: Mapping[str, np.ndarray],
+    input_units: Mapping[str, str],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    """The labelled dataset of these, with texts and types as CF 1.8 has them; inputs: the samples (runs,) of each
+    varied path."""
+    import xarray as xr
+
+    columns = input_coordinates(inputs, input_units, len(coordinates["run"]))
+    ds = xr.Dataset(variables, {**coordinates, **columns}, attributes)
+    said = COORDINATES | {name: ("1", text) for name, text in OWN.items()}
+    for key, x in ds.variables.items():
+        name = str(key)
+        units, text = said.get(name, (None if x.dtype.kind == "f" else "1", name.replace("_", " ")))
+        x.attrs = ({} if units is None else {"units": units}) | {"long_name": text} | x.attrs
+        x.encoding |= bare(x.values) if name in ds.coords else {}
+        x.encoding |= {"coordinates": None} | ({"dtype": "int32"} if x.dtype == np.int64 else {})
+    return ds
 
 
 def is_modes(ds: xr.Dataset) -> bool:

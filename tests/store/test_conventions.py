@@ -16,6 +16,9 @@ import xarray as xr
 
 import lienumba
 from lienumba.store.layout import COORDINATES
+from lienumba.store.linear_layout import OWN
+from lienumba.store.outputs import write
+from tests.engine.rare.test_rare import SPREAD, away, flight
 from tests.rigs.changing import CHANGING
 from tests.rigs.studies import SAMPLED, ball
 from tests.rigs.sweeps import top
@@ -25,13 +28,32 @@ METHODS = ["midpoint", "rk4"]
 OPEN = "* Coordinate variable 'time' should have standard_name='time', found: 'None'"
 
 
-@pytest.fixture(scope="module", params=["full", "summary", "study", "changes"])
+MIXED = {"force", "A", "B", "C", "D"}  # entries are of several units
+
+
+def of_kind(kind: str) -> xr.Dataset:
+    if kind in ("rare", "worst"):
+        scenario = flight(away(SPREAD))
+        return lienumba.rare(scenario, method="form") if kind == "rare" else lienumba.worst(scenario, runs=40)
+    seen = [{"name": "tip", "type": "point", "body": "top", "point": [0, 0, 1]}]
+    scenario = top(runs=3)
+    scenario["model"]["quantities"] = seen
+    found: xr.Dataset = getattr(lienumba, kind)(scenario)
+    return found
+
+
+@pytest.fixture(
+    scope="module",
+    params=["full", "summary", "study", "changes", "modes", "equilibrium", "linearise", "rare", "worst"],
+)
 def file(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("cf") / "out.nc"
     if request.param == "study":
         lienumba.run(ball({"integrator.method": METHODS}, sweep=SAMPLED), output=path).close()
     elif request.param == "changes":
         lienumba.run(CHANGING, output=path).close()
+    elif hasattr(lienumba, request.param):
+        write(of_kind(request.param), path)
     else:
         more = {"summary": {"mode": "summary", "full_runs": "0:2", "summary": {"position": ["max"]}}}
         lienumba.run(top(runs=3, output={"every": 0.01, **more.get(request.param, {})}), output=path).close()
@@ -44,7 +66,7 @@ def test_types_units_and_labels(file: Path) -> None:
         for name, x in ds.variables.items():
             assert x.dtype is not str, name
             assert x.dtype.str[1:] in TYPES, name
-            assert isinstance(x.units, str), name
+            assert name in MIXED or isinstance(x.units, str), name
             assert isinstance(x.long_name, str), name
             assert "_FillValue" not in x.ncattrs() or x.dimensions != (name,), name
             assert "coordinates" not in x.ncattrs(), name  # paths have dots and brackets, which it must not have
@@ -58,10 +80,18 @@ def test_types_units_and_labels(file: Path) -> None:
 def test_all_coordinates_are_there_when_it_is_opened(file: Path) -> None:
     with netCDF4.Dataset(file) as raw, xr.open_dataset(file) as ds:
         assert set(ds.coords) == {
-            name for name, x in raw.variables.items() if name in COORDINATES or "role" in x.ncattrs()
+            name
+            for name, x in raw.variables.items()
+            if name in COORDINATES or "role" in x.ncattrs() or (name in OWN and x.dimensions[0] == name)
         }
-        labels = ds["axis" if "axis" in ds.coords else "method"]
-        assert labels.values.tolist() == (["x", "y", "z"] if "axis" in ds.coords else METHODS)
+        known = {
+            "axis": ["x", "y", "z"],
+            "method": METHODS,
+            "output": ["tip.x", "tip.y", "tip.z"],
+            "requirement": ["near"],
+        }
+        name = next(name for name in known if name in ds.coords)
+        assert ds[name].values.tolist() == known[name]
 
 
 @pytest.mark.skipif(shutil.which("compliance-checker") is None, reason="needs compliance-checker")

@@ -13,6 +13,7 @@ from lienumba.engine.linear.systems import Recorded
 from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.mechanics.elements import quantities
 from lienumba.store.linear_layout import EQUILIBRIA
 
 if TYPE_CHECKING:
@@ -62,8 +63,6 @@ def equilibrium(
     ScenarioError
         For bad input, with a sentence for each problem.
     """
-    import xarray as xr
-
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
@@ -78,15 +77,20 @@ def equilibrium(
     seen = visible(model, None)
     recorded = Recorded.of(tracer, Looked((), tuple(seen)))
     whole = states.bodies(tracer, prepared.model)
-    values = recorded.seen(states)
+    turned = whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3)
+    values, of = recorded.seen(states), quantities.units(model)
     variables: dict[str, Any] = {
         "status": (
             "run",
             status.astype(np.int8),
-            {"flag_values": list(range(4)), "flag_meanings": " ".join(codes.EQUILIBRIA)},
+            {
+                "long_name": "what kind of equilibrium it is",
+                "flag_meanings": " ".join(codes.EQUILIBRIA),
+                "flag_values": np.arange(len(codes.EQUILIBRIA), dtype=np.int8),
+            },
         ),
         "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
-        "rotation": (("run", "body", "axis", "body_axis"), whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3), {}),
+        "rotation": (("run", "body", "axis", "body_axis"), turned, {"units": "1", "frame": "body to global"}),
         "turning": (("run", "axis"), np.stack([np.broadcast_to(x, labels.shape) for x in axes], axis=1), TURNING),
         "force": ("run", found.left, {"long_name": "the largest force left along a coordinate"}),
         "growth": (
@@ -94,10 +98,10 @@ def equilibrium(
             np.where(good, found.growth, np.nan),
             {"units": "s-1", "long_name": "largest real part of an eigenvalue"},
         ),
-        **{name: ("run", np.where(good, x, np.nan)) for name, x in zip(seen, values.T, strict=True)},
+        **{
+            name: ("run", np.where(good, x, np.nan), {"units": of.get(name, "1")})
+            for name, x in zip(seen, values.T, strict=True)
+        },
     }
-    coordinates: dict[str, Any] = {
-        "run": labels, "body": [body.name for body in model.bodies], "axis": list("xyz"), "body_axis": list("xyz"),
-        **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
-    }  # fmt: skip
-    return xr.Dataset(variables, coordinates, asked.attributes(EQUILIBRIA))
+    bodies = [body.name for body in model.bodies]
+    return asked.dataset(EQUILIBRIA, variables, {"body": bodies, "axis": list("xyz"), "body_axis": list("xyz")})

@@ -72,8 +72,6 @@ def linearise(
     ScenarioError
         For bad input, with a sentence for each problem.
     """
-    import xarray as xr
-
     asked = Asked.of(scenario, at, runs, overrides, allow_code)
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
@@ -98,16 +96,13 @@ def linearise(
     if names_x is None:
         raise ScenarioError("no run is there at these times: the runs fail before; see their status with lienumba run")
     dims = {"A": ("state", "by_state"), "B": ("state", "input"), "C": ("output", "by_state"), "D": ("output", "input")}
-    ds = xr.Dataset(
+    ds = asked.dataset(
+        SYSTEMS,
         {name: (("run", "time", *dims[name]), x, {"long_name": LONG[name]}) for name, x in whole.items()}
         | asked.origins(origins, tracer, prepared),
-        {
-            "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "state": names_x, "by_state": names_x,
-            "input": names_u, "output": seen,
-            **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
-        },
-        asked.attributes(SYSTEMS) | {"rotation": list(map(float, rotation))},
-    )  # fmt: skip
+        {"time": asked.times, "state": names_x, "by_state": names_x, "input": names_u, "output": seen},
+        rotation=list(map(float, rotation)),
+    )
     acts = np.nansum(np.abs(ds["B"].values), axis=(0, 1, 2)) + np.nansum(np.abs(ds["D"].values), axis=(0, 1, 2))
     kept = [n for n, x in enumerate(acts) if x != 0.0 or n % len(DERIVATIVES) == 0]  # forces see no derivatives
     return ds.isel(input=kept)

@@ -86,9 +86,8 @@ def modes(
     if not any(np.isfinite(x.values).any() for x in found):
         raise ScenarioError("no run has modes at these times: it fails before, or nothing of it can move")
     start = np.asarray(prepared.states).reshape(len(asked.labels), -1, ELEMENT)[:, :, :POSE]
-    ds = _dataset(asked, model, found, poses and [start, *poses])
-    ds.attrs["rotation"] = list(turning(rotation))
-    return ds.assign(asked.origins(origins, tracer, prepared))
+    origin = asked.origins(origins, tracer, prepared)
+    return _dataset(asked, model, found, poses and [start, *poses], origin, turning(rotation))
 
 
 def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -> tuple[Array, Array | None]:
@@ -150,9 +149,10 @@ def _by_largest(real: Array, imaginary: Array) -> Array:
     return found
 
 
-def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequence[Array]) -> "xr.Dataset":
-    import xarray as xr
-
+def _dataset(
+    asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequence[Array], origin: Mapping[str, Any],
+    rotation: Sequence[float],
+) -> "xr.Dataset":  # fmt: skip
     most = max(x.values.shape[1] for x in found)
 
     def whole(parts: Sequence[Array], fill: Any = np.nan) -> Array:
@@ -184,11 +184,11 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
         "frequency_quantiles": (over, _quantiles(frequency[counted], own), {"units": "Hz"}),
         "damping_ratio_quantiles": (over, _quantiles(damping[counted], own), {"units": "1"}),
     }
+    variables |= origin
     if weights is not None:
         variables[WEIGHT] = (RUN, weights, texts(VARIABLES[WEIGHT].units, VARIABLES[WEIGHT].long_name))
     coordinates: dict[str, Any] = {
-        "run": asked.labels, "time": ("time", asked.times, {"units": "s"}), "mode": np.arange(1, most + 1),
-        "quantile": list(QUANTILES), **{name: ("run", x, {"role": "input"}) for name, x in asked.samples.items()},
+        "time": asked.times, "mode": np.arange(1, most + 1), "quantile": list(QUANTILES),
     }  # fmt: skip
     if poses:
         shape = whole([x.shapes for x in found])
@@ -206,7 +206,7 @@ def _dataset(asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequen
             variables[turned] = (SHAPES[turned], axes, {"units": "1", "frame": "body to global"})
         coordinates |= {"body": [body.name for body in model.bodies], "axis": list("xyz"), "part": list(PARTS)}
         coordinates["body_axis"] = list("xyz")
-    return xr.Dataset(variables, coordinates, asked.attributes(MODES))
+    return asked.dataset(MODES, variables, coordinates, rotation=list(rotation))
 
 
 def _quantiles(x: Array, weights: Array | None) -> Array:

@@ -19,13 +19,15 @@ from lienumba.integrators.tracing.tracer import split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of, several
 from lienumba.scenario.base.code import check_allowed
+from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Prepared, check_initial, design, prepare
 from lienumba.store import provenance
 from lienumba.store.form import scenario_tables
-from lienumba.store.linear_layout import GIVEN, KIND, ORIGINS, SIMULATED, STORED
+from lienumba.store.layout import RUN
+from lienumba.store.linear_layout import GIVEN, KIND, ORIGINS, SIMULATED, STORED, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,13 +106,17 @@ class Asked:
             raise ScenarioError("a study has no states of its own to be linearised; leave study out")
         return Asked(scenario, list(labels), samples, _times(at, scenario.data.integrator.end_time), stored)
 
-    def attributes(self, kind: str) -> dict[str, Any]:
-        """Of a dataset of this kind that is made of these."""
+    def dataset(
+        self, kind: str, variables: Mapping[str, Any], coordinates: Mapping[str, Any], **more: Any
+    ) -> "xr.Dataset":
+        """The one of this kind that is made of these; more: attributes."""
         own = self.scenario
         title = ": ".join(filter(None, [own.data.title, kind]))
-        seed = own.data.sweep.seed
+        seed, model = own.data.sweep.seed, dict(own.data.model)
         said = provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command())
-        return {KIND: kind, **said}
+        of = {path: units(path, model) for path in self.samples}
+        every = {RUN[0]: self.labels, **coordinates}
+        return dataset(variables, every, self.samples, of, {KIND: kind, **said, **more})
 
     def weights(self) -> np.ndarray | None:
         """Of these runs, None if they have none."""

@@ -1,8 +1,8 @@
 """The margin of a requirement as a function of standard normal numbers: samples, runs, margins."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,12 +10,13 @@ from lienumba.batch.statuses import GOOD
 from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
 from lienumba.errors import ScenarioError
+from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store import provenance
-from lienumba.store.layout import MARGIN, VARIABLES
-from lienumba.store.linear_layout import KIND
+from lienumba.store.layout import MARGIN, RUN, VARIABLES, texts
+from lienumba.store.linear_layout import KIND, dataset
 from lienumba.store.names import one_of
 from lienumba.store.shards import LABEL
 from lienumba.sweep.distributions.external import Column
@@ -24,6 +25,9 @@ from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import names_of
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST
 from lienumba.words import show
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass
@@ -92,28 +96,32 @@ class Limit:
         uniform = np.clip(probability(np.asarray(z, float)), SMALLEST, LARGEST)
         return draw(self.scenario, range(len(z)), dict(zip(self.streams, uniform.T, strict=True)))
 
-    def kept(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """All runs so far: variables and coordinates of a dataset."""
+    def kept(self) -> dict[str, Any]:
+        """Variables of all runs so far."""
         margins, codes = np.concatenate(self.margins), np.concatenate(self.codes)
-        own = {"long_name": VARIABLES[MARGIN].long_name, "units": VARIABLES[MARGIN].units}
-        variables = {MARGIN: (VARIABLES[MARGIN].dims, margins[:, None], own), "status": ("run", codes)}
-        coordinates = {
-            path: ("run", np.concatenate([x[path] for x in self.samples]), {"role": "input"})
-            for path in self.samples[0]
-        }
-        of = {"requirement": [self.requirement], "requirement_units": ("requirement", [self.units])}
-        return variables, {"run": np.arange(self.count), **of, **coordinates}
+        margin, status = (texts(VARIABLES[name].units, VARIABLES[name].long_name) for name in (MARGIN, "status"))
+        return {MARGIN: (VARIABLES[MARGIN].dims, margins[:, None], margin), "status": (RUN, codes, status)}
 
     @property
     def units(self) -> str:
         return self.results.judges.units[self.requirement]
 
-    def attributes(self, kind: str, what: str) -> dict[str, Any]:
-        """Of a dataset of this kind that is made of these runs."""
+    def units_of(self, path: str) -> str:
+        """Those of an input."""
+        return units(path, dict(self.scenario.data.model))
+
+    def dataset(
+        self, kind: str, what: str, variables: Mapping[str, Any], coordinates: Mapping[str, Any], **more: Any
+    ) -> "xr.Dataset":
+        """The one of this kind that is made of all runs so far; what: for its title; more: attributes."""
         own = self.scenario
         title = ": ".join(filter(None, [own.data.title, what]))
         said = provenance.attributes(title, own.to_toml(), own.sha256(), own.data.sweep.seed, provenance.command())
-        return {KIND: kind, **said}
+        of = {"requirement": [self.requirement], "requirement_units": ("requirement", [self.units])}
+        samples = {path: np.concatenate([x[path] for x in self.samples]) for path in self.samples[0]}
+        every = {RUN[0]: np.arange(self.count), **of, **coordinates}
+        attributes = {KIND: kind, **said, "requirement": self.requirement, **more}
+        return dataset(variables, every, samples, {path: self.units_of(path) for path in samples}, attributes)
 
 
 def named(resolved: Scenario, requirement: str | None) -> str:

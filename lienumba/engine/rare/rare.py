@@ -69,8 +69,6 @@ def rare(
     ScenarioError
         For bad input, and where a method cannot say anything, with what can.
     """
-    import xarray as xr
-
     resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
     check_workers(workers)
     if method not in METHODS:
@@ -84,7 +82,7 @@ def rare(
         expected = int(EXPECTED[method] * runs)
         limit = Limit(resolved, named(resolved, requirement), workers or usable_cores(), tell, expected)
         found = METHODS[method](limit, limit.dimensions, runs, resolved.data.sweep.seed, float(confidence))
-    variables, coordinates = limit.kept()
+    variables, coordinates = limit.kept(), dict[str, Any]()
     what = f"probability that a run does not meet the requirement {show(limit.requirement)}"
     for name, x in (("", found.probability), ("_low", found.low), ("_high", found.high)):
         variables[f"probability{name}"] = ((), x, {"long_name": what, "units": "1", "confidence": found.confidence})
@@ -94,6 +92,5 @@ def rare(
         variables["distance"] = ("design_point", found.distances, {"units": "1"})
         variables["direction"] = (("design_point", "stream"), direction, {"units": "1"})
         for path, values in limit.inputs(found.design_points).items():
-            variables[f"design_{path}"] = ("design_point", values)
-    attributes = limit.attributes(RARE, f"{method}: {limit.requirement}")
-    return xr.Dataset(variables, coordinates, attributes | {"method": method, "requirement": limit.requirement})
+            variables[f"design_{path}"] = ("design_point", values, {"units": limit.units_of(path)})
+    return limit.dataset(RARE, f"{method}: {limit.requirement}", variables, coordinates, method=method)

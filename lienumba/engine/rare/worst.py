@@ -63,7 +63,6 @@ def worst(
     ScenarioError
         For bad input.
     """
-    import xarray as xr
     from scipy.optimize import differential_evolution
 
     resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
@@ -93,9 +92,8 @@ def worst(
             tol=1e-8,
             rng=np.random.default_rng(resolved.data.sweep.seed),
         )
-    variables, coordinates = limit.kept()
+    variables = limit.kept()
     found = variables[MARGIN][1][:, 0]
     label = int(np.argmin(np.where(np.isnan(found), -np.inf, found)))
     variables["worst"] = ((), label, {"long_name": "the run with the smallest margin"})
-    attributes = limit.attributes(WORST, f"worst case: {limit.requirement}")
-    return xr.Dataset(variables, coordinates, attributes | {"requirement": limit.requirement, "within": within})
+    return limit.dataset(WORST, f"worst case: {limit.requirement}", variables, {}, within=within)
