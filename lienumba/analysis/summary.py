@@ -23,7 +23,7 @@ from lienumba.sweep.weighted import quantiles
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
 AXES = ("axis", "body_axis")
-FEW = 64  # runs that tell of which size a variable is at the start
+FEW, TIMES = 64, 100  # runs and stored times that tell of which size a variable is on the way
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,9 @@ def summarise(ds: xr.Dataset) -> Summary:
         final_time=time,
         outcomes=outcomes(ds),
         final=tuple(
-            row for name, x in final for row in _quantiles(name, x, finished & sampled, weights, _at_start(ds, name))
+            row
+            for name, x in final
+            for row in _quantiles(name, x, finished & sampled, weights, _on_the_way(ds, name, finished & sampled))
         ),
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled, weights)),
         ended=tuple(_ended(ds, good & ~finished & sampled)),
@@ -195,11 +197,12 @@ def _happened(ds: xr.Dataset, which: np.ndarray) -> Iterator[Happened]:
             yield Happened(str(name), int(did.sum()), *_of(times[did], None if weights is None else weights[did]))
 
 
-def _at_start(ds: xr.Dataset, name: str) -> float:
-    """The largest number of a variable at the first stored time, of the first runs."""
+def _on_the_way(ds: xr.Dataset, name: str, which: np.ndarray) -> float:
+    """The largest number of a variable at some stored times, of the first of these runs."""
     if name not in ds or "time" not in ds[name].dims or ds[name].dims[:1] != RUN:
         return 0.0
-    return _size(ds[name].isel(run=slice(0, FEW), time=0).values)
+    apart = -(-ds.sizes["time"] // TIMES)
+    return _size(ds[name].isel(run=np.flatnonzero(which)[:FEW], time=slice(0, None, apart)).values)
 
 
 def _size(values: np.ndarray) -> float:

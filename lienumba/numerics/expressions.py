@@ -176,6 +176,8 @@ class _Names:
 
     def may_be(self, name: str) -> bool:
         """Whether a name with dots may be meant as that of a quantity."""
+        if name in self.allowed:
+            return True
         first = name.partition(".")[0]
         return first != "" and not ({first} & (self.allowed | self.tables | CONSTANTS.keys() | FUNCTIONS.keys()))
 
@@ -196,7 +198,15 @@ class _Names:
         raise ExpressionError(f'has the unknown name "{name}"', suggestion(name, known, ALIKE))
 
 
-class _Binding(ast.NodeTransformer):
+class _Replacing(ast.NodeTransformer):
+    """Knows names of numbers: a function may have the same one."""
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        node.args = [self.visit(x) for x in node.args]
+        return node
+
+
+class _Binding(_Replacing):
     """Puts numbers in the place of names."""
 
     def __init__(self, values: Mapping[str, float]) -> None:
@@ -216,7 +226,7 @@ class _Binding(ast.NodeTransformer):
         return ast.Constant(self.values[name]) if name in self.values else node
 
 
-class _Rewriting(ast.NodeTransformer):
+class _Rewriting(_Replacing):
     """Puts formulas in the place of names."""
 
     def __init__(self, trees: Mapping[str, ast.expr]) -> None:

@@ -1,6 +1,7 @@
 """Numbers as tables show them: what is rounding is 0, and 0 has no sign."""
 
 import numpy as np
+import xarray as xr
 
 from lienumba.analysis import summarise
 from lienumba.analysis.summary_rows import quantile_rows
@@ -25,3 +26,13 @@ def test_a_door_that_is_locked_stands_still_in_the_summary_and_moves_by_rounding
     assert {tuple(shown["angular_velocity", "door", axis]) for axis in "xyz"} == {("0", "0", "0")}
     assert 0 < abs(ds["angular_velocity"].sel(body="door").isel(time=-1)).max() < 1e-13  # it turned at 2 rad/s
     assert shown["position", "door", "y"][1] != "0"
+
+
+def test_what_comes_to_rest_is_at_rest_beside_what_it_was_on_the_way():
+    """It begins at rest, too, so that neither end tells its scale."""
+    ds = changing()
+    ds["turning"] = xr.where(ds.time == ds.time[-1], 1e-14, 3.0 * ds.time) + 0.0 * ds.run
+    ds["turning"] = ds["turning"].transpose("run", "time")
+    (row,) = (row for row in summarise(ds).final if row.quantity == "turning")
+    assert quantile_rows([row], 4).numbers(row) == ["0", "0", "0"]
+    assert row.median == 1e-14

@@ -271,6 +271,17 @@ def names_in(tree):
     return set().union(*(names_in(x) for x in tree if isinstance(x, tuple)))
 
 
+def test_numbers_may_be_called_as_functions_are():
+    """A quantity `where`, a parameter `min`: brackets tell them apart, also where numbers take the place of names."""
+    formula = Formula("where(t > 1, where.x, min(min, t)) + sin(sin.y)", frozenset({"t", "where.x", "min", "sin.y"}))
+    assert formula.used == {"t", "where.x", "min", "sin.y"}
+    assert formula(2.0, **{"where.x": 3.0, "min": 0.5, "sin.y": 0.25}) == 3.0 + math.sin(0.25)
+    bound = formula.bound({"min": 0.5, "sin.y": 0.25})
+    assert bound == "where(t > 1, where.x, min(0.5, t)) + sin(0.25)"
+    rewritten = formula.rewritten({"min": "2*k"}, ["t", "where.x", "sin.y", "k"])
+    assert rewritten(1.0, k=0.25, **{"where.x": 3.0, "sin.y": 0.0}) == 0.5
+
+
 @settings(deadline=None, derandomize=True, max_examples=600)
 @given(st.randoms(use_true_random=False), st.floats(-3.0, 3.0), st.floats(-100.0, 100.0))
 def test_round_trips(random, t, k):

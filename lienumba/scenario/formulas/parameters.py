@@ -8,6 +8,7 @@ reaches everything that depends on it, run by run.
 import re
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from keyword import kwlist
 from typing import Any
 
 from lienumba.errors import NOTHING, Problem
@@ -25,7 +26,7 @@ from lienumba.words import listed
 
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
-RESERVED = {TIME, INPUTS, *CONSTANTS}  # which are no names; those of functions are none of tables
+RESERVED = {TIME, INPUTS, *CONSTANTS, *kwlist}  # which are no names; those of functions are none of tables
 
 
 @dataclass(frozen=True)

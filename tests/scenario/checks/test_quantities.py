@@ -71,6 +71,10 @@ QUANTITIES = {
         rig(point(name="deg")),
         "quantities.deg: its name has a meaning in formulas already; give another name",
     ),
+    "a word of formulas": (
+        rig(point(name="and")),
+        "quantities.and: its name has a meaning in formulas already; give another name",
+    ),
     "no type": (
         rig("[[quantities]]\nname = \"tip\"\n"),
         "quantities.tip.type is missing; give one of point, joint, rotation_error, angular_velocity, reaction, "
