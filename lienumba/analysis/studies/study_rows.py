@@ -10,7 +10,7 @@ import xarray as xr
 
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.studies.orders import orders
-from lienumba.analysis.studies.study import Curve, curves, labels_of, steps_of, text, work_precision
+from lienumba.analysis.studies.study import TIMES, Curve, curves, labels_of, steps_of, text, work_precision
 from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.batch.statuses import GOOD, STATUSES, Status
 from lienumba.store.study_layout import TRUSTED, errors_of, grid_of, typical
@@ -22,6 +22,8 @@ COSTS = {  # words and unit
     EVALUATIONS: ("evaluations per run", ""),
     TIME: ("time of one core per run", "s"),
 }
+NONE_SEEN = "none seen"
+LIMITS = (1e-3, 1e-6, 1e-9, 1e-12)  # of errors, for which it is told what costs least
 SHORT_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
@@ -82,6 +84,30 @@ def order_table(ds: xr.Dataset) -> TextTable:
     return TextTable.of([*lines[0].labels], [*errors, "points", "mean steps"], rows)
 
 
+def remarks(ds: xr.Dataset) -> Iterator[str]:
+    """What the tables leave to say: why no order is seen, and what costs least."""
+    if refines(ds) and any(NONE_SEEN in row for row in order_table(ds).rows):
+        yield f"{NONE_SEEN}: points lie so far from a line that the interval is wider than the order; try finer ones"
+    for name, (units, _) in [*errors_of(ds).items()][:1]:
+        for limit, point in _cheapest(ds, name).items():
+            where = ", ".join(f"{key} = {text(values[point])}" for key, values in labels_of(ds).items())
+            costs = _time_of(ds, point)
+            yield f"least time for {_in_words(name)} errors up to {limit:g} {unit_label(units)}: {where} ({costs})"
+
+
+def _cheapest(ds: xr.Dataset, error: str) -> dict[float, int]:
+    """The point that costs least time of those with errors up to a limit, where the reference can tell; no point twice,
+    but for its smallest limit."""
+    found, times = work_precision(ds), ds[TIME].values.ravel()
+    errors, failed = (found[name].values.ravel() for name in (f"{error}_error", "failed"))
+    best: dict[int, float] = {}
+    for limit in LIMITS:
+        good = np.flatnonzero((errors <= limit) & (failed == 0))
+        if len(good) and limit >= doubtful(ds, error):
+            best[int(good[np.argmin(times[good])])] = limit
+    return {limit: point for point, limit in best.items()} if len(times) > 1 else {}
+
+
 def point_table(ds: xr.Dataset, most: int) -> TextTable:
     """Errors and costs of the first so many points."""
     found, labels = work_precision(ds), labels_of(ds)
@@ -94,7 +120,7 @@ def point_table(ds: xr.Dataset, most: int) -> TextTable:
             *(text(values[n]) for values in labels.values()),
             *(number_text(flat[f"{name}_error"][n], ".1e") for name in said),
             *(number_text(flat[name][n], ",.0f") for name in counts),
-            time_text(float(flat[TIME][n])),
+            _time_of(ds, n),
         ]
         for n in range(min(ds[TIME].size, most))
     ]
@@ -131,14 +157,19 @@ def order_text(order: float, low: float, high: float) -> str:
     if order != order:
         return NONE
     if high - low > order:
-        return "none seen"
+        return NONE_SEEN
     return f"{order:.2f}" + (f" ± {0.5 * (high - low):.1g}" if low == low else "")
 
 
-def time_text(seconds: float) -> str:
-    """A short time with three digits."""
+def time_text(seconds: float, spread: float = 0.0) -> str:
+    """A short time with three digits, and half of the spread of its repetitions where there is some."""
     size, unit = next((x for x in SHORT_TIMES if seconds >= x[0]), SHORT_TIMES[-1])
-    return f"{seconds / size:.3g} {unit}"
+    more = f" ± {0.5 * spread / size:.2g}" if spread > 0.0 else ""
+    return f"{seconds / size:.3g}{more} {unit}"
+
+
+def _time_of(ds: xr.Dataset, point: int) -> str:
+    return time_text(*(float(ds[name].values.ravel()[point]) for name in TIMES if name in ds))
 
 
 def _alone(ds: xr.Dataset, others: list[Curve]) -> Iterator[Curve]:

@@ -18,6 +18,7 @@ from lienumba.analysis.studies.study_rows import (
     order_table,
     point_table,
     refines,
+    remarks,
 )
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Json, Section, section
@@ -42,8 +43,9 @@ def sections(ds: xr.Dataset) -> Iterator[Section]:
         yield section("orders", "Observed orders", text_table(order_table(ds)), charts=charts)
     charts = [_chart(ds, name, cost) for cost in (EVALUATIONS, TIME) for name in names[:1]]
     yield section("work", "Work against precision", charts=charts)
+    said = [element("p", remark, class_="quiet") for remark in remarks(ds)]
     still = element("p", *STILL, class_="quiet")
-    yield section("points", "Every point", *_ends(ds), _points(ds), still)
+    yield section("points", "Every point", *_ends(ds), _points(ds), *said, still)
 
 
 def _chart(ds: xr.Dataset, name: str, cost: str) -> Chart:

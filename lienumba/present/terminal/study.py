@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.analysis.studies.study_rows import failures, headline, order_table, point_table, refines
+from lienumba.analysis.studies.study_rows import failures, headline, order_table, point_table, refines, remarks
 from lienumba.present.terminal.console import wide_output
 
 if TYPE_CHECKING:
@@ -27,4 +27,6 @@ def print_study(ds: "xr.Dataset", target: Path) -> None:
     median = " (medians over the good runs)" if runs > 1 else ""
     more = f", the first {MOST_ROWS} of {points} points" if points > MOST_ROWS else ""
     output.print(point_table(ds, MOST_ROWS).on_terminal(f"work and precision: largest errors{median}{more}"))
+    for remark in remarks(ds):
+        output.print(remark, markup=False)
     output.print(f"written to {target}", markup=False)

@@ -19,6 +19,7 @@ from lienumba.analysis.studies.study_rows import (
     order_table,
     order_text,
     point_table,
+    remarks,
     time_text,
 )
 from lienumba.present.html.markup import text_table, typeset
@@ -49,15 +50,15 @@ def test_points_have_their_errors_and_costs():
     ]
     assert found.kinds == ["word"] * 2 + ["number"] * 5
     assert found.rows == [
-        ["first", "0.08", "6.4e-03", "6.4e-02", "10", "40", "10 µs"],
-        ["first", "0.04", "1.6e-03", "1.6e-02", "20", "80", "20 µs"],
-        ["first", "0.02", "4.0e-04", "4.0e-03", "40", "160", "40 µs"],
+        ["first", "0.08", "6.4e-03", "6.4e-02", "10", "40", "10 ± 0.5 µs"],
+        ["first", "0.04", "1.6e-03", "1.6e-02", "20", "80", "20 ± 1 µs"],
+        ["first", "0.02", "4.0e-04", "4.0e-03", "40", "160", "40 ± 2 µs"],
     ]
 
 
 def test_points_without_a_good_run_have_no_numbers():
     nowhere = point_table(study(SQUARES, status=3), most=1)
-    assert nowhere.rows == [["first", "0.08", "–", "–", "–", "–", "1", "10 µs"]]
+    assert nowhere.rows == [["first", "0.08", "–", "–", "–", "–", "1", "10 ± 0.5 µs"]]
     assert nowhere.headings[-2] == "failed"
 
 
@@ -107,7 +108,33 @@ def test_an_order_is_told_with_what_is_known_of_it():
     assert told == ["–", "2.00 ± 0.1", "2.00", "none seen"]
 
 
+def test_what_costs_least_is_told_where_the_reference_can_tell():
+    """Of the second method errors are a hundredth; a reference good to 1e-9 tells nothing below 1e-7."""
+    errors = np.array(STEPS) ** 2 * np.array([[[1.0], [0.01]]])
+    least = "least time for position errors up to"
+    coarse = f"{least} 0.001 m: method = second, step = 0.08 (10 ± 0.5 µs)"
+    assert [*remarks(study(errors))] == [coarse]
+    fine = study(errors * [1.0, 1.0, 1e-2, 1e-7])
+    ends = [
+        f"{least} 1e-06 m: method = second, step = 0.02 (40 ± 2 µs)",
+        f"{least} 1e-09 m: method = first, step = 0.01 (80 ± 4 µs)",
+        f"{least} 1e-12 m: method = second, step = 0.01 (80 ± 4 µs)",
+    ]
+    assert [*remarks(fine)][-3:] == ends
+    floored = study(errors * [1.0, 1.0, 1e-2, 1e-7], floor=1e-9)
+    assert [*remarks(floored)][-1] == ends[0]
+    failed = study(errors, status=[[[0, 0, 0, 0], [4, 0, 0, 0]]])
+    assert [*remarks(failed)] == [f"{least} 0.001 m: method = second, step = 0.04 (20 ± 1 µs)"]
+
+
+def test_an_order_that_is_not_seen_has_a_reason():
+    errors = np.array([[[1e-2, 2e-3, 3e-2, 1e-3], [1.0, 0.25, 0.0625, 0.015625]]])
+    assert next(row[2] for row in order_table(study(errors)).rows) == "none seen"
+    assert next(remarks(study(errors))).startswith("none seen: points lie so far from a line that the interval")
+
+
 def test_times_have_three_digits_and_a_unit():
+    assert time_text(1.5e-5, 4e-7) == "15 ± 0.2 µs"
     assert [*map(time_text, (12.345, 0.5, 1.5e-5, 2e-9, 3e-12))] == ["12.3 s", "500 ms", "15 µs", "2 ns", "0.003 ns"]
 
 
