@@ -193,12 +193,13 @@ def analyse(
             judged = verdicts_of(dataset)
             if verdict and not judged:
                 raise ScenarioError("--verdict: the dataset has no requirements; its scenario has no [[requirements]]")
+            with console.unheard():
+                print_verdicts(dataset)  # which stand where nothing depends on anything, too
             alone = verdict and not outputs and output is None
             found = None if alone else sensitivity(dataset, outputs or (), time)
             if output is not None and found is not None:
                 sensitivity_file.save(found, own)
             with console.unheard():
-                print_verdicts(dataset)
                 if found is not None:
                     print_separations(dataset)
                     print_sensitivity(found)

@@ -219,6 +219,11 @@ def test_exit_codes_tell_the_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert 'error: "near" is not met: at most' in quiet.stderr
     assert [lienumba_("analyse", f"{x}.nc", "--verdict").exit_code for x in "ab"] == [0, 4]
     assert re.search("near +not met", lienumba_("analyse", "b.nc").stdout)
+    with xr.open_dataset("b.nc") as ds:
+        ds.assign(status=xr.full_like(ds.status, 1)).to_netcdf("failed.nc")
+    nothing = lienumba_("analyse", "failed.nc")  # no run tells what anything depends on, but the verdict stands
+    assert (nothing.exit_code, nothing.stderr.count("0 good runs have a value")) == (2, 1)
+    assert re.search("near +not met", nothing.stdout)
     refused = lienumba_("run", "c.toml", "--verdict")
     assert refused.exit_code == 2
     assert refused.stderr == "error: --verdict: the scenario has no requirements; write some as [[requirements]]\n"
