@@ -63,7 +63,8 @@ class Formula:
 
     allowed: may have dots and indices (pointing.x, points[1]); tables: names of functions of one number that are
     handed over as well;
-    condition: whether it is one: a number that is above 0 where it holds.
+    condition: whether it is one: a number that is above 0 where it holds;
+    told: of names and tables those that a remedy may give, by default all.
     constant: its value if it depends on nothing, else None; used: the names that it depends on, tables included.
     """
 
@@ -71,6 +72,7 @@ class Formula:
     allowed: frozenset[str] = frozenset({"t"})
     tables: frozenset[str] = frozenset()
     condition: bool = False
+    told: frozenset[str] | None = field(compare=False, repr=False, default=None)
     constant: float | None = field(init=False, compare=False, default=None)
     used: frozenset[str] = field(init=False, compare=False, default=frozenset())
     _tree: ast.expr = field(init=False, compare=False, repr=False, default=ast.Constant(0.0))
@@ -83,7 +85,7 @@ class Formula:
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise NotAFormulaError("is not a formula", 'write one such as "0.3*sin(2*t) + 0.1*t**2"') from None
         used: set[str] = set()
-        _check(tree, _Names(self.allowed, self.tables, used), 0)
+        _check(tree, _Names(self.allowed, self.tables, used, self.told), 0)
         if is_condition(tree) and not self.condition:
             raise ExpressionError("is a condition, not a number", "write where(condition, number, other number)")
         if self.condition and not is_condition(tree):
@@ -168,6 +170,11 @@ class _Names:
     allowed: frozenset[str]
     tables: frozenset[str]
     used: set[str]
+    told: frozenset[str] | None
+
+    def remedies(self, names: frozenset[str]) -> list[str]:
+        """Of these names those that may be told."""
+        return sorted(names if self.told is None else names & self.told)
 
     @property
     def indexed(self) -> bool:
@@ -191,10 +198,10 @@ class _Names:
         if name in FUNCTIONS or name in self.tables:
             what = "table" if name in self.tables else "function"
             raise ExpressionError(f'uses the {what} "{name}" without arguments', f"write {name}(...)")
-        below = sorted(x for x in self.allowed if x.startswith((f"{name}.", f"{name}[")))
+        below = [x for x in self.remedies(self.allowed) if x.startswith((f"{name}.", f"{name}["))]
         if below:
             raise ExpressionError(f'uses "{name}", which has several numbers', f"write {' or '.join(below)}")
-        known = sorted([*self.allowed, *CONSTANTS])
+        known = sorted([*self.remedies(self.allowed), *CONSTANTS])
         raise ExpressionError(f'has the unknown name "{name}"', suggestion(name, known, ALIKE))
 
 
@@ -295,7 +302,7 @@ def _check(node: ast.AST, names: _Names, depth: int) -> None:
             names.used.add(name)
             below = list(args)
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
-            functions = [*FUNCTIONS, *names.tables]
+            functions = [*FUNCTIONS, *names.remedies(names.tables)]
             raise ExpressionError(f'calls the unknown function "{name}"', suggestion(name, sorted(functions), ALIKE))
         case _:
             raise NotAFormulaError(

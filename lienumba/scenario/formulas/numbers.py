@@ -171,12 +171,20 @@ class _Taking:
         if is_number(text):
             return None
         try:
-            return Formula(text, self.names, frozenset(self.parameters.tables), _is_condition(tokens))
+            return Formula(
+                text, self.names, frozenset(self.parameters.tables), _is_condition(tokens), self.told(tokens)
+            )
         except ExpressionError as error:
             if len(self.names) > 1 or self.parameters.tables:
                 self.problems.append(explained(text, error).at(paths.written(tokens), text))
                 paths.put(self.model, list(tokens), NEVER if _is_condition(tokens) else 1.0)
             return None
+
+    def told(self, tokens: Tokens) -> frozenset[str]:
+        """The names and tables that a formula may have at a place."""
+        if _may_vary(tokens):
+            return self.names.union(self.parameters.tables)
+        return frozenset({TIME, *self.values} if tokens[0] == "gravity" else self.values)
 
     def take(self, tokens: Tokens, formula: Formula) -> None:
         if formula.used == {TIME} or (not formula.used and (tokens[0] == "gravity" or _may_vary(tokens))):

@@ -198,7 +198,7 @@ def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], lis
         at = f"parameters.{name}"
         if isinstance(value, str):
             try:
-                formulas[name] = Formula(value, names)
+                formulas[name] = Formula(value, names, told=names - {name})
             except ExpressionError as error:
                 problems.append(explained(value, error).at(at, value))
         elif isinstance(value, bool) or not isinstance(value, int | float):

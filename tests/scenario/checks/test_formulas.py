@@ -160,6 +160,26 @@ FORMULAS = {
         rig(POINTING).replace("mass = 2", 'mass = "1 + pointing.y"'),
         f'model.bodies.arm.mass = "1 + pointing.y": reads pointing.y, but {ONE_NUMBER}',
     ),
+    "a mass with an unknown name": (
+        rig(PARAMETERS, POINTING, table()).replace("mass = 2", 'mass = "kq"'),
+        'model.bodies.arm.mass = "kq": has the unknown name "kq"; known here are "deg", "kp", "pi", "rpm"',
+    ),
+    "a mass with a quantity of several numbers": (
+        rig(PARAMETERS, POINTING).replace("mass = 2", 'mass = "pointing"'),
+        'model.bodies.arm.mass = "pointing": has the unknown name "pointing"; known here are "deg", "kp", "pi", "rpm"',
+    ),
+    "a mass with an unknown function": (
+        rig(table()).replace("mass = 2", 'mass = "pus(2)"'),
+        f'model.bodies.arm.mass = "pus(2)": calls the unknown function "pus"; known here are {SORTED}',
+    ),
+    "a parameter with an unknown name": (
+        rig("[parameters]\nkp = 40\nb = '2*kq'\n", POINTING),
+        'parameters.b = "2*kq": has the unknown name "kq"; known here are "deg", "kp", "pi", "rpm"',
+    ),
+    "gravity with an unknown name": (
+        rig(PARAMETERS, POINTING, table(), model='[model]\ngravity = [0, 0, "kq"]\n'),
+        'model.gravity[2] = "kq": has the unknown name "kq"; known here are "deg", "kp", "pi", "rpm", "t"',
+    ),
     "a mass reads a table": (
         rig(table()).replace("mass = 2", 'mass = "push(t)"'),
         f'model.bodies.arm.mass = "push(t)": reads push, but {ONE_NUMBER}',
