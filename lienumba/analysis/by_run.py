@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +18,14 @@ from lienumba.store.layout import RUN
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.outputs import Output, whole
 from lienumba.store.study_layout import is_study
+from lienumba.store.targets import CHOOSE, claimed
 
 if TYPE_CHECKING:
     import pandas
 
 CSV, PARQUET, MATLAB = ".csv", ".parquet", ".mat"
 ENDINGS = (CSV, PARQUET, MATLAB)
+STARTS = (RUN[0].encode(), b"PAR1", b"MATLAB")  # of a file of each
 LONGEST = 63  # names of variables in MATLAB
 
 
@@ -59,6 +63,12 @@ def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | No
     table = pandas.DataFrame(columns, index=pandas.Index(ds[RUN[0]].values, name=RUN[0]))
     table.attrs["units"] = units
     return table
+
+
+def claimed_table(target: Path, overwrite: bool) -> AbstractContextManager[Output]:
+    """Own the file of a table, from before anything is read; refuse one that must not be replaced."""
+    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
+    return claimed(target, "table of runs", ENDINGS, remedy, STARTS)
 
 
 def save(table: pandas.DataFrame, output: Output) -> None:

@@ -7,6 +7,7 @@ import typer
 
 from lienumba.cli.options import (
     AllowScenarioCodeOption,
+    OverwriteTableOption,
     RunsOption,
     ScenarioArgument,
     SeedOption,
@@ -30,7 +31,7 @@ def sample(
     settings: SetOption = None,
     runs: RunsOption = None,
     allow_code: AllowScenarioCodeOption = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing table.")] = False,
+    overwrite: OverwriteTableOption = False,
 ) -> None:
     """Draw the samples of a sweep and write them as a table, without running anything."""
     with console.exit_codes():

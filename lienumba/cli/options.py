@@ -32,6 +32,7 @@ VerdictOption = Annotated[
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Show errors only.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing dataset.")]
+OverwriteTableOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing table.")]
 DatasetArgument = Annotated[Path, typer.Argument(metavar="DATASET", help="A dataset (.nc).", show_default=False)]
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc).", show_default=False)]
 OutputsArgument = Annotated[

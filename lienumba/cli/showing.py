@@ -11,6 +11,7 @@ from lienumba.cli.options import (
     DatasetArgument,
     FileArgument,
     OutputsArgument,
+    OverwriteTableOption,
     QuietOption,
     TableOption,
     TimeOption,
@@ -258,16 +259,16 @@ def table(
             help="A .csv, .parquet or .mat file to write (default: FILE's stem with .csv).",
         ),
     ] = None,
+    overwrite: OverwriteTableOption = False,
 ) -> None:
     """Write one row for each run: how it ended, its inputs, and the numbers that it has once."""
     with console.exit_codes():
-        from lienumba.analysis.by_run import ENDINGS, run_table, save
+        from lienumba.analysis.by_run import claimed_table, run_table, save
         from lienumba.store.files import reading
         from lienumba.store.linear_layout import MODES
-        from lienumba.store.targets import CHOOSE, claimed
 
         target = output if output is not None else Path(file.stem + ".csv")
-        with claimed(target, "table of runs", ENDINGS, f"{CHOOSE}, or delete it") as own:
+        with claimed_table(target, overwrite) as own:
             with reading(file, (MODES,)) as (dataset, _):
                 rows = run_table(dataset, outputs or (), time)
             save(rows, own)

@@ -75,8 +75,25 @@ def test_a_spreadsheet_reads_every_bit(file):
     assert read["steps"].dtype.kind == "i"
     again = command("out.nc")
     assert again.exit_code == 2
-    assert "output = out.csv: exists already; choose another name, or delete it" in again.stderr
+    assert "output = out.csv: exists already; choose another name, or replace it with --overwrite" in again.stderr
     assert command("out.nc", "-o", "out.txt").stderr.startswith("error: output = out.txt: is no table of runs; give a")
+
+
+def test_what_there_is_is_replaced_if_it_is_a_table(file):
+    for name in ("out.csv", "out.mat"):
+        assert command("out.nc", "-o", name).exit_code == 0
+        before = (file.parent / name).read_bytes()
+        assert command("none.nc", "-o", name, "--overwrite").exit_code == 2
+        assert (file.parent / name).read_bytes() == before
+        assert command("out.nc", "tip", "-o", name, "--overwrite").exit_code == 0
+        assert (file.parent / name).read_bytes() != before
+    assert "tip.x" in pd.read_csv("out.csv")
+    (file.parent / "notes.csv").write_text("what I saw\n")
+    refused = command("out.nc", "-o", "notes.csv", "--overwrite")
+    assert refused.stderr == (
+        "error: output = notes.csv: is a file of another kind, no table of runs to be replaced; choose another name\n"
+    )
+    assert (file.parent / "notes.csv").read_text() == "what I saw\n"
 
 
 def test_matlab_reads_names_that_it_takes(file):
