@@ -84,9 +84,10 @@ class Output(Section):
         description="variables, quantities or components to store where each event first happens, before it changes "
         'anything, such as ["pointing.angle", "velocity"]',
     )
-    max_changes: Annotated[int, Field(strict=True, ge=1)] = Field(
+    max_changes: Annotated[int, Field(strict=True, ge=1, le=100_000)] = Field(
         default=16,
-        description="of how many changes of a run it is stored when and what they were, at least 1; all are counted",
+        description="of how many changes of a run it is stored when and what they were, from 1 to 100000; all are "
+        "counted",
     )
     full_runs: str | None = Field(
         default=None,

@@ -322,6 +322,10 @@ CASES = {
         rig(force('type = "friction"', 'joint = "pivot"', "coulomb = 2", "static = 1")),
         "model.forces.push.static = 1.0: must be at least coulomb = 2.0; exchange the two, or give the same",
     ),
+    "static friction below 0": (
+        rig(force('type = "friction"', 'joint = "pivot"', "coulomb = 2", "static = -1")),
+        "model.forces.push.static = -1.0: must be at least 0; give its size without a sign",
+    ),
     "static friction without coulomb": (
         rig(force('type = "friction"', 'joint = "pivot"', "static = 1")),
         "model.forces.push.coulomb is missing; give the force or torque with which it slides, at most static",
