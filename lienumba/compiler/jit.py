@@ -54,6 +54,10 @@ def register() -> None:
     def at_most(x: types.Type, bound: types.Type) -> Any:
         return lambda x, bound: x
 
+    @overload(operations.alike, strict=False)
+    def alike(condition: types.Type) -> Any:
+        return lambda condition: condition
+
     for function in (operations.minimum, operations.maximum, operations.absolute, *operations.KERNELS):
         register_jitable(function)
     operations.ON_NEW_KERNEL.append(register_jitable)

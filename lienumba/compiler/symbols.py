@@ -52,6 +52,7 @@ class Graph:
         self.analytic = analytic
         self.nodes: list[Symbol] = []
         self.bounds: dict[int, float] = {}  # promised, see at_most
+        self.alike: set[int] = set()  # conditions, see alike
         self._memo: dict[tuple[Any, ...], Symbol] = {}
 
     def input(self, array: str, row: int) -> "Symbol":
@@ -248,6 +249,10 @@ class Symbol:
 
     def at_most(self, bound: float) -> "Symbol":
         self.graph.bounds[self.id] = min(self.upper, bound)
+        return self
+
+    def alike(self) -> "Symbol":
+        self.graph.alike.add(self.id)
         return self
 
     @property

@@ -8,7 +8,7 @@ exp(0) = I exactly. Closed forms: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-grou
 from typing import Any
 
 from lienumba.numerics.number import Matrix, Number, Vector
-from lienumba.numerics.operations import atan2, cos, kernel, sin, sqrt, where
+from lienumba.numerics.operations import alike, atan2, cos, kernel, sin, sqrt, where
 
 # What comes out is of the kind of numbers that went in, which no type checker is told.
 Vec3 = tuple[Any, Any, Any]
@@ -223,9 +223,11 @@ def log(R: Matrix) -> Vec3:
     """
     w, x, y, z = to_quaternion(R)
     square = x * x + y * y + z * z
-    tiny = square < 1e-300
-    n = sqrt(where(tiny, 1.0, square))
-    factor = where(tiny, 2.0, 2.0 * atan2(n, w) / n)
+    small = square < 0.01 * (w * w)
+    t = square / where(small, w * w, 1.0)
+    series = 1.0 + t * (-1 / 3 + t * (1 / 5 + t * (-1 / 7 + t * (1 / 9 + t * (-1 / 11 + t * (1 / 13 - t * (1 / 15)))))))
+    n = sqrt(where(small, 1.0, square))
+    factor = 2.0 * where(small, series / where(small, w, 1.0), atan2(n, w) / n)
     return (factor * x, factor * y, factor * z)
 
 
@@ -337,9 +339,9 @@ def to_quaternion(R: Matrix) -> Quaternion:
     t0, t1, t2, t3 = R[0] + R[4] + R[8], R[0] - R[4] - R[8], R[4] - R[0] - R[8], R[8] - R[0] - R[4]
     a, b, c = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     d, e, f = R[1] + R[3], R[2] + R[6], R[5] + R[7]
-    low, high = t0 >= t1, t2 >= t3
+    low, high = alike(t0 >= t1), alike(t2 >= t3)
     first, second = where(low, t0, t1), where(high, t2, t3)
-    upper = first >= second
+    upper = alike(first >= second)
     w = where(upper, where(low, 1.0 + t0, a), where(high, b, c))
     x = where(upper, where(low, a, 1.0 + t1), where(high, d, e))
     y = where(upper, where(low, b, d), where(high, 1.0 + t2, f))

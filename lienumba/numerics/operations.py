@@ -161,3 +161,9 @@ def gather(numbers: Numbers, index: Number) -> Any:
 def at_most(x: Number, bound: float) -> Any:
     """x itself, which the caller promises to be <= bound: the compiler drops the branches this rules out."""
     return x.at_most(bound) if hasattr(x, "at_most") else x
+
+
+def alike(condition: Condition) -> Any:
+    """The condition itself, which the caller promises to choose among forms of one number alone: where it changes,
+    nothing has a kink."""
+    return condition.alike() if hasattr(condition, "alike") else condition

@@ -92,11 +92,11 @@ def _expand(tracer: Tracer) -> Expansion:
 
 
 def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
-    """The differences of all numbers that laws compare: where one changes its sign, another branch begins. What an
-    elimination compares without any force does not count."""
+    """The differences of all numbers that laws compare: where one changes its sign, another branch begins. What
+    chooses among forms of one number, and what an elimination compares without any force, does not count."""
 
     def compared(values: Sequence[Any]) -> dict[int, Symbol]:
-        return {node.id: node for node in live(values) if node.op in ("<", "<=")}
+        return {x.id: x for x in live(values) if x.op in ("<", "<=") and x.id not in graph.alike}
 
     found, known = compared(values), dict[int, Symbol]()
     if found and tracer.structure.looped:

@@ -142,6 +142,26 @@ def test_what_the_last_terms_of_a_series_do_not_tell(force: dict[str, Any]) -> N
     assert np.abs(ends[0] - ends[1]).max() < 1e-9
 
 
+def test_a_bushing_begins_relaxed_and_turns_to_and_fro() -> None:
+    """Its rotation vector has a series where it is 0, too, and no kink where another component is the largest."""
+    body = {"name": "b", "mass": 1.0, "inertia": [0.1, 0.2, 0.25], "position": [0, 0, 0], "velocity": [0, 0, 0]}
+    bushing = {
+        "name": "mount", "type": "bushing", "bodies": ["ground", "b"], "points": [[0, 0, 0], [0.1, 0, 0]],
+        "stiffness": [100.0, 100.0, 100.0], "rotational_stiffness": [3.0, 2.0, 4.0],
+    }  # fmt: skip
+    model = {"gravity": [0, 0, -9.81], "bodies": [body], "forces": [bushing]}
+    for rotation, rate in (([1, 0, 0, 0], [0, 0, 0]), ([0, 0.6, 0.8, 0], [6.0, 2.0, -3.0])):
+        body |= {"rotation": rotation, "angular_velocity": rate}
+        ends = []
+        for method, tolerance in (("taylor", 1e-10), ("dop853", 1e-12)):
+            integrator = {"method": method, "tolerance": tolerance, "end_time": 2.0}
+            ds = run({"model": model, "integrator": integrator, "output": {"every": 0.5}})
+            ends.append(ds.position.values)
+            assert ds.status.item() == 0
+            assert ds.steps.item() < {"taylor": 80, "dop853": 10000}[method]
+        assert np.abs(ends[0] - ends[1]).max() < 1e-9
+
+
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-10])
 def test_what_falls_as_a_polynomial_does_not_fall_through_a_spring(tolerance: float) -> None:
     """From 1 m on a spring that only pushes: z = -a + a cos wt - v/w sin wt while they touch, a = m g/k."""
