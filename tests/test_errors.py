@@ -60,7 +60,7 @@ def test_a_scenario_error_has_its_problems_as_data():
     scenario = {
         "parameters": {"m": -2.0},
         "model": {"bodies": [body]},
-        "quantities": [{"name": "q", "type": "point", "body": "topp"}],
+        "quantities": [{"name": "q", "type": "point", "body": "topp"}, {"name": "r", "type": "point"}],
         "integrator": {"step": 0.1, "end_tim": 1},
     }
     with pytest.raises(ScenarioError) as caught:
@@ -68,7 +68,8 @@ def test_a_scenario_error_has_its_problems_as_data():
     found = {problem.place: problem for problem in caught.value.problems}
     assert (found["model.bodies.top.mass"].value, found["model.bodies.top.mass"].formula) == (-2.0, "m")
     assert found["integrator.end_tim"].verb == UNKNOWN
-    assert found["integrator.end_time"].verb == MISSING
+    assert "integrator.end_time" not in found  # which is what was meant
+    assert found["quantities.r.body"].verb == MISSING
     assert found["quantities.q.body"].value == "topp"
     assert 'model.bodies.top.mass = "m" = -2.0: must be above 0; give the mass in kg, above 0' in str(caught.value)
 

@@ -221,11 +221,11 @@ def test_a_sweep_of_summaries_without_any_course(tmp_path: Path) -> None:
             'output.at_events[0] = "tip": has no event where it could be; add one, or leave it out',
         ),
         ({"max_changes": 0}, "output.max_changes = 0: must be "),
-        ({"max_changes": 10**12}, "output.max_changes = 1000000000000: must be at most 100000"),
-        ({"full_runs": "3:3", "mode": "summary"}, 'output.full_runs = 3:3: the range "3:3" is empty'),
+        ({"max_changes": 10**12}, "output.max_changes = 1000000000000: must be at most 100,000"),
+        ({"full_runs": "3:3", "mode": "summary"}, 'output.full_runs = "3:3": the range "3:3" is empty'),
         (
             {"full_runs": "all", "mode": "summary"},
-            'output.full_runs = all: "all" is not a run; give labels',
+            'output.full_runs = "all": "all" is not a run; give labels',
         ),
     ],
 )

@@ -171,7 +171,7 @@ def test_a_report_of_33_links_is_small():
         ({"type": "mesh", "file": "no.stl"}, '...[0].file = "no.stl": there is no such file; check the path'),
         ({"type": "mesh", "file": __file__}, "is neither .stl nor .obj; save the mesh as STL or OBJ"),
         ({"type": "mesh", "data": "abc"}, '...[0].data = "abc": is no packed mesh; give the file of a mesh instead'),
-        ({"type": "mesh", "file": "a.stl", "triangles": 10**6}, "...[0].triangles = 1000000: must be at most 20000"),
+        ({"type": "mesh", "file": "a.stl", "triangles": 10**6}, "...[0].triangles = 1000000: must be at most 20,000"),
         ({"type": "mesh", "data": "", "scale": 0}, "...[0].scale = 0: must be above 0; give the unit of the file in m"),
     ],
 )  # fmt: skip
