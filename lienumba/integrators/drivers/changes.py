@@ -439,6 +439,8 @@ def _renew(
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
             least = max(noise, _touching(sizes, first, rows, plan, lane, n - sizes.events))
+            if (n - sizes.events) % layout.CONDITIONS == layout.OPENS:  # what pulls by rounding will have to open yet
+                least = max(least, reactions.SLIGHT * -old)
             new = new if new > least else min(new, 0.0)
         if n < sizes.events:
             follow_one(sizes, first, rows, lane, n, new)

@@ -282,6 +282,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     has to slide instead: returns whether anything has, which changes forces."""
     p, on, begins = r.problem, first.state + layout.on_row(sizes), False
     before = first.conditions + layout.conditions(sizes) + sizes.events
+    opens = first.conditions + sizes.events + layout.OPENS  # minus the force with which the step began
     for s in range(sizes.switches):
         kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
         how = rows[before + s, lane]
@@ -289,8 +290,9 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
         if kind == UNILATERAL:
             pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
-            idle = pressed and p.x[row] <= slight
-            pressed = pressed and not (idle and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
+            idle, had = pressed and p.x[row] <= slight, -rows[opens + layout.CONDITIONS * s, lane]
+            faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
+            pressed = pressed and not (faint and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
             if pressed and not bare and (idle or (how == STICK and _on_edge(r, s))):
                 how = float(LEAN)  # for now, those in question
