@@ -52,8 +52,8 @@ def test_events_set_single_numbers() -> None:
 WRONG = {
     "parameters.k[1] = [2]: must be a number or a formula of other parameters; give one number, or a list": [1, [2]],
     "parameters.k = []: must be a number or a formula of other parameters; give one number, or a list of numbers": [],
-    'parameters.k[1] = "k[5]": has the unknown name "k[5]"; the nearest known name is "k[1]"': [1, "k[5]"],
-    'parameters.k[1] = "k": uses "k", which has several numbers; write k[0] or k[1]': [1, "k"],
+    'parameters.k[1] = "k[5]": has the unknown name "k[5]"; the nearest known name is "k[0]"': [1, "k[5]"],
+    'parameters.k[1] = "k": uses "k", which has several numbers; write k[0]': [1, "k"],
 }
 
 
