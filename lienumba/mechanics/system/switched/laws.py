@@ -5,10 +5,9 @@ keeps). A rigid stop and a contact have a gap, which closes. What sticks, a cont
 rate along the sliding.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial, reduce
-from operator import add
+from functools import partial
 from typing import Any
 
 from lienumba.groups import so3
@@ -125,7 +124,7 @@ def heading(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vec
     """The direction of sliding that was kept, along the tangents as they are now, and the speed (m/s) with which: what
     is slower has no direction of its own (see `sliding`)."""
     now = kept[: switch.tangents] if switch.memories == switch.tangents else carried(_normal(model, switch, view), kept)
-    return direction(now, (0.0,) * switch.tangents), _length(now)
+    return direction(now, (0.0,) * switch.tangents), length(now)
 
 
 def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:
@@ -135,8 +134,14 @@ def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:
     return lift(x).a, lift(y).a, lift(z).a
 
 
-def _length(x: Vector) -> Any:
-    return sqrt(reduce(add, (c * c for c in x), 0.0))
+def length(rows: Sequence[Number]) -> Any:
+    """Of what is along tangents."""
+    if len(rows) == 1:
+        return where(rows[0] < 0.0, -rows[0], rows[0])
+    square: Any = 0.0
+    for x in rows:
+        square = square + x * x
+    return sqrt(square)
 
 
 def direction(rates: Vector, otherwise: Vector) -> Vector:

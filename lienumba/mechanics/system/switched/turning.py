@@ -44,7 +44,7 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accele
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
             back = maximum(back, creeps)
-        pushed = _length(reactions[tangents]) - _holds(model, switch, now, reactions)
+        pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
         turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
             found += [0.0, turns]
@@ -72,7 +72,7 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
         power: Any = 0.0
         for f, x in zip(force, w, strict=True):
             power = power + f * x
-        size = _length(force)
+        size = laws.length(force)
         found.append(where(size > 0.0, maximum(power, 0.0) / where(size > 0.0, size, 1.0), 0.0))
     return found
 
@@ -103,7 +103,7 @@ def _turned(sliding: Vector, kept: Vector, slow: Number) -> Any:
         return back
     (x, y), (along, across) = sliding, kept
     # before a right angle: there friction changes its sign, and may turn the sliding back, so that no step ends behind
-    return back + TURNED * laws.own(sliding, slow) * _length([x * across - y * along])
+    return back + TURNED * laws.own(sliding, slow) * laws.length([x * across - y * along])
 
 
 def _creeps(
@@ -113,7 +113,7 @@ def _creeps(
     neither end nor grow by itself: it has missed 0 by rounding, or by the error of a step, and turns as fast as steps
     are short, even where friction brakes it from every side. Less than what the driver takes for rest."""
     pressing = scales.weight(model, now)
-    least, speed = ENDS * sqrt(pressing * length), _length(sliding)
+    least, speed = ENDS * sqrt(pressing * length), laws.length(sliding)
     C, (_, biases) = constraints.jacobian(model, now), constraints.rate_and_bias(model, now)
     grows: list[Any] = []
     for row in rows:
@@ -135,15 +135,6 @@ def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Numbe
     if switch.what == FRICTION:
         return _effort(model, switch, now, "static")
     return model.contacts[switch.index].static * reactions[0] if switch.what == CONTACT else 0.0
-
-
-def _length(rows: Sequence[Number]) -> Any:
-    if len(rows) == 1:
-        return where(rows[0] < 0.0, -rows[0], rows[0])
-    square: Any = 0.0
-    for x in rows:
-        square = square + x * x
-    return sqrt(square)
 
 
 def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
