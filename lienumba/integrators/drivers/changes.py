@@ -411,12 +411,17 @@ def _decided(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: i
 
 
 @inlined
-def _touching(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, condition: int) -> float:
-    """By how much a gap that is open may be below 0: its contact touches, at a time that is rounded."""
+def _rounding(
+    sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, condition: int, old: float
+) -> float:  # fmt: skip
+    """What the first condition of a switch, that was `old` before a change, may be by rounding behind it. By so much a
+    gap that is open may be below 0: its contact touches, at a time that is rounded. By so much what is closed may pull,
+    beside the force with which the step began: it will have to open yet."""
     switch = condition // layout.CONDITIONS
+    if condition % layout.CONDITIONS != layout.OPENS or plan.switches[switch, SWITCH_KIND] != UNILATERAL:
+        return 0.0
     opened = rows[first.state + layout.on_row(sizes) + switch, lane] == OFF
-    opened = opened and condition % layout.CONDITIONS == layout.OPENS
-    return TOUCH if opened and plan.switches[switch, SWITCH_KIND] == UNILATERAL else 0.0
+    return TOUCH if opened else reactions.SLIGHT * -old
 
 
 @apart
@@ -438,9 +443,7 @@ def _renew(
         if fired:
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
-            least = max(noise, _touching(sizes, first, rows, plan, lane, n - sizes.events))
-            if (n - sizes.events) % layout.CONDITIONS == layout.OPENS:  # what pulls by rounding will have to open yet
-                least = max(least, reactions.SLIGHT * -old)
+            least = max(noise, _rounding(sizes, first, rows, plan, lane, n - sizes.events, old))
             new = new if new > least else min(new, 0.0)
         if n < sizes.events:
             follow_one(sizes, first, rows, lane, n, new)
