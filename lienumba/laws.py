@@ -16,8 +16,8 @@ from math import pi
 from typing import Any
 
 from lienumba.groups import so3
-from lienumba.numerics.expressions import CONSTANTS
 from lienumba.numerics.functions import FUNCTIONS
+from lienumba.numerics.grammar import CONSTANTS
 from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
 

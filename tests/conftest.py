@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 
+import hypothesis
 import pytest
 from typer import testing
 
@@ -14,6 +15,10 @@ pytest_plugins = ["tests.quick"]
 # Else every process, of which tests start hundreds, would compile all sources anew.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# On a machine that does other work, too, examples take as long as they take.
+hypothesis.settings.register_profile("patient", deadline=None)
+hypothesis.settings.load_profile("patient")
 
 # Tests of machine code, or of many steps. All others are about what is computed, whatever the code looks like: theirs
 # is made in half the time.

@@ -104,7 +104,7 @@ def schema() -> None:
     with console.exit_codes():
         import json
 
-        from lienumba.scenario.schema.scenario import json_schema
+        from lienumba.scenario.schema.json_schema import json_schema
 
         console.say(json.dumps(json_schema(), indent=2, ensure_ascii=False))
 

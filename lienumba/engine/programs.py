@@ -101,8 +101,8 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
     """The runs, ready to be executed."""
     from lienumba.batch.actions import plan
     from lienumba.batch.integrate import Batch
-    from lienumba.integrators.tracing import joint_states
-    from lienumba.integrators.tracing.tracer import split
+    from lienumba.integrators.tracing.joint import states as joint_states
+    from lienumba.integrators.tracing.template import split
 
     data = resolved.data
     augmented = _augmented(resolved, prepared, program.augmented)
@@ -158,7 +158,7 @@ def _pace(integrator: Integrator, prepared: Prepared) -> "Pace | None":
 
 def _augmented(resolved: Scenario, prepared: Prepared, state: "AugmentedState") -> np.ndarray:
     """What every run has beside its bodies and law states at the start (runs, rows)."""
-    from lienumba.integrators.tracing import joint_states
+    from lienumba.integrators.tracing.joint import states as joint_states
     from lienumba.mechanics.mechanism.kinematics import Instant
     from lienumba.mechanics.system.kkt import Structure
     from lienumba.mechanics.system.singular import limiting_accelerations

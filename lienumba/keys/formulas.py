@@ -6,7 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from lienumba.errors import BadValueError
-from lienumba.numerics.expressions import ExpressionError, Formula, NotAFormulaError
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError, NotAFormulaError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number
 

@@ -18,9 +18,11 @@ from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.machine import aligned, compile_program
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.program import Program, build
 from lienumba.integrators.tracing.row_selection import UNIQUE
-from lienumba.integrators.tracing.tracer import Method, Slot, Tracer, split
+from lienumba.integrators.tracing.template import Slot, split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.mechanism.model_numbers import map_numbers

@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 from lienumba.keys.registry import Registry
-from lienumba.scenario.schema.scenario import json_schema
+from lienumba.scenario.schema.json_schema import json_schema
 
 Schema = dict[str, Any]
 Names = dict[str, list[str]]  # of what a scenario holds: bodies, joints, ...

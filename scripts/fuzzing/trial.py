@@ -135,7 +135,8 @@ def _may_not_happen(scenario: dict) -> set[str]:
     found: set[str] = set()
     tables = [part.get(kind, ()) for kind in ("measures", "requirements") for part in (scenario["model"], scenario)]
     for one in chain(*tables):
-        if NEVER.search(str(one["value"])) or any(name in str(one["value"]) for name in found):
+        formula = str(one.get("value", ""))  # measures may be functions instead
+        if NEVER.search(formula) or any(name in formula for name in found):
             found.add(one["name"])
     return found
 

@@ -97,7 +97,7 @@ def test_rounding_and_branches_stay_as_they_are_at_the_start() -> None:
 
 
 @given(st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3), st.lists(st.floats(0.5, 2.0), min_size=3, max_size=3))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_a_free_body_keeps_its_energy_and_its_angular_momentum(start: list[float], inertia: list[float]) -> None:
     """Euler's equations: both are the same at any time, coefficient by coefficient."""
 

@@ -39,7 +39,8 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData, json_schema
+from lienumba.scenario.schema.json_schema import json_schema
+from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData
 from lienumba.scenario.study_errors import STATE
 from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-checked = settings(deadline=None, derandomize=True, max_examples=40)
+checked = settings(derandomize=True, max_examples=40)
 
 component = st.floats(-5.0, 5.0).map(lambda x: 0.0 if abs(x) < 1e-100 else x)
 vectors = st.tuples(component, component, component)

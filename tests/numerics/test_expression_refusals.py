@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 
 REMEDY = (
     ", which is not allowed; use numbers, + - * / **, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, "
@@ -163,7 +164,7 @@ PIECES = [
 ]  # fmt: skip
 
 
-@settings(deadline=None, derandomize=True, max_examples=1500)
+@settings(derandomize=True, max_examples=1500)
 @given(st.lists(st.sampled_from(PIECES), max_size=12).map("".join))
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_any_text_is_a_formula_or_an_expression_error(text):

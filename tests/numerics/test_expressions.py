@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lienumba.numerics import operations
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.numerics.jets import Jet, lift
 from tests.compiler.evaluation import assert_same_bits, traced
 
@@ -282,7 +283,7 @@ def test_numbers_may_be_called_as_functions_are():
     assert rewritten(1.0, k=0.25, **{"where.x": 3.0, "sin.y": 0.0}) == 0.5
 
 
-@settings(deadline=None, derandomize=True, max_examples=600)
+@settings(derandomize=True, max_examples=600)
 @given(st.randoms(use_true_random=False), st.floats(-3.0, 3.0), st.floats(-100.0, 100.0))
 def test_round_trips(random, t, k):
     tree = grown(random, 5)
@@ -298,7 +299,7 @@ def test_round_trips(random, t, k):
     assert_same_bits(np.array([float(formula(t, k=k))]), np.array([float(expected)]))
 
 
-@settings(deadline=None, derandomize=True, max_examples=300)
+@settings(derandomize=True, max_examples=300)
 @given(st.randoms(use_true_random=False), st.sampled_from([-2.0, 0.0, 1.0, 3.0]))
 def test_conditions_are_numbers_above_0_where_they_hold(random, t):
     """Sides are small whole numbers, so that many are equal."""

@@ -55,7 +55,7 @@ def taylor(function, x, y):
 def test_derivatives_are_those_of_mpmath(name):
     function = OPERATIONS[name]
 
-    @settings(deadline=None, derandomize=True, max_examples=25)
+    @settings(derandomize=True, max_examples=25)
     @given(numbers_of_a_jet, numbers_of_a_jet)
     def check(x, y):
         y = (abs(y[0]) + 0.1, *y[1:])

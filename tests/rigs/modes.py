@@ -8,11 +8,11 @@ import numpy as np
 from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Batch
 from lienumba.batch.records import Layout, per_run
-from lienumba.integrators.tracing import joint_states
 from lienumba.integrators.tracing.compiled import compiled
+from lienumba.integrators.tracing.joint import states as joint_states
 from lienumba.integrators.tracing.program import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 

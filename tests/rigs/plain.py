@@ -6,8 +6,10 @@ import numpy as np
 
 from lienumba.integrators.methods import METHODS, munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
-from lienumba.integrators.tracing.tracer import Method, Tracer, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, embedded, kkt, projection
 from lienumba.mechanics.system.body_axes import Axes

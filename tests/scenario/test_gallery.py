@@ -10,7 +10,7 @@ import lienumba
 from lienumba import System
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.scenario import SECTIONS
+from lienumba.scenario.schema.sections import SECTIONS
 from lienumba.scenario.start.build import build
 from tests.rigs.places import ROOT, SCENARIOS
 

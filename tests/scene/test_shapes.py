@@ -12,7 +12,7 @@ import lienumba
 from lienumba import ScenarioError
 from lienumba.figures.picture import Picture
 from lienumba.figures.playing import film
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.present.html import motion
 from lienumba.scenario.meshes import surfaces
 from lienumba.scenario.reading.loading import load

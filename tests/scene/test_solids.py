@@ -35,7 +35,7 @@ edges = st.floats(0.2, 1.0)  # thinner ones are drawn thicker
 quaternions = st.tuples(*4 * [st.floats(-1, 1)]).filter(lambda q: np.linalg.norm(q) > 0.1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.tuples(edges, edges, edges), quaternions, st.floats(1e-3, 1e4))
 def test_a_box_is_found_again(size, turn, mass):
     a, b, c = np.array(size) * [1.0, 1.3, 1.7]

@@ -42,7 +42,7 @@ def test_perfect_correlation_is_allowed(sign):
     np.testing.assert_allclose(found["b"], U["a"] if sign > 0 else 1 - U["a"], atol=1e-14)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_every_semi_definite_matrix_has_a_factor(size, rank, seed):
     B = np.random.default_rng(seed).normal(size=(size, rank))

@@ -20,7 +20,7 @@ from lienumba.engine.simulate import Runs
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.linear.equations import CLOCK, STATE
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.system.applied_forces import generalized
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare

@@ -15,7 +15,7 @@ from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of, several
 from lienumba.scenario.base.code import check_allowed

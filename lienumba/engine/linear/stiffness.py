@@ -21,7 +21,7 @@ from lienumba.errors import ScenarioError
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.stability import polynomial, reach
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario, resolve

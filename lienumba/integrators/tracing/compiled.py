@@ -1,6 +1,6 @@
 """The memo of programs: the same structure is traced, compiled and loaded once in a process, whatever numbers it has.
 
-A program follows from the template of a model (`tracer.split`), in which every number is a slot but for the exact
+A program follows from the template of a model (`template.split`), in which every number is a slot but for the exact
 0, 1 and -1 that shape it, from the method, the selection of rows, a few limits, and what the names of elements mean.
 These are the key, with which other processes find it too (`stored`). A function of the user's own is known by its
 code and by what it records on symbols (`law_keys`).
@@ -16,7 +16,7 @@ from lienumba.integrators.tracing import law_keys, machine, program, step_kernel
 from lienumba.integrators.tracing.machine import Machine
 from lienumba.integrators.tracing.program import Method, Outline
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.mechanism.model import Code, Model
 

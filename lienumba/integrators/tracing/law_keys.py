@@ -13,7 +13,7 @@ from lienumba.compiler.memo import content
 from lienumba.compiler.symbols import Symbol
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import TIME
-from lienumba.integrators.tracing.tracer import symbolic
+from lienumba.integrators.tracing.template import symbolic
 from lienumba.mechanics.elements import user_laws
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import Model

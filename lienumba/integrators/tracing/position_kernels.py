@@ -13,7 +13,7 @@ from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.groups import so3
 from lienumba.groups.state import State
 from lienumba.integrators import codes, layout
-from lienumba.integrators.tracing import joint_chart
+from lienumba.integrators.tracing.joint.chart import displacement
 from lienumba.integrators.tracing.tracer import Correction, Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -118,7 +118,7 @@ class _Joint(_Iteration):
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         assert isinstance(self.there, posture.Posture)
         chart, element = self.tracer.chart_of(self.model), self.tracer.state(self.graph, "state")[0]
-        u = joint_chart.displacement(self.there.tree, element, tuple(x), chart.size)
+        u = displacement(self.there.tree, element, tuple(x), chart.size)
         return (chart.moved(element, u),), chart.rotation(u)
 
 

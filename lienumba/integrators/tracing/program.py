@@ -48,10 +48,12 @@ from lienumba.integrators.tracing import (
 from lienumba.integrators.tracing.augmented_state import AugmentedState
 from lienumba.integrators.tracing.implicit import alpha_kernels
 from lienumba.integrators.tracing.implicit import kernels as collocation
-from lienumba.integrators.tracing.joint_tracer import JointTracer, place, read
+from lienumba.integrators.tracing.joint.tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
-from lienumba.integrators.tracing.tracer import Method, Tracer, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.switches import Switch

@@ -12,16 +12,16 @@ from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT, Algebra, State
 from lienumba.integrators import codes, layout
 from lienumba.integrators.methods import METHODS, step_control
-from lienumba.integrators.methods.charts import GROUPS, Chart
-from lienumba.integrators.methods.comparators import COORDINATES
+from lienumba.integrators.methods.charts import Chart
 from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
 from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, sampled
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import RowSelection
+from lienumba.integrators.tracing.template import symbolic
 from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
-from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switches import modes_of, permanent, resting, switches_of
@@ -29,38 +29,6 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import is_zero
 
 BODIES = "bodies"  # their states, where what is integrated does not have them
-
-
-@dataclass(frozen=True)
-class Method:
-    """What beside the mechanism shapes the kernels."""
-
-    tableau: str
-    position: str  # "local", "embedded" or "none"
-    velocity: str  # one of projection.WEIGHTS, or "none"
-    dexpinv: int | str | None = None  # terms of its series, or "closed"; None: as many as the method's order needs
-    chord: bool = False  # whether the position projection keeps the elimination of its first iteration
-    group: str = "R3xSO3"  # or another of GROUPS
-    coordinates: str = "lie"  # or "joint", or one of COORDINATES
-    baumgarte: float | None = None  # rate (1/s)
-    queued: bool = False  # whether every lane has its own time and takes its runs from a queue
-    adaptive: bool = False  # whether a tolerance chooses the steps; then lanes are queued, too
-    reactions: bool = True  # whether what joints and drivers do is stored
-    joint_coordinates: bool = False  # whether those of the whole mechanism are stored
-    extended: bool = False  # whether what is between the ends of a step is read off its stages
-    order: int = 0  # of series in time
-    rho: float | None = None  # of the generalised-alpha method
-
-    def chart(self) -> Chart:
-        """A method of order p needs ad^j in dexpinv up to j = p - 2; one with several exponentials has no dexpinv."""
-        return COORDINATES[self.coordinates] if self.coordinates in COORDINATES else GROUPS[self.group](self.terms)
-
-    @property
-    def terms(self) -> int | None:
-        """Of the series of dexpinv; None for its closed form."""
-        tableau = METHODS[self.tableau]
-        terms = 0 if tableau.composed or tableau.series else max(tableau.order - 2, 0)
-        return None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)
 
 
 class Correction(Protocol):
@@ -112,39 +80,6 @@ class Dynamics:
     multipliers: list[Number]
     sound: Number
     margin: Number
-
-
-@dataclass(frozen=True)
-class Slot:
-    """A number of the model that is read at run time, from this row of the parameters."""
-
-    row: int
-
-
-def split(model: Model) -> tuple[Model, list[Any]]:
-    """The template of a model, with slots for its parameters, and their values. Exact 0, 1, -1 in structural places
-    stay."""
-    values: list[Any] = []
-
-    def slot(value: Any) -> Slot:
-        values.append(value)
-        return Slot(len(values) - 1)
-
-    def number(value: Any, structural: bool) -> Any:
-        known = structural and isinstance(value, float | int) and value in (0, 1, -1)
-        return float(value) if known else slot(value)
-
-    return map_numbers(model, number, slot), values
-
-
-def symbolic(template: Model, graph: Graph | None = None) -> tuple[Graph, Model]:
-    """A graph, and the model with its inputs in the slots."""
-    graph = graph or Graph()
-
-    def number(x: Any, structural: bool = False) -> Any:
-        return graph.input("parameters", x.row) if isinstance(x, Slot) else x
-
-    return graph, map_numbers(template, number, number)
 
 
 class Tracer:

@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from lienumba.errors import BadValueError, Problem
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import nearest, printable, suggestion
 

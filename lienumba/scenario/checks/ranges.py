@@ -15,7 +15,7 @@ from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema.scenario import section_of
+from lienumba.scenario.schema.sections import section_of
 from lienumba.sweep.distributions.base import Distribution, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform

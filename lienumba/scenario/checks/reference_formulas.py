@@ -14,7 +14,8 @@ from lienumba.groups import so3
 from lienumba.keys.conversions import rotation_of
 from lienumba.keys.formulas import explained
 from lienumba.keys.types import Rotation, Vec3, rotation_keys
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.bodies import check_rotation

@@ -26,15 +26,8 @@ from lienumba.scenario.checks.times import check_times, looked_at
 from lienumba.scenario.checks.wanted.requirements import check_requirements, check_stop
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import (
-    Body,
-    Gravity,
-    Integrator,
-    Projection,
-    Standing,
-    StartSection,
-    section_of,
-)
+from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, Standing, StartSection
+from lienumba.scenario.schema.sections import section_of
 from lienumba.scenario.schema.stop import Stop
 from lienumba.words import listed
 

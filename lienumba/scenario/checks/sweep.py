@@ -11,7 +11,8 @@ from pydantic.fields import FieldInfo
 from lienumba.keys.facts import is_choice
 from lienumba.keys.types import Inertia, Rotation, Vec3
 from lienumba.mechanics.elements.quantities import QUANTITIES
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.nominal import nominal_numbers
@@ -22,7 +23,7 @@ from lienumba.scenario.checks.ranges import check_range, refused_below
 from lienumba.scenario.checks.samplers import check_sampler
 from lienumba.scenario.checks.samples import check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
-from lienumba.scenario.schema.scenario import SECTIONS, section_of
+from lienumba.scenario.schema.sections import SECTIONS, section_of
 from lienumba.scenario.schema.sweep import MOST_RUNS
 from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of

@@ -5,7 +5,8 @@ from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
 from lienumba.keys.formulas import explained
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Expression
 from lienumba.words import listed

@@ -12,15 +12,9 @@ from typing import Any
 
 from lienumba.keys.formulas import explained
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Kept
-from lienumba.numerics.expressions import (
-    CONSTANTS,
-    ExpressionError,
-    Formula,
-    NotAFormulaError,
-    dotted,
-    is_condition,
-)
+from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS
+from lienumba.numerics.grammar import CONSTANTS, ExpressionError, NotAFormulaError, dotted, is_condition
 from lienumba.scenario.formulas.measure_formula import VALUE, WHEN, MeasureFormula, name_of
 from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.words import listed, plural, suggestion

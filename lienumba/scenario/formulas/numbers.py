@@ -14,8 +14,9 @@ from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs import InputType
 from lienumba.mechanics.mechanism.model import HELD
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, JUDGING, MEASURES, REQUIREMENTS, Tokens
 from lienumba.scenario.base.problems import tables as rows_of
@@ -36,7 +37,7 @@ from lienumba.scenario.formulas.parameters import (
     value_of,
     whole,
 )
-from lienumba.scenario.schema import scenario
+from lienumba.scenario.schema import sections
 from lienumba.scenario.schema.shapes import SHAPES, Shape
 from lienumba.scenario.schema.tables import tables_of
 from lienumba.words import is_number, show
@@ -287,8 +288,8 @@ def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
         return set()  # its keys are names
     if tokens == (paths.START,):
         return {"from"}
-    typed = len(tokens) == 2 and tokens[0] in (*scenario.FORMS, INPUTS, *paths.JUDGING)
-    section = scenario.section_of(str(tokens[0]), node) if typed else None
+    typed = len(tokens) == 2 and tokens[0] in (*sections.FORMS, INPUTS, *paths.JUDGING)
+    section = sections.section_of(str(tokens[0]), node) if typed else None
     return (
         paths.TEXT_KEYS.union(key for key in section.model_fields if is_text(section, key))
         if section

@@ -17,7 +17,8 @@ from lienumba.keys.types import NAME
 from lienumba.mechanics.elements.quantities import owner
 from lienumba.mechanics.mechanism.model import HELD, Law
 from lienumba.mechanics.mechanism.tables import Table
-from lienumba.numerics.expressions import CONSTANTS, ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import CONSTANTS, ExpressionError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.toml import Keys

@@ -5,8 +5,8 @@ import re
 from collections.abc import Mapping
 from functools import reduce
 
-from lienumba.numerics.expressions import dotted, is_condition
 from lienumba.numerics.functions import FUNCTIONS
+from lienumba.numerics.grammar import dotted, is_condition
 
 UNKNOWN = "1"  # also of plain numbers
 CONSTANTS = {"t": "s", "deg": "rad", "rpm": "rad s-1", "pi": UNKNOWN}

@@ -6,7 +6,7 @@ from pydantic import Discriminator
 
 from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START, written
 from lienumba.scenario.base.problems import unique_name
-from lienumba.scenario.schema import scenario
+from lienumba.scenario.schema import sections
 from lienumba.words import show
 
 NAMED_LISTS = tuple(written([kind]) for kind in LISTS)
@@ -41,7 +41,7 @@ def without_tags(loc: Loc) -> list[str | int]:
 
 
 def _is_tag(loc: Loc, position: int) -> bool:
-    in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in scenario.FORMS
+    in_form = len(loc) > 1 and loc[0] == "model" and loc[1] in sections.FORMS
     if position == 3 and (in_form or tuple(loc[:2]) == ("sweep", "vary")):
         return True
     if position > 2 and loc[position - 2] in ("shapes", "ground_shapes") and isinstance(loc[position], str):
@@ -64,13 +64,13 @@ def _is_tag(loc: Loc, position: int) -> bool:
 
 def _has_forms(loc: Loc) -> bool:
     """Whether the fifth part of a location is a key whose value has several forms, as a rotation has."""
-    section = scenario.SECTIONS.get(section_key(loc[:4]))
+    section = sections.SECTIONS.get(section_key(loc[:4]))
     field = section.model_fields.get(str(loc[4])) if section is not None else None
     return field is not None and any(isinstance(x, Discriminator) for x in field.metadata)
 
 
 def section_key(loc: Loc) -> tuple[str, ...]:
-    """The place of a table among `schema.SECTIONS`."""
+    """The place of a table among `sections.SECTIONS`."""
     names = [part for part in loc if isinstance(part, str)]
     if names[:1] == ["sweep"] and names[1:2] in (["vary"], ["proposal"]) and len(names) > 2:
         names[2] = "*"

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.keys.facts import is_open_ended
 from lienumba.mechanics.elements.drivers import DRIVERS
-from lienumba.numerics.expressions import ExpressionError, Formula
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import ExpressionError
 from lienumba.scenario.base.paths import written
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema import scenario, shapes
+from lienumba.scenario.schema import sections, shapes
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
 from lienumba.sweep.distributions.registry import by_key, named
 from lienumba.words import ALIASES, VERY_SIMILAR, alias, is_number, nearest, plural, suggestion
@@ -39,7 +40,7 @@ def problem(item: "ErrorDetails", raw: object) -> Problem:
     remedy = _remedy(loc)
     if kind == "missing":
         return missing(path, remedy)
-    if loc[:1] == ("model",) and kind in ("union_tag_not_found", "union_tag_invalid") and loc[1] in scenario.FORMS:
+    if loc[:1] == ("model",) and kind in ("union_tag_not_found", "union_tag_invalid") and loc[1] in sections.FORMS:
         return _no_type(str(loc[1]), path, value)
     if kind in ("union_tag_not_found", "union_tag_invalid") and without_tags(loc)[-2:-1] in ([SHAPES], [GROUND]):
         return _no_type_of(list(shapes.SHAPES), path, value, f"write [[model.{GROUND}]], or shapes = [{{ ... }}]")
@@ -125,13 +126,13 @@ _BOUNDS = {
 
 def _least(loc: Loc) -> str:
     """Before the number of entries that a list must have, where it may have more."""
-    section, key = scenario.SECTIONS.get(section_key(loc[:-1])), str(loc[-1])
+    section, key = sections.SECTIONS.get(section_key(loc[:-1])), str(loc[-1])
     return "at least " if section is not None and key in section.model_fields and is_open_ended(section, key) else ""
 
 
 def _known(loc: Loc) -> list[str]:
     """The keys of the section in which a key stands."""
-    section = scenario.SECTIONS.get(section_key(loc[:-1]))
+    section = sections.SECTIONS.get(section_key(loc[:-1]))
     return list(section.model_fields) if section else []
 
 
@@ -144,10 +145,10 @@ def _unknown(loc: Loc, raw: object) -> Problem:
     """An unknown key: the nearest one of its section, or what it belongs to."""
     key, path, known = str(loc[-1]), place(loc, raw), _known(loc)
     names = section_key(loc[:-1])
-    kind, form = (SHAPES, names[-1]) if names[:-1] in scenario.SHAPE_LISTS else (str(loc[min(1, len(loc) - 1)]), "")
+    kind, form = (SHAPES, names[-1]) if names[:-1] in sections.SHAPE_LISTS else (str(loc[min(1, len(loc) - 1)]), "")
     forms: Mapping[str, type[BaseModel]] = shapes.SHAPES if kind == SHAPES else {}
-    if loc[0] == "model" and kind in scenario.FORMS:
-        forms, form = scenario.FORMS[kind], str(loc[3])
+    if loc[0] == "model" and kind in sections.FORMS:
+        forms, form = sections.FORMS[kind], str(loc[3])
     having = [other for other, having_it in forms.items() if key in having_it.model_fields]
     if having and alias(key, known) is None:
         belongs = ", ".join(_form(kind, other) for other in having)
@@ -156,7 +157,7 @@ def _unknown(loc: Loc, raw: object) -> Problem:
         )
     if nearest(key, known, VERY_SIMILAR) is None:
         for word in (key, *ALIASES.get(key, "").split()):
-            for names, other in sorted(scenario.SECTIONS.items(), key=lambda item: len(item[0])):
+            for names, other in sorted(sections.SECTIONS.items(), key=lambda item: len(item[0])):
                 if word in other.model_fields and "*" not in names and names:
                     return Problem(path, "", f'"{word}" belongs in {_header(names)}', verb=f"{UNKNOWN} here")
     return Problem(path, "", suggestion(key, known), verb=UNKNOWN)
@@ -192,7 +193,7 @@ def _header(names: tuple[str, ...]) -> str:
 
 def _no_type(kind: str, path: str, value: object) -> Problem:
     """A joint, driver or force whose type is missing or not known."""
-    known, remedy = list(scenario.FORMS[kind]), f"write it as [[{written([kind])}]]"
+    known, remedy = list(sections.FORMS[kind]), f"write it as [[{written([kind])}]]"
     if kind != "drivers" or not isinstance(value, dict):
         return _no_type_of(known, path, value, remedy)
     motions = [form for form, kind_of_driver in DRIVERS.items() if "motion" in kind_of_driver.model_fields]
@@ -239,7 +240,7 @@ def _dotted(key: str, value: Keys) -> str:
 def _remedy(loc: Loc) -> str:
     """What to give instead: the description of the field that the error lies in."""
     for end in range(len(loc) - 1, -1, -1):
-        section: type[BaseModel] | None = scenario.SECTIONS.get(section_key(loc[:end]))
+        section: type[BaseModel] | None = sections.SECTIONS.get(section_key(loc[:end]))
         field = section.model_fields.get(str(loc[end])) if section else None
         if field is not None:
             return f"give {field.description or 'another'}"

@@ -4,10 +4,9 @@ What one key says about another (names, step and interval, rotations) is in `che
 also the remedy in its error messages, which read "give <description>".
 """
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag, WithJsonSchema, create_model
+from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, create_model
 
 from lienumba.errors import BadValueError
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
@@ -19,45 +18,35 @@ from lienumba.keys.choices import NameOf, OneOf
 from lienumba.keys.types import (
     NAME_RULE,
     WRITTEN,
-    AxisAngle,
     Count,
-    Euler,
     Inertia,
     Name,
     Number,
     Positive,
     Rotation,
-    RotationVector,
     Section,
     Timed3,
     Vec3,
 )
 from lienumba.mechanics.elements.contacts import CONTACTS
-from lienumba.mechanics.elements.contacts.base import Coefficients, ContactType
+from lienumba.mechanics.elements.contacts.base import ContactType
 from lienumba.mechanics.elements.drivers import DRIVERS, DriverType, driver_form
-from lienumba.mechanics.elements.events import ACTIONS, Event, described
+from lienumba.mechanics.elements.events import Event
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import ForceLaw
-from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, AnyInput, input_form
+from lienumba.mechanics.elements.inputs import AnyInput
 from lienumba.mechanics.elements.joints import JOINTS, JointType
 from lienumba.mechanics.elements.limits import Limit
 from lienumba.mechanics.elements.noise import NoiseType
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 from lienumba.mechanics.system.projection import WEIGHTS
-from lienumba.scenario.base import paths
 from lienumba.scenario.schema.measures import Measure
-from lienumba.scenario.schema.output import Output, outputs_described
+from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.requirements import Requirement
 from lienumba.scenario.schema.shapes import SHAPES, AnyShapes
-from lienumba.scenario.schema.stop import Stop
-from lienumba.scenario.schema.sweep import Correlation, SampleFile, Sweep, samplers_described
-from lienumba.scenario.schema.tables import InputFile, Recording, TableFile, TableSection
-from lienumba.sweep.distributions.registry import DISTRIBUTIONS
-from lienumba.sweep.samplers import SAMPLERS
-from lienumba.sweep.samplers.importance import Proposal
-from lienumba.sweep.table import SampleTable
+from lienumba.scenario.schema.sweep import Sweep
+from lienumba.scenario.schema.tables import TableSection
 from lienumba.words import listed
 
 
@@ -245,7 +234,7 @@ AnyTolerance = Annotated[
 ]
 
 
-def _methods() -> str:
+def methods_described() -> str:
     return f"the method: {', '.join(METHODS)} (or omit it: {DEFAULT} with a step, {DEFAULT_PAIR} with a tolerance)"
 
 
@@ -262,7 +251,7 @@ def _coordinates() -> str:
 
 
 class Integrator(Section):
-    method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=_methods())
+    method: Annotated[str, NameOf(METHODS)] = Field(default=DEFAULT, description=methods_described())
     order: Annotated[int, Field(strict=True, ge=LOWEST, le=HIGHEST)] | None = Field(
         default=None,
         description=f"the order of a series, from {LOWEST} to {HIGHEST} (or omit it: as the tolerance asks, or "
@@ -360,116 +349,3 @@ class ScenarioData(Section):
     output: Output = Field(default_factory=Output, description="the section [output]")
     sweep: Sweep = Field(default_factory=Sweep, description="the section [sweep]")
     study: Study | None = Field(default=None, description="the section [study]")
-
-
-# What stands in the lists of the model: the classes of each by their names.
-FORMS: dict[str, Mapping[str, type[Section]]] = {
-    "joints": JOINTS, "drivers": DRIVERS, "forces": FORCES, "quantities": QUANTITIES, "noise": NOISES,
-    "contacts": CONTACTS,
-}  # fmt: skip
-SHAPE_LISTS = (("model", "bodies", "shapes"), ("model", "ground_shapes"))
-# The class behind each place of the file; list indices are left out, "*" is any path of sweep.vary.
-SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {}
-
-
-def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
-    shapes = {(*place, form): section for place in SHAPE_LISTS for form, section in SHAPES.items()}
-    return {
-        (): ScenarioData,
-        ("model",): ModelSection,
-        ("model", "bodies"): Body,
-        ("model", "bodies", "guess"): StartState,
-        **{
-            (*start, "rotation", form): section
-            for start in (("model", "bodies"), ("model", "bodies", "guess"), *shapes)
-            for form, section in (("axis_angle", AxisAngle), ("euler_angles", Euler), ("vector", RotationVector))
-        },
-        **{("model", kind, form): section for kind, forms in FORMS.items() for form, section in forms.items()},
-        ("model", "events"): Event,
-        ("model", "limits"): Limit,
-        ("model", "measures"): Measure,
-        ("model", "requirements"): Requirement,
-        **{("model", "contacts", form, "friction", "coefficients"): Coefficients for form in CONTACTS},
-        **{("model", "inputs", form): kind for form, kind in INPUTS_BY_FORM.items()},
-        ("model", "start"): StartSection,
-        ("integrator",): Integrator,
-        ("integrator", "tolerance", "table"): Tolerance,
-        ("integrator", "tolerance", "table", "absolute"): Absolute,
-        ("projection",): Projection,
-        ("output",): Output,
-        ("sweep",): Sweep,
-        ("sweep", "stop"): Stop,
-        ("sweep", "correlate"): Correlation,
-        ("sweep", "proposal", "*"): Proposal,
-        ("sweep", "table"): SampleTable,
-        **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
-        ("study",): Study,
-        **shapes,
-    }
-
-
-def _derive() -> None:
-    """What follows from the registries."""
-    Integrator.model_fields["method"].description = _methods()
-    Sweep.model_fields["sampler"].description = samplers_described()
-    Event.model_fields["action"].description = described()
-    variables = Output.model_fields["variables"]
-    variables.default, variables.description = usual(), outputs_described()
-    sections = (
-        Body,
-        Standing,
-        Event,
-        Integrator,
-        Output,
-        Sweep,
-        ModelSection,
-        ScenarioData,
-    )  # those that hold others behind these
-    for section in sections:
-        section.model_rebuild(force=True)
-    SECTIONS.clear()
-    SECTIONS.update(_sections())
-
-
-SECTIONS.update(_sections())
-for registry in (
-    JOINTS, DRIVERS, FORCES, CONTACTS, QUANTITIES, NOISES, ACTIONS, OUTPUT_VARIABLES, METHODS, GROUPS, COORDINATES,
-    SAMPLERS, DISTRIBUTIONS, SHAPES,
-):  # fmt: skip
-    registry.listeners.append(_derive)
-
-
-def json_schema() -> dict[str, Any]:
-    """The JSON schema of a scenario as people write it: quantities and events beside the model, tables with files."""
-    schema = ScenarioData.model_json_schema()
-    model = schema["$defs"]["ModelSection"]["properties"]
-    for kind in paths.BESIDE:
-        schema["properties"][kind] = model.pop(kind)
-    schema["$defs"]["TableFile"] = TableFile.model_json_schema()
-    schema["properties"]["tables"]["additionalProperties"] = {
-        "anyOf": [{"$ref": "#/$defs/TableFile"}, {"$ref": "#/$defs/TableSection"}]
-    }
-    inputs = schema["properties"][paths.INPUTS]
-    inputs["additionalProperties"] = {"anyOf": [*inputs["additionalProperties"]["oneOf"], _defined(schema, InputFile)]}
-    recording = _defined(schema, Recording)
-    inputs["properties"] = {paths.RECORDING: {"anyOf": [recording, {"type": "array", "items": recording}]}}
-    schema["$defs"]["SampleFile"] = SampleFile.model_json_schema()
-    schema["$defs"]["Sweep"]["properties"]["table"]["anyOf"].append({"$ref": "#/$defs/SampleFile"})
-    return schema
-
-
-def _defined(schema: dict[str, Any], section: type[Section]) -> dict[str, str]:
-    """A reference to a section that is added to the definitions of a schema."""
-    own = section.model_json_schema()
-    schema["$defs"] |= {**own.pop("$defs", {}), section.__name__: own}
-    return {"$ref": f"#/$defs/{section.__name__}"}
-
-
-def section_of(kind: str, item: dict[str, Any]) -> type[BaseModel] | None:
-    """The class of a table in one of the model's lists, or of an input, as far as its type is known."""
-    if kind == paths.INPUTS:
-        return INPUTS_BY_FORM.get(input_form(item) or "")
-    if kind in ("bodies", "events", "limits", *paths.JUDGING):
-        return SECTIONS[("model", kind)]
-    form = driver_form(item) if kind == "drivers" else item.get("type")
-    return SECTIONS.get(("model", kind, form)) if isinstance(form, str) else None

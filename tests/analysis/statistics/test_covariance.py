@@ -85,7 +85,7 @@ def test_about_a_rotation_of_ones_own():
 rotations = st.builds(lambda seed: Rotation.random(rng=seed), st.integers(0, 2**32))
 
 
-@settings(deadline=None, derandomize=True, max_examples=20)
+@settings(derandomize=True, max_examples=20)
 @given(rotations, rotations, st.integers(0, 2**32))
 def test_it_turns_with_the_frame_that_it_is_in(Q, P, seed):
     R = Rotation.from_matrix(spread(np.random.default_rng(seed), 12, 0.3))

@@ -234,7 +234,7 @@ def test_small_spreads_have_the_chordal_mean():
 rotations = st.builds(lambda seed: Rotation.random(rng=seed), st.integers(0, 2**32))
 
 
-@settings(deadline=None, derandomize=True, max_examples=25)
+@settings(derandomize=True, max_examples=25)
 @given(rotations, rotations, st.integers(0, 2**32), st.sampled_from([1e-6, 0.3, 0.7]))
 def test_the_mean_turns_with_the_runs(Q, P, seed, deviation):
     R = Rotation.from_matrix(spread(np.random.default_rng(seed), 12, deviation))

@@ -76,7 +76,7 @@ def definite(random: np.random.Generator, q: int, rank: int | None = None) -> np
     return J @ J.T
 
 
-@settings(deadline=None, derandomize=True, max_examples=60)
+@settings(derandomize=True, max_examples=60)
 @given(st.integers(0, 10**6), st.integers(1, 6))
 def test_without_friction_as_one_of_all_modes(seed, contacts):
     random = np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def test_without_friction_as_one_of_all_modes(seed, contacts):
     assert wrong(p) < 1e-12
 
 
-@settings(deadline=None, derandomize=True, max_examples=80)
+@settings(derandomize=True, max_examples=80)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.sampled_from([0.0, 0.05, 0.2, 0.4]), st.sampled_from([1.0, 0.5]))
 def test_laws_of_all_kinds_hold_together(seed, contacts, mu, share):
     """A joint, joint friction and contacts; with fewer freedoms than rows they are redundant."""

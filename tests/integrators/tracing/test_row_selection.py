@@ -17,7 +17,7 @@ from lienumba.integrators.drivers.row_selection import select_rows
 from lienumba.integrators.tracing.compiled import compiled
 from lienumba.integrators.tracing.program import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection, initial_selection
-from lienumba.integrators.tracing.tracer import split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.start import assembly

@@ -13,7 +13,8 @@ from lienumba.groups import so3
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Method, build
 from lienumba.integrators.tracing.row_selection import UNIQUE, initial_selection
-from lienumba.integrators.tracing.tracer import Tracer, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system import dynamics

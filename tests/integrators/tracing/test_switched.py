@@ -9,9 +9,11 @@ import pytest
 from lienumba.compiler.rows import W
 from lienumba.integrators import layout
 from lienumba.integrators.tracing import state_kernels
-from lienumba.integrators.tracing.joint_tracer import JointTracer
+from lienumba.integrators.tracing.joint.tracer import JointTracer
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
-from lienumba.integrators.tracing.tracer import Method, Tracer, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.mechanism.kinematics import OFF, Instant
 from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt

@@ -17,7 +17,7 @@ from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Driver, Model
 from lienumba.numerics.number import Vector
 from lienumba.scenario.resolve import resolve
-from lienumba.scenario.schema.scenario import json_schema
+from lienumba.scenario.schema.json_schema import json_schema
 
 
 def test_every_motion_is_of_one_form() -> None:

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.program import build
 from lienumba.integrators.tracing.row_selection import initial_selection
-from lienumba.integrators.tracing.tracer import Method, Tracer, split, symbolic
+from lienumba.integrators.tracing.template import split, symbolic
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant

@@ -27,7 +27,7 @@ def second_moments(J):
     return 0.5 * np.trace(J, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - J
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.floats(0.01, 1), min_size=3, max_size=3), st.floats(0, 1), st.integers(0, 2**32 - 1))
 def test_every_sample_is_the_inertia_of_a_body(moments, std, seed):
     random = np.random.default_rng(seed)
@@ -62,7 +62,7 @@ def test_no_spread_gives_the_nominal_inertia():
     np.testing.assert_allclose([elements(J) for J in draw(0.0, nominal)[:3]], [nominal] * 3, rtol=1e-14)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0, 5), st.integers(0, 2**32 - 1))
 def test_the_exponential_agrees_with_scipy(size, seed):
     S = np.random.default_rng(seed).normal(size=(3, 3)) * size

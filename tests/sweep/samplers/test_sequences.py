@@ -66,7 +66,7 @@ def test_any_selection_of_runs_has_the_samples_of_the_whole_sweep(sampler):
         assert_same(table(sampler, chosen, correlate=correlate), whole, np.array(chosen, int) + 1)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.sampled_from([s for s in SEQUENCES if s in GROWING]), st.lists(st.integers(0, 2**20), max_size=5))
 def test_a_run_is_the_same_wherever_it_is(sampler, labels):
     found = table(sampler, labels)
@@ -121,7 +121,7 @@ def test_every_number_is_uniform_over_the_seeds(sampler):
     assert 0 < found.min() < found.max() < 1
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(1, 500), st.integers(0, 2**40))
 def test_a_latin_hypercube_has_one_run_in_each_part(runs, seed):
     for column in points("latin_hypercube", runs, seed):

@@ -4,7 +4,7 @@ import hashlib
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -32,7 +32,6 @@ def test_golden_samples():
     )
 
 
-@settings(deadline=None)
 @given(
     path=st.text(min_size=1, max_size=20),
     runs=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=4),

@@ -24,7 +24,8 @@ from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
-from lienumba.integrators.tracing.tracer import Posture, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Posture
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers

@@ -7,9 +7,10 @@ import numpy as np
 
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods.charts import JOINT
-from lienumba.integrators.tracing.joint_tracer import JointTracer
+from lienumba.integrators.tracing.joint.tracer import JointTracer
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
-from lienumba.integrators.tracing.tracer import Method, split
+from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.system import kkt
 from lienumba.mechanics.system.switches import permanent

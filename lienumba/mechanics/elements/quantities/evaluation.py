@@ -20,7 +20,8 @@ from lienumba.mechanics.mechanism.model import (
     Quantity,
     Timed,
 )
-from lienumba.numerics.expressions import WITHIN, Formula
+from lienumba.numerics.evaluation import WITHIN
+from lienumba.numerics.expressions import Formula
 from lienumba.numerics.number import Number, Vector
 
 

@@ -14,10 +14,12 @@ from lienumba.compiler.derivatives import partials, replayed
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators.methods.charts import JOINT
-from lienumba.integrators.tracing.joint_tracer import JointTracer
+from lienumba.integrators.tracing.joint.tracer import JointTracer
 from lienumba.integrators.tracing.linear.equations import Equations
+from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
-from lienumba.integrators.tracing.tracer import Method, Tracer, split
+from lienumba.integrators.tracing.template import split
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.motion import read_state

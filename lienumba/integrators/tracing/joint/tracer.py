@@ -15,7 +15,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.methods import step_control
 from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing import tracer as seen
-from lienumba.integrators.tracing.joint_chart import JointChart
+from lienumba.integrators.tracing.joint.chart import JointChart
 from lienumba.integrators.tracing.law_states import sampled
 from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.integrators.tracing.tracer import BODIES, Correction, Dynamics, Part, Tracer, flat
