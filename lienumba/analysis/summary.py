@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -19,6 +19,7 @@ from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
 from lienumba.sweep.weighted import quantiles
+from lienumba.words import listed, plural
 
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
@@ -61,6 +62,7 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
+    unknown: of which summaries runs have no number;
     stopped: what made the sweep end before all its runs were done; stiff, chatters: what made steps short; unstable:
     that runs start in equilibria that they leave; weights:
     what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
@@ -81,6 +83,7 @@ class Summary:
     max_energy_drift: float | None
     max_relative_energy_drift: float | None
     not_unique: str = ""
+    unknown: str = ""
     stopped: str = ""
     stiff: str = ""
     chatters: str = ""
@@ -127,6 +130,7 @@ def summarise(ds: xr.Dataset) -> Summary:
     return Summary(
         title=str(ds.attrs.get("title", "")),
         weights="" if weights is None else weights_told(weights[sampled]),
+        unknown=_unknown(kept, good & sampled),
         stopped=str(ds.attrs.get("stopped", "")),
         stiff=str(ds.attrs.get("stiff", "")),
         chatters=str(ds.attrs.get("chatters", "")),
@@ -164,6 +168,20 @@ def _unstable(ds: xr.Dataset) -> str:
         return ""
     who = "the run starts" if runs == 1 else f"{count:,} of {runs:,} runs start"
     return f"{who} in an equilibrium that is unstable: what disturbs it least, be it rounding, grows"
+
+
+def _unknown(kept: Sequence[xr.DataArray], which: np.ndarray) -> str:
+    """In how many of these runs variables have no number; empty where all have."""
+    runs = int(which.sum())
+    missing = {
+        str(x.name): np.isnan(x.values[which]).any(axis=tuple(range(1, x.ndim))).sum()
+        for x in kept
+        if x.dtype.kind == "f"
+    }
+    told = [f"{name} in {count:,}" for name, count in missing.items() if count]
+    if not told:
+        return ""
+    return f"without a number, of {plural(runs, 'run', 'runs')}: {listed(told)} (undefined, or it never came to that)"
 
 
 def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[str, xr.DataArray]], float]:

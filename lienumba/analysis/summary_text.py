@@ -71,6 +71,7 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
         [
             f"largest {errors}" if errors else "",
             not_unique(summary),
+            summary.unknown,
             summary.stopped,
             summary.stiff,
             summary.chatters,

@@ -61,6 +61,20 @@ def test_outcomes_name_status_labels_and_times():
     assert (rare.status, rare.count, rare.labels) == (STATUSES[1].name, 1, (103,))
 
 
+def test_runs_whose_measure_is_undefined_are_told():
+    """Quantiles leave them out: a reader would take them for those of all runs."""
+    ds = known([0, 0, 0, 0, 2])
+    ds["settling"] = "run", [0.5, np.nan, np.nan, 0.25, np.nan]  # the last run has failed, which is told elsewhere
+    ds["root"] = "run", [np.nan] * 5
+    ds["bounces"] = "run", [1.0, 2.0, 3.0, 4.0, np.nan]
+    summary = summarise(ds)
+    assert summary.unknown == (
+        "without a number, of 4 runs: settling in 2 and root in 4 (undefined, or it never came to that)"
+    )
+    assert summary.unknown in repr(summary)
+    assert summarise(ds.isel(run=[0, 3])[["status", "end_time", "settling", "position"]]).unknown == ""
+
+
 def test_quantiles_of_the_final_state_of_good_runs():
     ds = known([0] * 21 + [1])
     summary = summarise(ds)

@@ -45,7 +45,15 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
     parts += (
         element("p", sentence(text))
-        for text in (not_unique(found), found.stopped, found.stiff, found.chatters, found.unstable, found.weights)
+        for text in (
+            not_unique(found),
+            found.unknown,
+            found.stopped,
+            found.stiff,
+            found.chatters,
+            found.unstable,
+            found.weights,
+        )
         if text
     )
     return section("summary", "Summary", *parts)
