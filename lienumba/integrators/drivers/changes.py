@@ -412,16 +412,16 @@ def _decided(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: i
 
 @inlined
 def _rounding(
-    sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, condition: int, old: float
+    sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int, force: float, old: float
 ) -> float:  # fmt: skip
-    """What the first condition of a switch, that was `old` before a change, may be by rounding behind it. By so much a
-    gap that is open may be below 0: its contact touches, at a time that is rounded. By so much what is closed may pull,
-    beside the force with which the step began: it will have to open yet."""
+    """What a condition of a switch, that was `old` before a change, may be by rounding behind it, in its own unit;
+    force: that of what is closed (N). A gap that is open may be so far below 0 that its contact touches, at a time that
+    is rounded. What is closed may pull by a part of the force with which the step began: it will have to open yet."""
     switch = condition // layout.CONDITIONS
-    if condition % layout.CONDITIONS != layout.OPENS or plan.switches[switch, SWITCH_KIND] != UNILATERAL:
-        return 0.0
-    opened = rows[first.state + layout.on_row(sizes) + switch, lane] == OFF
-    return TOUCH if opened else reactions.SLIGHT * -old
+    mode = rows[first.state + layout.on_row(sizes) + switch, lane]
+    if condition % layout.CONDITIONS == layout.SLIDES:
+        return force if mode == STICK else SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+    return TOUCH if mode == OFF else max(force, reactions.SLIGHT * -old)
 
 
 @apart
@@ -434,7 +434,8 @@ def _renew(
     t, again, noise = rows[own + T, lane], False, 0.0
     for s in range(sizes.switches):
         force = rows[first.following + sizes.events + layout.CONDITIONS * s + layout.OPENS, lane]
-        noise = max(noise, SLIGHT * max(force, -force))
+        if rows[first.state + layout.on_row(sizes) + s, lane] != OFF:
+            noise = max(noise, SLIGHT * max(force, -force))
     for n in range(count):
         fired = n < sizes.events and _fired(sizes, first, rows, lane, n)
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
@@ -443,7 +444,7 @@ def _renew(
         if fired:
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
-            least = max(noise, _rounding(sizes, first, rows, plan, lane, n - sizes.events, old))
+            least = _rounding(sizes, first, rows, lane, n - sizes.events, noise, old)
             new = new if new > least else min(new, 0.0)
         if n < sizes.events:
             follow_one(sizes, first, rows, lane, n, new)

@@ -8,8 +8,9 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import PAST, follow, hold, may_act, pass_over, sift
-from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, search
+from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
+from lienumba.integrators.drivers.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
@@ -19,19 +20,22 @@ from lienumba.integrators.layout import (
     FRESH,
     JUMP,
     NEAR,
+    OFF,
     OPENS,
     PICKED,
     RECORDS,
+    SLIDES,
     STATUS,
+    STICK,
     SWITCH_KIND,
     UNTIL,
     Sizes,
     T,
     Workspace,
 )  # fmt: skip
-from lienumba.numerics.operations import absolute, maximum, minimum
+from lienumba.numerics.operations import absolute, minimum
 
-SLIGHT = 1e-12  # of the largest normal force: a force below that is 0
+SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
 PUSHES = 1e-6  # of the largest speed of a switch so far: what moves by more is pushed by friction, or torn apart
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
@@ -106,6 +110,19 @@ def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Qu
             rows[time, lane] = NEVER
 
 
+@inlined
+def _noise(sizes: Sizes, at: Workspace, force: Lanes, condition: int) -> Lanes:
+    """What a condition of a switch may be by rounding at the end of the open step, in its own unit: a force, a rate, or
+    a part of a length; force: that of what is closed (N). An open gap may be further below 0 where what it lies between
+    comes apart, or rests: it has been hit already."""
+    switch, rates = condition // layout.CONDITIONS, layout.conditions(sizes) + sizes.events + SLIDES - OPENS
+    mode, speed = load(at.new, layout.on_row(sizes) + switch), load(at.change, layout.change_speeds(sizes) + switch)
+    if condition % layout.CONDITIONS == SLIDES:
+        return choose(mode == STICK, force, SLIGHT * speed)
+    parts = load(at.conditions, rates + condition) >= -STILL * speed
+    return choose(mode != OFF, force, choose(parts, splat(TOUCH), splat(SLIGHT)))
+
+
 @apart
 def _see(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
@@ -130,14 +147,16 @@ def _see(
         store(at.clock, layout.TIME, until * BEHIND)
         call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
     for s in range(sizes.switches):
-        noise = maximum(noise, SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS)))
-    noise = choose(noise > 0.0, noise, 0.0)
+        force = SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS))
+        closed = load(at.new, layout.on_row(sizes) + s) != OFF
+        noise = choose(closed & (force > noise), force, noise)
     for n in range(count):
         if n >= sizes.events and plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == BILATERAL:
             store(times, n, splat(NEVER))
             continue
         if n >= sizes.events:  # what is noise now is not true, whatever is noise at the end of the next step
-            store(new, n, choose(load(new, n) > noise, load(new, n), minimum(load(new, n), splat(0.0))))
+            least = _noise(sizes, at, noise, n - sizes.events)
+            store(new, n, choose(load(new, n) > least, load(new, n), minimum(load(new, n), splat(0.0))))
         turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
         time = choose(turned, splat(SOUGHT), splat(NEVER))
         if n < sizes.events and any_lane(jumps):

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
-def check_method(integrator: Integrator, changing: str, switching: str, report: "Report") -> None:
+def check_method(integrator: Integrator, changing: str, switching: str, slides: bool, report: "Report") -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance;
-    switching: what turns constraints on and off."""
+    switching: what turns constraints on and off; slides: whether contacts do, with friction."""
     chosen, value = "integrator.coordinates", integrator.coordinates
     as_vectors, method = value in COORDINATES, METHODS[integrator.method]
     whose = "joints" if value == JOINT else "rotations alone"
@@ -50,7 +50,7 @@ def check_method(integrator: Integrator, changing: str, switching: str, report: 
             f'give "{method.flat}", or leave {changing} out',
             method.name,
         )
-    _check_series(integrator, report)
+    _check_series(integrator, slides, report)
     _check_damping(integrator, report)
     if method.implicit and as_vectors:
         report.add(
@@ -75,9 +75,9 @@ def check_method(integrator: Integrator, changing: str, switching: str, report: 
         )
 
 
-def _check_series(integrator: Integrator, report: "Report") -> None:
+def _check_series(integrator: Integrator, slides: bool, report: "Report") -> None:
     """A series is that of the state: whichever coordinates a step might have, it would be the same; orders are its
-    own."""
+    own. That of slow sliding ends where its direction turns, within any given step."""
     method = METHODS[integrator.method]
     if not method.series:
         if integrator.order is not None:
@@ -88,6 +88,13 @@ def _check_series(integrator: Integrator, report: "Report") -> None:
                 integrator.order,
             )
         return
+    if slides and integrator.step is not None:
+        report.add(
+            "integrator.step",
+            f'is too long for the method "{method.name}" where [[model.contacts]] with friction begin or end to slide',
+            "give integrator.tolerance instead, or another method",
+            integrator.step,
+        )
     own = {"group": R3xSO3.__name__, "coordinates": "lie", "dexpinv": None}
     for key, default in own.items():
         value = getattr(integrator, key)

@@ -9,7 +9,7 @@ from lienumba.scenario.base.paths import INPUTS, JUDGING, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
-from lienumba.scenario.checks.changes.asked import changing, switching
+from lienumba.scenario.checks.changes.asked import changing, sliding, switching
 from lienumba.scenario.checks.changes.events import check_events
 from lienumba.scenario.checks.changes.stops import check_contact, check_limit
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
@@ -43,7 +43,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     integrator = read(Integrator, raw.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
-        check_method(integrator, changing(lists), switching(lists), report)
+        check_method(integrator, changing(lists), switching(lists), sliding(lists), report)
     projection = read(Projection, raw.get("projection", {}))
     if projection is not None:
         check_projection(projection, integrator, switching(lists), report)

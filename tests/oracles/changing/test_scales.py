@@ -45,3 +45,36 @@ def test_a_rebound_ends_that_would_rise_by_half_a_millionth_of_the_ball(datasets
     known = bouncing(1.0, E, 1e-3 * math.sqrt(G * size))
     impacts = scenarios.kinds(datasets[2], "impact")
     np.testing.assert_allclose(datasets[2].change_time.values[impacts], known.times, rtol=0, atol=1e-12)
+
+
+def test_a_mass_changes_no_motion() -> None:
+    """A body that is dropped on three balls, rocks and slides to rest: forces have another unit than gaps and rates."""
+    masses = np.array([1.0, 1e-6, 1e3, 1e6, 1e9])
+    contact = {
+        "type": "sphere_plane",
+        "bodies": ["block", "ground"],
+        "radius": 0.05,
+        "restitution": 0.4,
+        "friction": 0.3,
+    }
+    feet = [[0.5, 0.1, -0.1], [-0.5, 0.1, -0.1], [0, -0.2, -0.1]]
+    body = {"name": "block", "mass": 1, "inertia": [0.05] * 3, "position": [0, 0, 0.3], "velocity": [0.3, 0, 0]}
+    body |= {"rotation": {"axis": [0, 1, 0], "angle": 0.2}, "angular_velocity": [0, 0, 0]}
+    columns = {"bodies.block.mass": masses.tolist()}
+    columns |= {f"bodies.block.inertia[{i}]": (0.05 * masses).tolist() for i in range(3)}
+    ds = lienumba.run({
+        "title": "Masses",
+        "model": {
+            "gravity": [0, 0, -G],
+            "bodies": [body],
+            "contacts": [contact | {"name": f"foot_{i}", "points": [p, [0, 0, 0]]} for i, p in enumerate(feet)],
+        },
+        "integrator": scenarios.settings(1.5, 1e-10), "output": {"every": 0.25, "max_changes": 80},
+        "sweep": scenarios.table(columns),
+    })  # fmt: skip
+    assert (ds.status == 0).all()
+    assert (ds.changes == ds.changes[0]).all()
+    assert ds.changes[0] > 30
+    np.testing.assert_array_equal(ds.change_kind, np.broadcast_to(ds.change_kind[0], ds.change_kind.shape))
+    np.testing.assert_allclose(ds.position, np.broadcast_to(ds.position[0], ds.position.shape), rtol=0, atol=1e-9)
+    assert (abs(ds.energy_residual).max("time") < 1e-9 * masses).all()

@@ -340,6 +340,11 @@ CASES = {
         'integrator.method = "cf4": says where a body is at the ends of steps only, but [[model.contacts]] '
         'asks for more; give "rk4", or leave [[model.contacts]] out',
     ),
+    "a series of slow sliding": (
+        rig(contact(*FOOT, "friction = 0.3")).replace("[integrator]", '[integrator]\nmethod = "taylor"'),
+        'integrator.step = 0.001: is too long for the method "taylor" where [[model.contacts]] with friction begin or '
+        "end to slide; give integrator.tolerance instead, or another method",
+    ),
     "rotations as vectors": (
         rig(limit('joint = "pivot"', "low = -1")).replace("[integrator]", '[integrator]\ncoordinates = "quaternion"'),
         'integrator.coordinates = "quaternion": says where a body is at the ends of given steps only, but '

@@ -25,3 +25,8 @@ def switching(lists: Lists) -> str:
     if any(joint.get("locked") is True for joint in lists["joints"]):
         return "locked = true"
     return changing({**lists, "events": [], "measures": [], "requirements": []})
+
+
+def sliding(lists: Lists) -> bool:
+    """Whether a rigid contact may slide with friction."""
+    return any("stiffness" not in contact and contact.get("friction", 0) != 0 for contact in lists["contacts"])
