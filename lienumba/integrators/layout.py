@@ -97,7 +97,7 @@ class Sizes(NamedTuple):
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act; signals:
     that are looked at for what is kept of runs as a whole, which are so many; integrands: those that are integrated
-    by the stages of a step.
+    by the stages of a step; weakens: whether steps know the margin of the constraints at both of their ends.
     """
 
     elements: int
@@ -128,6 +128,7 @@ class Sizes(NamedTuple):
     signals: int = 0
     kept: int = 0
     integrands: int = 0
+    weakens: int = 0
 
 
 @kernel

@@ -20,6 +20,7 @@ from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.layout import (
     BUSY,
     CUT,
+    JUMP,
     LOOKED,
     PASSES,
     REJECTED,
@@ -40,6 +41,7 @@ GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
 SLOW = 0.12  # squared: where changes shrink less, the next iteration is by a matrix of its own
 PARTS = 2.0**-20  # of a step of given length: no part is shorter
 THROUGH, NEAR = 0.4, 0.45  # of a step: where it passes a singular position
+BEFORE, BEHIND, SLACK = 0.2, 0.3, 0.05  # of a step of given length: so far from a singular position its parts end
 
 
 @apart
@@ -126,6 +128,7 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
     """Where stages were not found in a step of given length, it is made in parts; in which lanes it is."""
     trial = load(lanes, TRIAL)
     astray = (trial == codes.UNSETTLED) | (trial == codes.ROTATION) | (trial == codes.NON_FINITE)
+    astray = astray | (trial == codes.SINGULAR)
     again = busy & astray & (0.25 * length > PARTS * step)
     until = load(lanes, T) + 0.25 * length
     store(lanes, CUT, choose(again & (until < load(lanes, CUT)), until, load(lanes, CUT)))
@@ -134,9 +137,12 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
 
 
 @inlined
-def straddle(sizes: Sizes, at: Workspace) -> None:
+def straddle(sizes: Sizes, at: Workspace, step: float, end: float) -> None:
     """Steps pass singular positions of loops in their midst, where collocation does not feel them: next to their ends
-    it is noise that says on which branch a loop is. The root of the margin, which falls evenly, foretells when."""
+    it is noise that says on which branch a loop is. The root of the margin, which falls evenly, foretells when.
+
+    step: of steps of given length, else 0: where one of these would end next to such a position, it is made in parts,
+    one of which goes beyond its end, though not beyond that of the run."""
     lanes, clock = at.lanes, at.clock
     t, stale, last, looked = load(lanes, T), load(lanes, STALE) != 0.0, load(lanes, ROOT), load(lanes, LOOKED)
     root = np.sqrt(load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))
@@ -147,9 +153,15 @@ def straddle(sizes: Sizes, at: Workspace) -> None:
     store(lanes, ROOT, choose(stale, splat(0.0), choose(moved, root, last)))
     store(lanes, LOOKED, t)
     length, rest = load(clock, layout.LENGTH), passes - t
-    before = choose(rest > NEAR * length, rest - THROUGH * length, rest * (1.0 / THROUGH))
-    cut = before < length
-    until = choose(cut, t + before, load(lanes, UNTIL))
+    if step > 0.0:
+        before = choose(rest > (BEFORE + SLACK) * step, rest - BEFORE * step, rest + BEHIND * step)
+        cut = (rest > 0.0) & (rest < length + BEFORE * step) & (rest > length - BEFORE * step)
+    else:
+        before = choose(rest > NEAR * length, rest - THROUGH * length, rest * (1.0 / THROUGH))
+        cut = before < length
+    last = choose(load(lanes, JUMP) < load(lanes, CUT), load(lanes, JUMP), load(lanes, CUT))
+    last = choose(last < splat(end), last, splat(end))
+    until = choose(cut, choose(t + before < last, t + before, last), load(lanes, UNTIL))
     store(lanes, UNTIL, until)
     store(clock, layout.LENGTH, choose(cut, until - t, length))
     store(clock, layout.MIDDLE, choose(cut, 0.5 * (t + until), load(clock, layout.MIDDLE)))

@@ -128,15 +128,17 @@ def _try(
     codes go to TRIAL."""
     x, p, new, lanes = at.state, at.parameters, at.new, at.lanes
     last, adaptive = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1), kernels[layout.CLOSE] != 0
+    implicit = kernels[layout.NEWTON] != 0
+    ends = adaptive or (implicit and sizes.weakens != 0)  # whether F is known at both of them
     stale = load(lanes, STALE) != 0.0
-    if adaptive and any_lane(stale):
+    if ends and any_lane(stale):
         call(kernels[layout.FIRST], x, p, at.clock, 0, last, at.work)
         _take(stale, sizes, at.slopes)
         store(lanes, STALE, splat(0.0))
     unsettled = splat(0.0)
-    if kernels[layout.NEWTON] != 0:
+    if implicit:
         begins = forget(sizes, x, stale)
-        if not adaptive and (sizes.exchangeable > 0 or any_lane(begins)):
+        if not ends and (sizes.exchangeable > 0 or any_lane(begins)):
             call(kernels[layout.FIRST], x, p, at.clock, 0, at.slopes, at.work)
         unsettled = solve_stages(kernels, sizes, at, stale)
         store(lanes, STALE, splat(0.0))
@@ -157,18 +159,20 @@ def _try(
     iterations = lanes + ROW * ITERATIONS
     places = Places(new, at.now, at.following)
     stages.project(kernels, sizes, p, places, False, at, trial, busy, iterations, table, limit, tolerance)
-    if not adaptive:
+    if not ends:
         return
     call(kernels[layout.FIRST], new, p, at.clock, 0, last, at.work)
+    if implicit and sizes.weakens != 0:
+        lost = load(last, layout.report_row(sizes, 0) + layout.STAGE_MARGIN) < LOST
+        store(trial, 0, choose(lost & (load(trial, 0) == 0.0), splat(codes.SINGULAR), load(trial, 0)))
+    if not adaptive:
+        return
     sound = load(at.slopes, layout.report_row(sizes, sizes.slopes - 1) + layout.SOUND) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
     if kernels[layout.CLOSE_ALONG] != 0:
         margin = layout.report_row(sizes, 0) + layout.STAGE_MARGIN
         weak = (load(at.slopes, margin) < WEAK) | (load(last, margin) < WEAK)
-        if kernels[layout.NEWTON] != 0:
-            astray = (load(last, margin) < LOST) & (load(trial, 0) == 0.0)
-            store(trial, 0, choose(astray, splat(codes.SINGULAR), load(trial, 0)))
         if any_lane(weak):
             call(kernels[layout.CLOSE_ALONG], x, p, at.clock, new, at.u, at.work)
             commit(weak, at.control, at.u, layout.CONTROL)
@@ -186,7 +190,8 @@ def _move(
     store(lanes, T, choose(good, until, load(lanes, T)))
     counted = good
     if pace[STEP] > 0.0:
-        counted = good & (until == (grid + 1.0) * pace[STEP]) & ((left >= until) | (load(lanes, CHANGED) == 0.0))
+        came = choose((left < until) & (load(lanes, CHANGED) != 0.0), left, until)
+        counted = good & (came >= (grid + 1.0) * pace[STEP])
     store(lanes, GRID, choose(counted, grid + 1.0, grid))
     store(lanes, ACCEPTED, choose(counted, load(lanes, ACCEPTED) + 1.0, load(lanes, ACCEPTED)))
     _take(good, sizes, at.slopes)
@@ -254,8 +259,8 @@ def drive(
         if kernels[layout.EXPAND] != 0:
             _expand(kernels, at, pace)
         propose(lanes, at.clock, pace[END], pace[STEP])
-        if kernels[layout.NEWTON] != 0 and kernels[layout.CLOSE_ALONG] != 0:
-            straddle(sizes, at)
+        if kernels[layout.NEWTON] != 0 and sizes.weakens != 0:
+            straddle(sizes, at, pace[STEP], pace[END])
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)
         _try(kernels, sizes, nodes, at, table, limit, tolerance)
         given, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)

@@ -127,7 +127,7 @@ class Tracer:
             first_mode=self.augmented.first_mode, switched=self.augmented.switched,
             switches=len(self.augmented.switches), memory=self.augmented.memory,
             work=len(angles), values=sum(len(event.numbers) for event in model.events),
-            history=self.augmented.history, first_history=self.augmented.first_history,
+            history=self.augmented.history, first_history=self.augmented.first_history, weakens=int(self.weakens),
         )  # fmt: skip
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
@@ -159,8 +159,9 @@ class Tracer:
 
     @property
     def weakens(self) -> bool:
-        """Whether steps are chosen by their errors where constraints may lose their rank."""
-        return self.structure.looped and self.method.adaptive
+        """Whether it is looked at where constraints may lose their rank, because steps are chosen: by their errors, or
+        such that implicit ones do not end there."""
+        return self.structure.looped and (self.method.adaptive or self.tableau.implicit)
 
     @property
     def reports_accelerations(self) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import lienumba
 from lienumba.batch.statuses import SINGULAR
@@ -144,23 +145,70 @@ def test_sharp_tolerances_pass_with_their_own_accuracy(
     method: str, tolerance: float, coordinates: str, steps: int
 ) -> None:
     """Slow and fast, on the right branch; against the pendulum that the mechanism is."""
-    data = n_four_bar(1, 0.6, 0.0)
-    data["integrator"] = {"method": method, "tolerance": tolerance, "end_time": 0.8, "coordinates": coordinates}
-    data["output"]["every"] = 0.2
-    for body in data["model"]["bodies"]:
-        body.pop("angular_velocity", None)
-    data["model"]["joints"][0]["rate"] = 2.0
-    data["sweep"] = {"runs": 8, "vary": {"joints.j0.rate": {"distribution": "uniform", "low": -3.0, "high": 8.0}}}
-    dataset = lienumba.run(data)
+    ways = {"method": method, "tolerance": tolerance, "end_time": 0.8, "coordinates": coordinates}
+    dataset, found = swinging({"distribution": "uniform", "low": -3.0, "high": 8.0}, 8, 0.2, ways)
     assert (dataset.status == 0).all()
     assert float(abs(dataset.energy_residual).max()) < 1e-8
     assert int(dataset.steps.max()) < steps
-    R = dataset.rotation.sel(body="b0").transpose("run", "time", ...).values
-    found, pull = np.arctan2(R[:, :, 2, 0], R[:, :, 0, 0]), 2.0 * GRAVITY / (2 * (1 / 12 + 1 / 4) + 1)
     for angle, rate in zip(found, dataset["joints.j0.rate"].values, strict=True):
-        exact = solve_ivp(
-            lambda t, y: [y[1], -pull * np.cos(y[0])], (0, 0.8), [0.6, -rate], "DOP853", dataset.time.values,
-            rtol=1e-13, atol=1e-14,
-        ).y[0]  # fmt: skip
+        exact = pendulum(rate, dataset.time.values)
         assert exact.min() < -0.1
-        np.testing.assert_allclose(np.unwrap(angle), exact, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("method", "error"), [("radau9", 1e-12), ("generalized_alpha", 1e-5)])
+def test_implicit_steps_of_given_length_that_would_end_there_are_made_in_parts(method: str, error: float) -> None:
+    """Of each run a step would end within 1e-5 rad of the position, by what errors of the steps before let expect."""
+    step, before = 5e-3, 31
+    aims, off = np.array([1e-5, -1e-6, 1e-7, -1e-8, 1e-9, 0.0, -1e-5, 1e-6]), np.zeros(8)
+    for steps in (before, before + 10):
+        rates = [
+            brentq(lambda rate, aim=aim: pendulum(rate, [0.0, step * (before + 1)])[-1] - aim, 0.0, 9.0, xtol=1e-15)
+            for aim in aims - off
+        ]
+        ways = {"method": method, "step": step, "end_time": steps * step, "coordinates": "joint"}
+        dataset, found = swinging({"column": "rate"}, len(aims), step, ways, {"rate": rates})
+        errors = found - [pendulum(rate, dataset.time.values) for rate in rates]
+        off = 2 * errors[:, -1] - errors[:, -2]
+    assert (dataset.status == 0).all()
+    assert (dataset.steps == before + 10).all()
+    assert np.abs(errors).max() < error
+
+
+def test_implicit_steps_that_have_to_end_there_end_the_run() -> None:
+    """At the end of the run nothing says on which branch it is."""
+    end = 0.16
+    rates = [
+        brentq(lambda rate, aim=aim: pendulum(rate, [0.0, end])[-1] - aim, 0.0, 9.0, xtol=1e-15)
+        for aim in (1e-4, 1e-7, 0.0)
+    ]
+    ways = {"method": "radau9", "step": 5e-3, "end_time": end, "coordinates": "joint"}
+    dataset, _ = swinging({"column": "rate"}, 3, end, ways, {"rate": rates})
+    assert dataset.status.values.tolist() == [0, SINGULAR, SINGULAR]
+    np.testing.assert_allclose(dataset.end_time, end, rtol=0, atol=1e-6)
+
+
+def swinging(
+    rate: dict[str, Any], runs: int, every: float, integrator: dict[str, Any], columns: dict[str, Any] | None = None
+) -> tuple[Any, np.ndarray]:
+    """One parallelogram from 0.6 rad on at these rates of its first joint; its angles (runs, times)."""
+    data = n_four_bar(1, 0.6, 0.0)
+    data["integrator"], data["output"]["every"] = integrator, every
+    for body in data["model"]["bodies"]:
+        body.pop("angular_velocity", None)
+    data["model"]["joints"][0]["rate"] = 2.0
+    data["sweep"] = {"runs": runs, "vary": {"joints.j0.rate": rate}}
+    if columns is not None:
+        data["sweep"] |= {"sampler": "table", "table": {"columns": columns}}
+    dataset = lienumba.run(data)
+    R = dataset.rotation.sel(body="b0").transpose("run", "time", ...).values
+    return dataset, np.unwrap(np.arctan2(R[:, :, 2, 0], R[:, :, 0, 0]))
+
+
+def pendulum(rate: float, times: Any) -> np.ndarray:
+    """The angle that it has then."""
+    pull = 2.0 * GRAVITY / (2 * (1 / 12 + 1 / 4) + 1)
+    return solve_ivp(
+        lambda t, y: [y[1], -pull * np.cos(y[0])], (0, times[-1]), [0.6, -rate], "DOP853", times,
+        rtol=1e-13, atol=1e-14,
+    ).y[0]  # fmt: skip
