@@ -14,7 +14,9 @@ class Status:
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
 STEP_TOO_SHORT, STOPPED = 8, 9  # 7: of a run that goes again (`codes.RESELECT`)
-NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM, PUSHED, CONTRADICTS = range(10, 19)
+NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM, PUSHED, CONTRADICTS, VIOLATED = range(
+    10, 20
+)
 GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
@@ -113,5 +115,12 @@ STATUSES = (
         "joints, locks, stops and drivers that hold at once ask for different motions, as where something engages or "
         "hits what a driver goes on moving, or is locked in a dead point; let go of one of them before, or drive by a "
         "force",
+    ),
+    Status(
+        VIOLATED,
+        "contact_violated",
+        "a contact, a stop or what sticks did what it cannot, by more than a millionth of its forces, speeds or size: "
+        "it pulled, overlapped, moved while it was closed, or held by more than its friction; give a smaller tolerance "
+        "or a max_step, or other coordinates, or see whether surfaces touch where they have one tangent",
     ),
 )

@@ -22,6 +22,7 @@ UNSOLVED = 13.0  # impulses of contacts were not found
 UNSETTLED = 14.0  # the equations of implicit stages were not solved
 PUSHED = 17.0  # said by a driver: friction gave energy
 CONTRADICTS = 18.0  # what holds at once asks for different motions
+VIOLATED = 19.0  # said by a driver: a contact pulled, overlapped, or held by more than its friction
 
 # What a change is; those up to SET are told of the event that made them, the others of the switch.
 LOCKED, RELEASED, ENGAGED, SET, IMPACT, CLOSED, OPENED, STUCK, SLID, KINDS = range(10)

@@ -356,9 +356,15 @@ def change_speeds(sizes: Sizes) -> int:
 
 
 @kernel
+def change_forces(sizes: Sizes) -> int:
+    """The force (N or N m) that every switch is compared with."""
+    return change_speeds(sizes) + sizes.switches
+
+
+@kernel
 def change_room(sizes: Sizes) -> int:
     """Behind them, where one lane at a time is worked on: two matrices of q rows, and vectors."""
-    return change_speeds(sizes) + sizes.switches
+    return change_forces(sizes) + sizes.switches
 
 
 @kernel

@@ -90,7 +90,9 @@ def change(
         for lane in range(W):
             rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
-                reactions.hasten(rows, first, sizes, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0)
+                reactions.hasten(
+                    rows, first, sizes, plan.switches, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0
+                )
                 if sizes.values > 0:
                     rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
                 _act(sizes, first, rows, plan, lane)

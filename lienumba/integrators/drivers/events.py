@@ -6,7 +6,7 @@ from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, s
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, hold, may_act, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
@@ -36,7 +36,6 @@ from lienumba.integrators.layout import (
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
-PUSHES = 1e-6  # of the largest speed of a switch so far: what moves by more is pushed by friction, or torn apart
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
 
@@ -130,17 +129,13 @@ def _see(
 ) -> Lanes:  # fmt: skip
     """The conditions at the end of the open step, and of each whether its time is SOUGHT, is that of the end or is
     NEVER, in the lanes `good`. What becomes true as the time passes the end of a step that ends on a discontinuity is
-    true at the end. Returns the status of lanes in which friction pushes there, or what holds moves; 0 elsewhere."""
+    true at the end. Returns the status of lanes in which there something does what it cannot; 0 elsewhere."""
     count = layout.conditions(sizes)
     new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
     until, noise = load(at.lanes, UNTIL), splat(0.0)
     store(at.clock, layout.TIME, until)
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
-    fails = splat(0.0)
-    for s in range(sizes.switches):  # before times of conditions take the place of these rows
-        fast = PUSHES * load(at.change, layout.change_speeds(sizes) + s)
-        status = codes.CONTRADICTS if plan.switches[s, SWITCH_KIND] == BILATERAL else codes.PUSHED
-        fails = choose(load(new, layout.pushing_row(sizes) + s) > fast, splat(status), fails)
+    fails = certificates.judge(sizes, at, plan)  # before times of conditions take the place of these rows
     hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
     if any_lane(jumps):

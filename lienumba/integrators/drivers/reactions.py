@@ -116,11 +116,17 @@ def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, 
 
 
 @apart
-def hasten(rows: Rows, first: Workspace, sizes: Sizes, lane: int, begins: bool) -> None:
-    """The largest speeds of a lane's switches so far; begins: with the run."""
+def hasten(rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane: int, begins: bool) -> None:
+    """The largest speeds of a lane's switches so far, and the forces that give these within their lengths; begins: with
+    the run."""
     for s in range(sizes.switches):
         row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, SPEED)
-        rows[row, lane] = speed if begins or speed > rows[row, lane] else rows[row, lane]
+        speed = speed if begins or speed > rows[row, lane] else rows[row, lane]
+        i = switches[s, SWITCH_FIRST]
+        alone = rows[first.change + layout.border_alone(sizes) + i, lane]
+        gives = max(rows[first.change + layout.border_place(i, i), lane], NOISE * alone)
+        force = speed * speed / (gives * number(rows, first, sizes, lane, s, SIZE)) if gives > 0.0 else np.inf
+        rows[row, lane], rows[first.change + layout.change_forces(sizes) + s, lane] = speed, force
 
 
 @inlined

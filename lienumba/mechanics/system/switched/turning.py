@@ -78,16 +78,18 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
 
 
 def parting(model: Model, now: Instant, mask: Sequence[Number]) -> list[Any]:
-    """Of each joint and lock how fast (m/s or rad/s) a row moves that holds, and is not used since others say the same:
-    0, unless these do no longer. mask: of all rows of C."""
+    """Of each switch how fast (m/s or rad/s) a row moves that holds, and is not used since others say the same: 0,
+    unless these do no longer. mask: of all rows of C."""
     first = constraints.permanent_rows(model)
     rates, speeds = constraints.rates(model, now)[first:], constraints.sizes(model, now)[2][first:]
     found = list[Any]()
     for switch in switches_of(model):
         fastest: Any = 0.0
-        for i in range(switch.first, switch.first + switch.rows if switch.what in (JOINT, LOCK) else switch.first):
-            fast = absolute(rates[i])
-            idle = where(now.modes[switch.key].on > OFF, 1.0 - mask[first + i], 0.0)
+        on = now.modes[switch.key].on
+        for i in range(switch.first, switch.first + switch.rows):
+            fast, idle = absolute(rates[i]), where(on > OFF, 1.0 - mask[first + i], 0.0)
+            if i >= switch.first + switch.rows - switch.tangents:  # of what sticks
+                idle = where(on > STICK, 0.0, idle)
             fastest = maximum(fastest, where(fast > ROUNDING * speeds[i], idle * fast, 0.0))
         found.append(fastest)
     return found

@@ -1,0 +1,52 @@
+"""What ends a run, though no step tells it: what works nothing is in no book of energies, and conditions that have been
+true since they were last decided are not found again."""
+
+from lienumba.compiler.lanes import Lanes, choose, load, splat
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.layout import (
+    BILATERAL,
+    OFF,
+    OPENS,
+    SLIDE,
+    SLIDES,
+    STICK,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    UNILATERAL,
+    Sizes,
+    Workspace,
+)
+from lienumba.numerics.operations import maximum
+
+BEYOND = 1e-6  # of the largest speed of a switch so far, of the force that gives this, of its length: no rounding
+
+
+@inlined
+def _excess(sizes: Sizes, at: Workspace, switch: int) -> Lanes:
+    """By how much, at the end of the open step, a contact, a stop or friction does what it cannot: pulls, or holds more
+    than it may, as a part of the force that it is compared with, or overlaps though it is open, in its lengths."""
+    row = layout.conditions(sizes) + sizes.events + layout.CONDITIONS * switch
+    parts, slips = load(at.conditions, row + OPENS), load(at.conditions, row + SLIDES)
+    on, force = load(at.new, layout.on_row(sizes) + switch), load(at.change, layout.change_forces(sizes) + switch)
+    held = choose(on == STICK, maximum(parts, slips), parts) / force
+    return choose(on == OFF, parts, held)
+
+
+@apart
+def judge(sizes: Sizes, at: Workspace, plan: Plan) -> Lanes:
+    """The status of lanes in which at the end of the open step friction pushes, what holds moves, or a contact, a stop
+    or what sticks does what it cannot; 0 elsewhere."""
+    fails, moving = splat(0.0), layout.conditions(sizes) + layout.pushing_row(sizes)
+    for s in range(sizes.switches):
+        status, kind = splat(codes.CONTRADICTS), plan.switches[s, SWITCH_KIND]
+        if kind != BILATERAL:
+            fails = choose(_excess(sizes, at, s) > BEYOND, splat(codes.VIOLATED), fails)
+            slides = load(at.new, layout.on_row(sizes) + s) == SLIDE
+            if kind == UNILATERAL:
+                slides = load(at.new, layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]) != 0.0
+            status = choose(slides, splat(codes.PUSHED), splat(codes.VIOLATED))
+        fast = load(at.conditions, moving + s) > BEYOND * load(at.change, layout.change_speeds(sizes) + s)
+        fails = choose(fast, status, fails)
+    return fails

@@ -1,0 +1,70 @@
+"""What a contact, a stop or friction cannot do ends a run: work that is done by none of it is in no book."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK
+from lienumba.mechanics.system.switched import turning
+from lienumba.numerics.operations import where
+from tests.oracles.changing import scenarios
+
+G, UNIT = 9.81, 1e-4
+
+
+def ends(ds: Any) -> list[str]:
+    names = dict(zip(ds.status.flag_values.tolist(), ds.status.flag_meanings.split(), strict=True))
+    return [names[x] for x in ds.status.values.tolist()]
+
+
+def standing(height: float, **contact: Any) -> dict[str, Any]:
+    """A point of 1 kg; what a floor gives back of impacts is a number of each run."""
+    body = {"name": "b", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 0, height], "rotation": [1, 0, 0, 0]}
+    floor = {"name": "floor", "type": "point_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2}
+    floor["restitution"] = 0.5
+    model = {"gravity": [0.1, 0.2, -G], "bodies": [body | scenarios.AT_REST], "contacts": [floor | contact]}
+    data = {"model": model, "integrator": scenarios.settings(0.1, 1e-9)}
+    return data | {"sweep": scenarios.table({"contacts.floor.restitution": [0.05, 0.2]})}
+
+
+@pytest.mark.parametrize(
+    ("data", "which", "on"),
+    [
+        (standing(0.0), 0, 2.0),
+        (standing(1.0, type="sphere_plane", radius=0.1), 0, OFF),
+        (standing(0.0, friction=0.5), 1, STICK),
+    ],
+    ids=["pulls", "overlaps", "holds"],
+)
+def test_what_only_pushes_does_nothing_else(
+    monkeypatch: pytest.MonkeyPatch, data: dict[str, Any], which: int, on: float
+) -> None:
+    """Made up: a condition that is true from the start, so that no change is found, by 5e-7 of the weight or of the
+    length in the first run, and by four times as much in the second."""
+    real = turning.conditions
+    scale = UNIT if on == OFF else UNIT * G
+
+    def conditions(model: Any, now: Any, *rest: Any) -> list[Any]:
+        found, (mode,) = real(model, now, *rest), now.modes.values()
+        found[which] = where(mode.on == on, 0.1 * scale * model.contacts[0].restitution, found[which])
+        return found
+
+    monkeypatch.setattr(turning, "conditions", conditions)
+    assert ends(lienumba.run(data, progress=False)) == ["success", "contact_violated"]
+
+
+@pytest.mark.parametrize("first", ["plane", "ball"])
+def test_what_is_closed_does_not_move(first: str) -> None:
+    """Where a plane touches the top of a ball a point rests on both, which say the same. As it is pushed along the
+    plane they do no longer, and one of the two is not used: it would sink into the plane, or the ball follow it."""
+    point = [0, 0, 0]
+    body = {"name": "b", "mass": 1.3, "inertia": [0.1, 0.2, 0.3], "position": point, "rotation": [1, 0, 0, 0]}
+    plane = {"name": "plane", "type": "point_plane", "points": [point, point], "normal": [0, 0, 1]}
+    ball = {"name": "ball", "type": "sphere_sphere", "points": [point, [0, 0, -1]], "radii": [0.3, 0.7]}
+    both = [x | {"bodies": ["b", "ground"]} for x in ((plane, ball) if first == "plane" else (ball, plane))]
+    model = {"gravity": [0.5, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": both}
+    ds = lienumba.run({"model": model, "integrator": scenarios.settings(0.5, 1e-9)}, progress=False)
+    assert ends(ds) == ["contact_violated"]
+    assert np.isnan(ds.energy.values[0, -1])
