@@ -56,15 +56,17 @@ def test_the_drivers_codes_are_statuses() -> None:
         statuses.NON_FINITE, statuses.NOT_CONVERGED, statuses.SINGULAR, statuses.ROTATION, statuses.STEP_TOO_SHORT,
         statuses.STOPPED,
     )  # fmt: skip
-    assert [status.code for status in statuses.STATUSES] == [*range(7), *range(8, 19)]
-    assert (codes.PUSHED, codes.CONTRADICTS) == (statuses.PUSHED, statuses.CONTRADICTS)
+    assert [status.code for status in statuses.STATUSES] == [*range(7), *range(8, 20)]
+    assert (codes.PUSHED, codes.CONTRADICTS, codes.VIOLATED) == (
+        statuses.PUSHED, statuses.CONTRADICTS, statuses.VIOLATED,
+    )  # fmt: skip
     assert codes.RESELECT == 7  # such a run goes again
 
 
 def test_the_dataset_names_its_statuses() -> None:
     attributes = run(top(runs=1))["status"].attrs
     assert attributes["flag_meanings"].split() == [status.name for status in statuses.STATUSES]
-    np.testing.assert_array_equal(attributes["flag_values"], [*range(7), *range(8, 19)])
+    np.testing.assert_array_equal(attributes["flag_values"], [*range(7), *range(8, 20)])
 
 
 @pytest.mark.parametrize("spin", [1e4, -1e5, 1e8])
