@@ -39,6 +39,36 @@ def test_strong_dampers_are(stiffness: float) -> None:
     assert "what dies out at up to 3e+04 1/s" in ran(arm(stiffness, 1e4)).attrs["stiff"]
 
 
+def swing(damping: float, method: str, tolerance: float, end: float) -> Any:
+    """A link that swings, with a flap on a damper."""
+    system = lienumba.System("swing").body("link", mass=1.0, inertia=[0.1, 0.1, 0.01], position=[0, 0, -0.5])
+    system.body("flap", mass=0.2, inertia=[0.01, 0.01, 0.01], position=[0, 0.2, -1.0])
+    system.joint("hinge", "revolute", ["ground", "link"], at=[0, 0, 0], axis=[0, 1, 0], rate=3.0)
+    system.joint("pin", "revolute", ["link", "flap"], at=[0, 0, -1.0], axis=[1, 0, 0], rate=0.0)
+    system.force("damper", type="actuator", joint="pin", stiffness=0.0, damping=damping)
+    return system.integrator(method=method, tolerance=tolerance, coordinates="joint", end_time=end)
+
+
+@pytest.mark.parametrize(("method", "tolerance", "free"), [("bs32", 1e-4, 400), ("dp54", 1e-6, 300)])
+def test_strong_dampers_are_also_where_the_rest_swings(method: str, tolerance: float, free: int) -> None:
+    found = ran(swing(13.5, method, tolerance, 10.0))
+    assert int(found.steps[0]) > 6 * free
+    assert "stiff" in found.attrs
+    calm = ran(swing(0.2, method, tolerance, 10.0))
+    assert int(calm.steps[0]) < free
+    assert "stiff" not in calm.attrs
+
+
+def test_many_runs_of_few_steps_are_waited_for() -> None:
+    """A run of 910 steps is over at once, and thousands of them are not."""
+    system = swing(13.5, "dp54", 1e-4, 4.0).output(every=0.5)
+    alone = lienumba.run(system)
+    assert 500 < int(alone.steps[0]) < 1000
+    assert "stiff" not in alone.attrs
+    system.sweep(runs=200, seed=1, vary={"bodies.flap.mass": {"distribution": "uniform", "low": 0.19, "high": 0.21}})
+    assert " steps in run " in lienumba.run(system).attrs["stiff"]
+
+
 @pytest.mark.parametrize("damping", [0.0, 3.0])
 def test_what_vibrates_all_along_or_for_long_has_to_be_followed(damping: float) -> None:
     found = ran(arm(1e6, damping))

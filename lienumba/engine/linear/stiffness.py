@@ -29,8 +29,9 @@ from lienumba.scenario.start.prepare import Prepared, prepare
 
 RUNS = 3  # that are looked at: those with the most steps
 LEAST, FEW = 1000, 5  # steps of all runs, below which nobody waits for them; more where there are more bodies
+MANY, SEVERAL = 100_000, 200  # steps of all runs for which one waits although none has more than so many
 # Of a turn in a step that accuracy alone would allow, tolerance^(1/order) rad: below, something else is fast.
-SLOW = 0.2
+SLOW = 0.5
 DEAD = 30.0  # time constants in a run, after which a mode has died out
 APART = 10.0  # by so much what has died out is faster than what has not
 FEWEST, MOST = 0.5, 2.0  # steps, of those that stability asks for
@@ -65,7 +66,8 @@ def held_short(resolved: Scenario, runs: Runs, column: Column) -> Held | None:
     steps, end = column("steps", labels), integrator.end_time
     some = np.sort(np.argsort(-steps, kind="stable")[:RUNS])
     some = some[column("status", labels[some]) == SUCCESS]
-    if not len(some) or steps[some].max() < LEAST or steps.sum() < LEAST * max(1.0, bodies / FEW) ** 2:
+    least = LEAST if steps.sum() < MANY else SEVERAL
+    if not len(some) or steps[some].max() < least or steps.sum() < LEAST * max(1.0, bodies / FEW) ** 2:
         return None
     runs, steps = runs.part(some), steps[some]
     times, states, fastest = course(resolved, column, runs.labels)
