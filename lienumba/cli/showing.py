@@ -2,7 +2,7 @@
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -50,17 +50,22 @@ def plot(
         bool,
         typer.Option("--sensitivity", help="Draw what outputs depend on: Sobol' indices, or elementary effects."),
     ] = False,
+    dark: Annotated[bool, typer.Option("--dark", help="Draw for a dark page.")] = False,
 ) -> None:
     """Draw a dataset: how its runs spread over the time; of a study, orders and work against precision; of modes their
     eigenvalues."""
     with console.exit_codes():
-        from lienumba.figures.plots import save
+        from lienumba.figures.plots import figure, save
         from lienumba.store.files import reading
         from lienumba.store.linear_layout import MODES
 
         target = output if output is not None else Path(file.stem + ".png")
+        asked: dict[str, Any] = {
+            "names": variables or (), "against": against or (), "convergence": convergence,
+            "requirement": requirement, "sensitivity": sensitivity, "dark": dark,
+        }  # fmt: skip
         with reading(file, (MODES,)) as (dataset, _):
-            save(dataset, target, variables or (), against or (), convergence, requirement, sensitivity)
+            save(lambda: figure(dataset, **asked), target)
         console.say(f"written to {target}")
 
 

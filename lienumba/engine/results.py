@@ -25,7 +25,6 @@ from lienumba.mechanics.elements.quantities import XYZ, Part, owner
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES, UNITS
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, kept_at_end, kept_largest
 from lienumba.scenario.base.arguments import parse_ranges
-from lienumba.scenario.base.units import units
 from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import weights
@@ -281,7 +280,7 @@ class Results:
             )
         ]
         data = self.resolved.data
-        inputs = [Name(path, path, (), INPUT, units(path, dict(data.model))) for path in data.sweep.vary]
+        inputs = [Name(path, path, (), INPUT, self.resolved.units(path)) for path in data.sweep.vary]
         values = {x.name: "" if is_formula(x.value) else x.value for x in wanted}
         return Names(with_failed([*every, *inputs]), [*values], values.__getitem__)
 
@@ -355,7 +354,7 @@ class Results:
     ) -> "xr.Dataset":
         """The dataset of the tables' columns; total: of how many runs it will be; more: attributes."""
         data = self.resolved.data
-        model, named = self.model, dict(data.model)
+        model = self.model
         return layout.dataset(
             variables=arrays,
             times=self.resolved.times,
@@ -374,7 +373,7 @@ class Results:
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,
-            input_units={path: units(path, named) for path in samples},
+            input_units={path: self.resolved.units(path) for path in samples},
             attributes={
                 **provenance.attributes(
                     data.title, self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()

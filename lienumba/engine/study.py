@@ -19,7 +19,6 @@ from lienumba.engine.programs import compiled_of
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
 from lienumba.errors import Problem, ScenarioError
 from lienumba.integrators.methods import METHODS
-from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
 from lienumba.scenario.start.study_start import problems, stated, told
@@ -71,13 +70,12 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
         name: np.stack([np.broadcast_to(found[n][name], len(labels)) for n in range(len(found))], axis=1)
         for name in found[0]
     }
-    model = dict(data.model)
     return study_layout.dataset(
         {name: x.reshape(*x.shape[:-1], *plan.shape) for name, x in (arrays | times).items()},
         labels,
         plan.coordinates,
         bench.samples,
-        {path: units(path, model) for path in bench.samples},
+        {path: scenario.units(path) for path in bench.samples},
         provenance.attributes(data.title, scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
         measures,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +23,7 @@ from lienumba.analysis.panels.select_panels import (
 from lienumba.analysis.weights import as_drawn
 from lienumba.errors import ScenarioError
 from lienumba.figures import canvas
+from lienumba.figures.dark import darken
 from lienumba.figures.panels import draw, explain
 from lienumba.store.files import reading
 from lienumba.store.linear_layout import MODES, is_modes
@@ -43,6 +44,7 @@ def figure(
     convergence: bool = False,
     requirement: str | None = None,
     sensitivity: bool = False,
+    dark: bool = False,
 ) -> Figure:
     """The figure of a dataset; a notebook shows it.
 
@@ -60,6 +62,8 @@ def figure(
         The name of a requirement: the inputs that set apart the runs that fail it are drawn.
     sensitivity : bool
         Whether to draw what outputs depend on: Sobol' indices of inputs and of pairs, or Morris' elementary effects.
+    dark : bool
+        Whether it is for a dark page.
 
     Returns
     -------
@@ -69,21 +73,16 @@ def figure(
     wanted = [names] if isinstance(names, str) else names
     with reading(dataset, (MODES,)) as (ds, _):
         inputs = [against] if isinstance(against, str) else against
-        return _chosen(ds, wanted, inputs, convergence, requirement, sensitivity)
+        drawn = _chosen(ds, wanted, inputs, convergence, requirement, sensitivity)
+    if dark:
+        darken(drawn)
+    return drawn
 
 
-def save(
-    ds: xr.Dataset,
-    target: Path,
-    names: Sequence[str] = (),
-    against: Sequence[str] = (),
-    convergence: bool = False,
-    requirement: str | None = None,
-    sensitivity: bool = False,
-) -> None:
-    """Write the figure of a dataset as PNG, SVG or PDF."""
+def save(drawn: Callable[[], Figure], target: Path) -> None:
+    """Write a figure as PNG, SVG or PDF; drawn: makes it, as soon as the file is ours."""
     with claimed(target, "figure", canvas.STILLS) as output:
-        canvas.save(_chosen(ds, names, against, convergence, requirement, sensitivity), output)
+        canvas.save(drawn(), output)
 
 
 def _chosen(

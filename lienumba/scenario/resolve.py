@@ -24,11 +24,13 @@ from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.base.units import units
 from lienumba.scenario.checks.integrator import damping_of, method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check_scenario
 from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
+from lienumba.scenario.formulas.parameter_units import units_of_parameter
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.reading.run_tables import read_run_tables
@@ -81,6 +83,12 @@ class Scenario:
         step = self.data.integrator.step
         assert step is not None, "only where steps are of one length"
         return [_count(time, step) for time in self.times]
+
+    def units(self, path: str) -> str:
+        """The units of the number at a canonical path."""
+        model = dict(self.data.model)
+        kind, _, name = path.partition(".")
+        return units_of_parameter(name, self.parameters.places, model) if kind == "parameters" else units(path, model)
 
     def headline(self) -> str:
         """The size of the scenario in one line."""

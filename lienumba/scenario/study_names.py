@@ -1,20 +1,20 @@
 """The names and labels of the points of a study in its dataset."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any
 
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys, value_text
-from lienumba.scenario.base.units import SETTINGS, units
+from lienumba.scenario.base.units import SETTINGS
 from lienumba.scenario.reading.loading import tokens_of
 from lienumba.store.study_layout import CASE, TAKEN, Coordinate
 
 Grid = dict[str, list[Any]]
 
 
-def coordinates(grids: list[Grid], model: Keys) -> list[Coordinate]:
-    """One for each path, known by its last part, if that is enough; model: of a resolved scenario."""
+def coordinates(grids: list[Grid], model: Keys, units: Callable[[str], str]) -> list[Coordinate]:
+    """One for each path, known by its last part, if that is enough; model, units: of a resolved scenario."""
     paths_of = [{_canonical(path, model): values for path, values in grid.items()} for grid in grids]
     every = list(dict.fromkeys(path for grid in paths_of for path in grid))
     short = {path: paths.last_part(paths.parse(path)) for path in every}
@@ -32,7 +32,7 @@ def coordinates(grids: list[Grid], model: Keys) -> list[Coordinate]:
         else:
             points = [point for grid in paths_of for point in combinations(grid)]
             dim, values = CASE, [label(point[path]) if path in point else missing for point in points]
-        unit = (SETTINGS.get(path) or units(path, model)) if numbers else "1"
+        unit = (SETTINGS.get(path) or units(path)) if numbers else "1"
         found.append(Coordinate(names[path], dim, values, unit, path))
     return found
 

@@ -84,7 +84,7 @@ def plan_of(raw: Keys, base: "Scenario", resolve: "Callable[[Keys], Scenario]") 
     references = _references(study.reference, solved, attempt)
     shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
     model = dict(base.data.model)
-    return Plan(found, shape, coordinates(study.grid, model), references)
+    return Plan(found, shape, coordinates(study.grid, model, base.units), references)
 
 
 class _Attempts:

@@ -19,7 +19,6 @@ from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of, several
 from lienumba.scenario.base.code import check_allowed
-from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.design import weights
@@ -112,9 +111,9 @@ class Asked:
         """The one of this kind that is made of these; more: attributes."""
         own = self.scenario
         title = ": ".join(filter(None, [own.data.title, kind]))
-        seed, model = own.data.sweep.seed, dict(own.data.model)
+        seed = own.data.sweep.seed
         said = provenance.attributes(title, own.to_toml(), own.sha256(), seed, provenance.command())
-        of = {path: units(path, model) for path in self.samples}
+        of = {path: own.units(path) for path in self.samples}
         every = {RUN[0]: self.labels, **coordinates}
         return dataset(variables, every, self.samples, of, {KIND: kind, **said, **more})
 

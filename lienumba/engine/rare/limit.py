@@ -10,7 +10,6 @@ from lienumba.batch.statuses import GOOD
 from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
 from lienumba.errors import ScenarioError
-from lienumba.scenario.base.units import units
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
@@ -108,7 +107,7 @@ class Limit:
 
     def units_of(self, path: str) -> str:
         """Those of an input."""
-        return units(path, dict(self.scenario.data.model))
+        return self.scenario.units(path)
 
     def dataset(
         self, kind: str, what: str, variables: Mapping[str, Any], coordinates: Mapping[str, Any], **more: Any

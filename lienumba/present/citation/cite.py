@@ -34,11 +34,9 @@ def cite_dataset(dataset: "xr.Dataset") -> str:
 
 def cite_scenario(scenario: "Scenario") -> str:
     """Of a scenario that has not been run, with what is installed here."""
-    from lienumba.scenario.base.units import units
     from lienumba.store.provenance import versions
 
-    model = dict(scenario.data.model)
-    vary = {path: units(path, model) for path in scenario.data.sweep.vary}
+    vary = {path: scenario.units(path) for path in scenario.data.sweep.vary}
     return _text(_source(scenario.to_dict(), vary, versions()), datetime.now(UTC).year)
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.base.units import units
 from lienumba.scenario.reading.sample_table import RUN
 from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw, weights
@@ -48,8 +47,7 @@ def sample(scenario: "Scenario", labels: Sequence[int], output: Output) -> list[
     weight = {WEIGHT: weights(scenario, labels)} if scenario.weighted else {}
     if not samples:
         raise ScenarioError.at("sweep.vary", "is empty, so there is nothing to draw", "vary at least one number")
-    model = dict(scenario.data.model)
-    of = {path: units(path, model) for path in samples}
+    of = {path: scenario.units(path) for path in samples}
     if output.path.suffix.lower() == CSV:
         _write_csv(labels, samples | weight, output)
     else:

@@ -1,0 +1,43 @@
+"""The units of parameters, as far as what they stand for says them."""
+
+import ast
+from collections.abc import Mapping
+
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.grammar import dotted
+from lienumba.scenario.base.paths import Tokens, text_of
+from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.base.units import units
+
+UNKNOWN = "1"
+
+
+def units_of_parameter(name: str, places: Mapping[Tokens, Formula], model: Keys) -> str:
+    """Those of the numbers for which a parameter stands, alone or times plain numbers; "1" where none says, or they
+    differ.
+
+    Parameters
+    ----------
+    name
+        As formulas have it, such as "kp" or "k[0]".
+    places
+        The formulas of a scenario, by where they stand.
+    model
+        Of the scenario, checked.
+    """
+    found = {units(text_of(list(place)), model) for place, x in places.items() if name in x.used and _alone(x, name)}
+    return next(iter(found)) if len(found) == 1 else UNKNOWN
+
+
+def _alone(formula: Formula, name: str) -> bool:
+    def alone(node: ast.expr) -> bool:
+        match node:
+            case ast.UnaryOp(operand=x):
+                return alone(x)
+            case ast.BinOp(left=ast.Constant(), op=ast.Mult(), right=x):
+                return alone(x)
+            case ast.BinOp(left=x, op=ast.Mult() | ast.Div(), right=ast.Constant()):
+                return alone(x)
+        return dotted(node) == name
+
+    return alone(ast.parse(formula.text.strip(), mode="eval").body)
