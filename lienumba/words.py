@@ -13,7 +13,7 @@ ALIASES = {
     "g": "gravity", "dt": "step", "h": "step", "time_step": "step", "timestep": "step", "duration": "end_time",
     "t_end": "end_time", "tend": "end_time", "tf": "end_time", "solver": "method", "scheme": "method",
     "n": "runs", "count": "runs", "samples": "runs", "interval": "every", "parameters": "vary",
-    "std_dev": "std", "sigma": "std", "stddev": "std", "loc": "mean", "mu": "mean", "scale": "std",
+    "std_dev": "std", "sigma": "std", "stddev": "std", "loc": "mean", "mu": "mean friction", "scale": "std",
     "min": "low lower", "max": "high upper", "gaussian": "normal", "gauss": "normal", "norm": "normal",
     "ball": "spherical", "rod": "distance", "hinge": "revolute", "pin": "revolute", "slider": "prismatic",
     "translational": "prismatic", "weld": "fixed", "rigid": "fixed", "cardan": "universal", "hooke": "universal",
@@ -36,6 +36,11 @@ ALIASES = {
     "ode15s": "radau5", "ode23s": "radau5", "ode23t": "radau5", "ida": "radau5", "dassl": "radau5", "cvode": "radau5",
     "rodas": "radau5", "backward_euler": "radau3", "implicit_euler": "radau3", "newmark": "generalized_alpha",
     "hht": "generalized_alpha", "gen_alpha": "generalized_alpha", "trapezoidal": "generalized_alpha",
+    "dynamic": "kinetic coulomb", "sliding": "kinetic coulomb", "mu_k": "kinetic", "mu_d": "kinetic",
+    "stiction": "static", "mu_s": "static", "coefficient_of_friction": "friction", "damping": "dissipation",
+    "coefficient_of_restitution": "restitution", "cor": "restitution", "elasticity": "restitution",
+    "latch": "lock", "hold": "lock", "brake": "lock", "detach": "release", "separate": "release", "attach": "engage",
+    "dock": "engage", "capture": "engage", "end": "stop", "terminate": "stop", "log": "record",
     "verlet": "rk4", "leapfrog": "rk4", "semi_implicit_euler": "rk4", "symplectic_euler": "rk4",
 }  # fmt: skip
 SIMILAR, ALIKE, VERY_SIMILAR = 0.5, 0.6, 0.8  # of two words, as difflib measures

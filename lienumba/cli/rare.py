@@ -105,9 +105,8 @@ def _found(
     from lienumba.store.targets import claimed_dataset
 
     allow_code = given.pop("allow_code")
-    resolved = resolve(
-        scenario, overrides=parse_assignments(settings or []), seed=given.pop("seed"), allow_code=allow_code
-    )
+    changes, seed = parse_assignments(settings or []), given.pop("seed")
+    resolved = resolve(scenario, overrides=changes, seed=seed, allow_code=allow_code, counted=False)
     if not quiet:
         console.print_warnings(resolved.warnings)
     with ExitStack() as stack:

@@ -176,6 +176,7 @@ def analyse(
     outputs: OutputsArgument = None,
     time: TimeOption = None,
     output: TableOption = None,
+    overwrite: OverwriteTableOption = False,
     verdict: VerdictOption = False,
 ) -> None:
     """Say whether requirements are met, and which inputs of a sweep an output depends on: rank correlations, a tornado,
@@ -189,12 +190,10 @@ def analyse(
         from lienumba.present.terminal.verdict import print_separations, print_verdicts
         from lienumba.store.files import reading
         from lienumba.store.linear_layout import MODES
-        from lienumba.store.targets import CHOOSE, claimed
 
         with ExitStack() as stack:
             if output is not None:
-                claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
-                own = stack.enter_context(claim)
+                own = stack.enter_context(sensitivity_file.claimed_findings(output, overwrite, file))
             dataset, _ = stack.enter_context(reading(file, (MODES,)))
             judged = verdicts_of(dataset)
             if verdict and not judged:
@@ -221,6 +220,7 @@ def compare(
     outputs: OutputsArgument = None,
     time: TimeOption = None,
     output: TableOption = None,
+    overwrite: OverwriteTableOption = False,
 ) -> None:
     """Say what two sweeps differ in, run by run: what the scenarios differ in, and the outputs of equal samples."""
     with console.exit_codes():
@@ -228,12 +228,10 @@ def compare(
         from lienumba.analysis.sensitivities import sensitivity_file
         from lienumba.present.terminal.comparison import print_comparison
         from lienumba.store.files import reading
-        from lienumba.store.targets import CHOOSE, claimed
 
         with ExitStack() as stack:
             if output is not None:
-                claim = claimed(output, "table", sensitivity_file.ENDINGS, f"{CHOOSE}, or delete it")
-                own = stack.enter_context(claim)
+                own = stack.enter_context(sensitivity_file.claimed_findings(output, overwrite, first, second))
             with reading(first) as (one, _), reading(second) as (other, _):
                 found = compare(one, other, outputs or (), time)
             if output is not None:

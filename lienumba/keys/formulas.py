@@ -24,7 +24,7 @@ SLIPS = (
     ),
     (r".*\^", 'has a "^"', "a power is written with two stars: t**2"),
     (r".*[!=]=", "asks whether numbers are equal, which they hardly ever are", "compare them by <, <=, > or >="),
-    (r".*[^<>=]=[^=]", "has an equals sign", "write only what stands to its right"),
+    (r".*[^<>=]=[^=]", "has an equals sign", "write only what stands to its right, or compare by <, <=, > or >="),
     (
         r".*(?<![\w.])(\d[\d.]*|\.\d+)\s*(?!e[-+]?\d|and\b|or\b|not\b)[A-Za-z(]",
         "multiplies without a star",
@@ -47,8 +47,6 @@ def condition(text: str) -> str:
     try:
         Formula(text, condition=True)
     except ExpressionError as error:
-        if re.fullmatch(r"[^<>=!]*=[^<>=!]*", text):
-            raise ExpressionError("has an equals sign", "compare by <, <=, > or >=") from None
         raise explained(text, error) from None
     return text
 

@@ -231,8 +231,10 @@ def resolve(
     runs_count: int | None = None,
     seed: int | None = None,
     allow_code: bool = False,
+    counted: bool = True,
 ) -> Scenario:
-    """Load a scenario (path, dict, System, Scenario), change it, check it; errors list all problems."""
+    """Load a scenario (path, dict, System, Scenario), change it, check it; errors list all problems. counted: whether
+    what it varies needs sweep.runs."""
     if overrides is not None and not isinstance(overrides, Mapping):
         rule, remedy = "must be a mapping from paths to values", 'give them such as {"integrator.step": 1e-4}'
         raise ScenarioError.at("overrides", rule, remedy, overrides)
@@ -247,6 +249,8 @@ def resolve(
     raw = load(source, allow_code)
     name_unnamed(raw)
     problems = apply_overrides(raw, changes)
+    if not counted and isinstance(sweep := raw.get("sweep"), dict):
+        sweep.setdefault("runs", 1)
     raw = read_run_tables(read_in(with_files(raw, Path())))
     written = copy.deepcopy(raw) if "study" in raw else raw
     scenario = _resolved(raw, problems, file)

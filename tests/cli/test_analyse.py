@@ -93,6 +93,7 @@ def test_what_is_written(out, tmp_path):
         assert written.attrs == found.attrs
         xr.testing.assert_equal(written, found)
     assert analyse(out, "-o", tmp_path / "found.csv").exit_code == 0
+    assert analyse(out, "-o", tmp_path / "found.csv", "--overwrite").exit_code == 0
     with (tmp_path / "found.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == found.sizes["output"] * found.sizes["input"]
@@ -120,9 +121,11 @@ def test_refused(out, tmp_path):
         'and inputs such as "a"',
         (out, "y", "--time", 2): "time = 2: lies outside the stored times; give one from 0 to 1 s",
         (out, "-o", own / "t.txt"): f"output = {own / 't.txt'}: is no table; give a name that ends in .csv or .nc",
-        (out, "-o", own / "there.csv"): f"output = {own / 'there.csv'}: exists already; choose another name, or delete "
-        "it",
-        (out, "-o", out): f"output = {out}: exists already; choose another name, or delete it",
+        (out, "-o", own / "there.csv"): f"output = {own / 'there.csv'}: exists already; choose another name, or "
+        "replace it with --overwrite",
+        (out, "-o", own / "there.csv", "--overwrite"): f"output = {own / 'there.csv'}: is a file of another kind, no "
+        "table to be replaced; choose another name",
+        (out, "-o", out, "--overwrite"): f"output = {out}: is what is to be read; choose another name",
         (out, "-o", own / "no" / "t.csv"): f"output = {own / 'no' / 't.csv'}: its folder {own / 'no'} does not exist; "
         "create it or choose another",
     }.items():  # fmt: skip

@@ -69,7 +69,7 @@ def rare(
     ScenarioError
         For bad input, and where a method cannot say anything, with what can.
     """
-    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
+    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code, counted=False)
     check_workers(workers)
     if method not in METHODS:
         raise ScenarioError(f"method = {show(method)}: is not known; {suggestion(str(method), METHODS)}")

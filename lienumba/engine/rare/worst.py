@@ -65,7 +65,7 @@ def worst(
     """
     from scipy.optimize import differential_evolution
 
-    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
+    resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code, counted=False)
     check_workers(workers)
     if isinstance(runs, bool) or not isinstance(runs, int) or runs < FEWEST:
         raise ScenarioError(f"runs = {show(runs)}: must be a whole number, at least {FEWEST}; give such as 2000")

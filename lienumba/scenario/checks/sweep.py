@@ -179,9 +179,11 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
     """What is a formula, or has one in it, follows its parameters."""
     for place, formula in parameters.places.items():
         if place[: len(tokens)] == tokens and formula.used:
-            names = [f"parameters.{name}" for name in sorted(formula.used - {"t"})]
+            known = [x for x in sorted(formula.used) if x in parameters.numbers or x in parameters.formulas]
+            names = " or ".join(f"parameters.{name}" for name in known)
             is_or_has = "is" if place == tokens else "has"
-            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}", f"vary {' or '.join(names)} instead")
+            remedy = f"vary {names} instead" if names else "write a parameter into it, and vary that"
+            raise paths.PathError(f"{is_or_has} the formula {show(formula.text)}", remedy)
 
 
 def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:

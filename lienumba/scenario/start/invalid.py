@@ -27,8 +27,8 @@ def refuse_invalid(scenario: "Scenario", samples: Mapping[str, np.ndarray]) -> N
     raise ScenarioError.at(
         "sweep.vary",
         (
-            f"no run is possible with {shown} varied: every sample has a mass, inertia, length or rotation "
-            "that nothing has, or is no finite number"
+            f"no run is possible with {shown} varied: every sample has a mass, inertia, length, friction "
+            "or rotation that nothing has, or is no finite number"
         ),
         f"give values nearer to the nominal ones. The first run: {example}",
     )

@@ -154,7 +154,8 @@ CASES = {
     ),
     "a condition that assigns": (
         rig(event('action = "lock"', 'joint = "pivot"')).replace('"t > 1"', '"t = 1"'),
-        'events.act.when = "t = 1": has an equals sign; compare by <, <=, > or >=',
+        'events.act.when = "t = 1": has an equals sign; write only what stands to its right, or compare by <, <=, > or '
+        ">=",
     ),
     "lock of what is driven": (
         rig(SHAKEN, event('action = "lock"', 'joint = "rail"')),
@@ -325,6 +326,14 @@ CASES = {
     "static friction below 0": (
         rig(force('type = "friction"', 'joint = "pivot"', "coulomb = 2", "static = -1")),
         "model.forces.push.static = -1.0: must be at least 0; give its size without a sign",
+    ),
+    "kinetic friction by another name": (
+        rig(contact(*FOOT, "friction = { static = 0.7, dynamic = 0.5 }")),
+        'model.contacts.foot.friction.dynamic is not a known key; the nearest known name is "kinetic"',
+    ),
+    "a fixed joint that begins locked": (
+        rig(FREE, f"{WELD}locked = true\n"),
+        "model.joints.weld.locked = true: is of a fixed joint, which has no coordinate to lock; leave it out",
     ),
     "static friction without coulomb": (
         rig(force('type = "friction"', 'joint = "pivot"', "static = 1")),

@@ -255,7 +255,8 @@ FORMULAS = {
     ),
     "an equation": (
         value("x = 2*t"),
-        'model.drivers.drive.value = "x = 2*t": has an equals sign; write only what stands to its right',
+        'model.drivers.drive.value = "x = 2*t": has an equals sign; write only what stands to its right, or compare by '
+        "<, <=, > or >=",
     ),
     "empty": (
         value(""),

@@ -128,8 +128,9 @@ def test_a_sweep_without_a_possible_run_names_what_it_varies() -> None:
     with pytest.raises(lienumba.ScenarioError) as caught:
         lienumba.run(short(scenario(vary)))
     assert str(caught.value).startswith(
-        'sweep.vary: no run is possible with "bodies.top.inertia[0]" varied: every sample has a mass, inertia, length '
-        "or rotation that nothing has, or is no finite number; give values nearer to the nominal ones. The first run: "
+        'sweep.vary: no run is possible with "bodies.top.inertia[0]" varied: every sample has a mass, inertia, length, '
+        "friction or rotation that nothing has, or is no finite number; give values nearer to the nominal ones. The "
+        "first run: "
     )
 
 

@@ -35,6 +35,12 @@ def check_events(lists: Lists, parameters: Parameters, report: Report) -> None:
             _check_joint(place, event, acting, joints, lists, report)
     _check_against(found, parameters, report)
     _check_waiting(acting, lists, report)
+    for place, joint in placed("joints", lists["joints"]):
+        kind = str(joint.get("type"))
+        if joint.get("locked") is True and kind in JOINTS and not lockable(kind):
+            report.add(
+                f"{place}.locked", f"is of a {kind} joint, which has no coordinate to lock", "leave it out", True
+            )
 
 
 def _check_joint(place: str, event: Event, acting: list[Event], joints: Tables, lists: Lists, report: Report) -> None:
