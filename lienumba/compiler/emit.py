@@ -13,7 +13,7 @@ from copy import copy
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import inf
-from typing import Any
+from typing import Any, TypeGuard
 
 from lienumba.compiler.rows import W, WorkRows
 from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
@@ -43,7 +43,7 @@ class Kernel:
     """One compiled function.
 
     first_hoisted: the row behind the parameters where its invariants begin; rows: where in `out` each output goes, by
-    default one after the other; renews: whether it reads rows of `out`: each is then stored behind what reads it.
+    default one after the other; renews: whether it reads rows of `out`: each is then stored behind what loads it.
     """
 
     name: str
@@ -98,6 +98,10 @@ def _constant(bits: bytes) -> str:
     return f"<{', '.join([f'double 0x{bits.hex().upper()}'] * W)}>"
 
 
+def _is_input(x: Value) -> TypeGuard[Symbol]:
+    return isinstance(x, Symbol) and x.op == "input"
+
+
 class _Writer:
     """Writes one function as a row of segments."""
 
@@ -126,9 +130,9 @@ class _Writer:
         stored: dict[int, list[tuple[str, int]]] = {}  # where a value goes when it has been computed
         late: list[tuple[str, int, Value]] = []  # not computed here, or not stored before all is
         ready = {node.id: n for n, node in enumerate(node for part in parts for node in part)}
-        reads = self._last_reads(parts, stores) if self.kernel.renews else {}
+        loads = self._last_loads(parts, stores) if self.kernel.renews else {}
         for array, row, x in stores:
-            if isinstance(x, Symbol) and x.id in ready and reads.get((array, row), -1) > ready[x.id]:
+            if isinstance(x, Symbol) and x.id in ready and loads.get((array, row), -1) > ready[x.id]:
                 last_use[x.id] = len(parts)
                 late.append((array, row, x))
             elif isinstance(x, Symbol) and x.id in ready:
@@ -159,12 +163,16 @@ class _Writer:
             self._store(array, row, self._value(x))
 
     @staticmethod
-    def _last_reads(parts: Segments, stores: Sequence[tuple[str, int, Value]]) -> dict[tuple[str, int], float]:
-        """Which operation is the last to read each row of memory; an infinite one where a row is read to be stored."""
+    def _last_loads(parts: Segments, stores: Sequence[tuple[str, int, Value]]) -> dict[tuple[str, int], float]:
+        """Which operation loads each row of memory for the last time: in a segment the first one that reads it; an
+        infinite one where a row is read to be stored."""
         last: dict[tuple[str, int], float] = {}
-        for n, node in enumerate(node for part in parts for node in part):
-            last |= {x.args: n for x in node.args if isinstance(x, Symbol) and x.op == "input"}
-        return last | {x.args: inf for _, _, x in stores if isinstance(x, Symbol) and x.op == "input"}
+        first = 0
+        for part in parts:
+            nodes = [*enumerate(part, first)]
+            last |= {x.args: n for n, node in reversed(nodes) for x in node.args if _is_input(x)}
+            first += len(part)
+        return last | {x.args: inf for _, _, x in stores if _is_input(x)}
 
     def _begin(self) -> None:
         """The next segment."""

@@ -3,10 +3,12 @@
 Compiled once for all mechanisms. A lane that fails is frozen while the others go on.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, all_lanes, any_lane, call, choose, load, matrix, splat, store
-from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, apart
+from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
@@ -40,6 +42,19 @@ def _set_clock(clock: Address, t: Lanes, to: Lanes, begin: float, end: float, h:
     store(clock, layout.MIDDLE, t + 0.5 * length)
 
 
+class Runs(NamedTuple):
+    """The arrays of `drive` that are of runs."""
+
+    states: Floats3
+    parameters: Floats3
+    discontinuities: Floats3
+    records: Floats4
+    statuses: Floats2
+    end_steps: Floats2
+    ends: Floats2
+    kept: Floats3
+
+
 def drive(
     kernels: Integers1, nodes: Floats1, sizes: Sizes, steps: int, h: float, output_steps: Integers1, limit: int,
     tolerance: float, states: Floats3, parameters: Floats3, discontinuities: Floats3, records: Floats4,
@@ -59,6 +74,50 @@ def drive(
     that each lane has passed; progress[0]: outputs done so far;
     stop[0]: set from outside to end early; limit and tolerance: of the projections. Every array is contiguous.
     """
+    runs = Runs(states, parameters, discontinuities, records, statuses, end_steps, ends, kept)
+    if sizes.kept > 0:
+        _measured(
+            kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop
+        )
+    else:
+        _unmeasured(
+            kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop
+        )
+
+
+@apart
+def _measured(
+    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
+    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
+    stop: np.ndarray,
+) -> None:  # fmt: skip
+    _advance(
+        kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop,
+        True,
+    )  # fmt: skip
+
+
+@apart
+def _unmeasured(
+    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
+    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
+    stop: np.ndarray,
+) -> None:  # fmt: skip
+    """In code of its own: where nothing is measured, what would do so costs 4 % of a step of the heavy top."""
+    _advance(
+        kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop,
+        False,
+    )  # fmt: skip
+
+
+@inlined
+def _advance(
+    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
+    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
+    stop: np.ndarray, measured: bool,
+) -> None:  # fmt: skip
+    """See `drive`; measured: whether something is kept of runs as a whole."""
+    states, parameters, discontinuities, records, statuses, end_steps, ends, kept = runs
     elements, rows, q = layout.element_rows(sizes), layout.state_rows(sizes), sizes.exchangeable
     best = elements + sizes.first_mask + q  # the row of the largest margin
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
@@ -67,7 +126,7 @@ def drive(
     memory = matrix(buffer.ctypes.data, first.work, W)
     table = memory[first.table : first.table + layout.table_rows(q)]
     since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
-    cuts, measured = discontinuities.shape[1] > 1, sizes.kept > 0
+    cuts = discontinuities.shape[1] > 1
     for block in range(states.shape[0]):
         x, places = at.state, Places(at.new, at.now, at.following)
         state, p = states[block].ctypes.data, parameters[block].ctypes.data
@@ -103,7 +162,7 @@ def drive(
                     call(kernels[layout.STEP], x, p, clock, 0, places.new, at.work)
                 else:
                     stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
-                if sizes.integrands > 0:
+                if measured and sizes.integrands > 0:
                     made = places.new + ROW * layout.first_slope(sizes)
                     take_gains(kernels, sizes, at, x, load(lanes, T), made)
                 store(clock, layout.TIME, load(lanes, UNTIL))

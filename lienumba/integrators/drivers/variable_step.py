@@ -286,7 +286,7 @@ def drive(
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
         if sizes.kept > 0 and any_lane(good):
-            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
+            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
         due, end = load(lanes, DUE), load(lanes, UNTIL)
         if any_lane(good & (due <= until) & (due < end)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)

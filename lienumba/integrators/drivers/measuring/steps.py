@@ -120,11 +120,10 @@ def _look_into(
 @inlined
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
+    good: Mask, t: Lanes, length: Lanes, until: Lanes,
 ) -> None:  # fmt: skip
-    """Keep what has to be of the open step in the lanes `good`, which are left at `until`; closed: whether the slopes
-    of its stages are not known. The clock stays as it is. Whether the step is looked into is a matter of each lane, and
-    of each thing that is kept."""
+    """Keep what has to be of the open step in the lanes `good`, which are left at `until`. The clock stays as it is.
+    Whether the step is looked into is a matter of each lane, and of each thing that is kept."""
     now, end = load(at.clock, layout.TIME), load(at.lanes, UNTIL)
     unseen = good & (load(at.lanes, SEEN) == 0.0)
     if any_lane(unseen):
@@ -133,7 +132,7 @@ def measure(
     store(at.lanes, PICKED, choose(good, choose(until < end, splat(-1.0), 1.0), 0.0))
     call(kernels[layout.KEEP], at.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
     if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
-        _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, closed)
+        _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
     store(at.clock, layout.TIME, now)
 
 
@@ -155,16 +154,48 @@ def measure_closed(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
     good: Mask, x: Address, places: Places,
 ) -> None:  # fmt: skip
-    """The same where states change places, of which none but the slopes' own may lie before these."""
+    """The same where states change places, and the clock is at the end of the step, which no lane leaves before. What
+    is rarely done is told nothing that would have to wait for it."""
+    store(at.lanes, PICKED, choose(good, splat(1.0), splat(0.0)))
+    if any_lane(good & (load(at.lanes, SEEN) == 0.0)):
+        _see_closed(kernels, sizes, at, x, places)
+    call(kernels[layout.KEEP], places.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
+        _look_into_closed(kernels, sizes, nodes, at, first, rows, plan, x, places)
+
+
+@inlined
+def _placed(at: Workspace, x: Address, places: Places) -> Workspace:
+    """The regions where states have changed places, of which none but the slopes' own may lie before these."""
     now, following = places.now, places.following
     if following == at.new:
         now, following = following, now
-    here = Workspace(
+    return Workspace(
         x, places.new, at.slopes, at.control, now, following, at.clock, at.lanes, at.u, at.conditions, at.table,
         at.change, at.measures, at.parameters, at.work,
     )  # fmt: skip
+
+
+@apart
+def _see_closed(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, places: Places) -> None:
+    """`_see` of a step that is `PICKED`."""
     t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
-    measure(kernels, sizes, nodes, here, first, rows, plan, good, t, length, until, True)
+    good = load(at.lanes, PICKED) != 0.0
+    unseen = good & (load(at.lanes, SEEN) == 0.0)
+    _see(kernels, sizes, _placed(at, x, places), t, length, good, unseen)
+    store(at.clock, layout.TIME, until)
+
+
+@apart
+def _look_into_closed(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
+    x: Address, places: Places,
+) -> None:  # fmt: skip
+    """`_look_into` of a step that is `PICKED`."""
+    t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
+    good, here = load(at.lanes, PICKED) != 0.0, _placed(at, x, places)
+    _look_into(kernels, sizes, nodes, here, first, rows, plan, good, t, length, until, True)
+    store(at.clock, layout.TIME, until)
 
 
 @apart
