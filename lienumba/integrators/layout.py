@@ -14,12 +14,12 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
-    "simplified", "measure", "keep", "slopes", "quadrature", "close_along",
+    "simplified", "measure", "keep", "slopes", "quadrature", "close_along", "watch",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
     CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, SIMPLIFIED,
-    MEASURE, KEEP, SLOPES, QUADRATURE, CLOSE_ALONG, COMBINE,
+    MEASURE, KEEP, SLOPES, QUADRATURE, CLOSE_ALONG, WATCH, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
@@ -41,10 +41,13 @@ CLOCK = TOLERANCE + TOLERANCES
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
 # of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: whether the signals at the
 # start of the step are those at the end of the last one.
+# FREES: whether a change is but a release of what is in use.
 # ROOT: of the margin, when it was LOOKED at; PASSES: when a singular position is to be expected, by these.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, ROOT, LOOKED, PASSES, LANES = range(23, 38)
+SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, ROOT, LOOKED, PASSES, FREES, LANES = range(
+    23, 39
+)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many

@@ -1,5 +1,5 @@
 """Which conditions of events count: what had been true has to be really false before it comes true again, and of what
-happens at one time each event sees what those before it have done."""
+happens at one time each event sees what those before it have done. What only lets go is done here, too."""
 
 from lienumba.compiler.lanes import Mask, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
@@ -10,12 +10,15 @@ from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
     ENGAGES,
+    FRESH,
     LOCKS,
     NEEDS,
     OFF,
     ONCE,
     RECORDS,
     RELEASES,
+    SWITCH_FIRST,
+    SWITCH_ROWS,
     TARGET,
     TARGETS,
     Sizes,
@@ -63,6 +66,12 @@ def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int
     rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
     rows[peak + sizes.events, lane] = max(rows[peak + sizes.events, lane], max(now, -now))
     rows[first.conditions + event, lane] = now
+
+
+@inlined
+def fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
+    """Whether a condition has become true now."""
+    return rows[first.conditions + 2 * layout.conditions(sizes) + condition, lane] == rows[first.lanes + T, lane]
 
 
 @inlined
@@ -182,3 +191,30 @@ def engages(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, e
         if rows[times + other, lane] == now:
             stays = stays and turns(plan, other, joint) != 0.0
     return stays
+
+
+@apart
+def lets_go(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> bool:
+    """Whether a lane of joints and locks alone only lets go of some, and all rows that hold are in use: no velocity
+    jumps, and what still holds is independent. A run that begins has no rows in use yet."""
+    only = rows[first.lanes + FRESH, lane] == 0.0
+    for event in range(sizes.events):
+        action = plan.acts[event, ACTION]
+        if action != RECORDS and action != RELEASES:
+            only = only and not fired(sizes, first, rows, lane, event)
+    for s in range(sizes.switches):
+        if rows[first.state + layout.on_row(sizes) + s, lane] != OFF:
+            mask = first.state + layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]
+            for row in range(mask, mask + plan.switches[s, SWITCH_ROWS]):
+                only = only and rows[row, lane] != 0.0
+    return only
+
+
+@apart
+def let_go(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> None:
+    """No row of what is off is in use."""
+    for s in range(sizes.switches):
+        if rows[first.state + layout.on_row(sizes) + s, lane] == OFF:
+            mask = first.state + layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]
+            for row in range(mask, mask + plan.switches[s, SWITCH_ROWS]):
+                rows[row, lane] = 0.0

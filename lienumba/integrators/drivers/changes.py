@@ -12,7 +12,19 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import complementarity, impacts, reactions, stages
-from lienumba.integrators.drivers.acting import HOLDS, engages, follow, follow_one, hold, pass_over, sift, turns
+from lienumba.integrators.drivers.acting import (
+    HOLDS,
+    engages,
+    fired,
+    follow,
+    follow_one,
+    hold,
+    let_go,
+    lets_go,
+    pass_over,
+    sift,
+    turns,
+)  # fmt: skip
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
@@ -23,6 +35,7 @@ from lienumba.integrators.layout import (
     BILATERAL,
     CHANGED,
     ENGAGES,
+    FREES,
     FRESH,
     FRICTION,
     GAINED,
@@ -85,14 +98,20 @@ def change(
         hold(sizes, at, at.following)
         if n == 0:  # what held directly before the change, for what becomes true by it
             follow(sizes, at, at.following, pending)
-        if switched:
+        jumps = False
+        for lane in range(W):
+            rows[first.lanes + FREES, lane], rows[first.lanes + PICKED, lane] = 0.0, 0.0
+            if switched and rows[first.lanes + CHANGED, lane] != 0.0:
+                frees = not forces and lets_go(sizes, first, rows, plan, lane)
+                rows[first.lanes + FREES, lane], jumps = 1.0 if frees else 0.0, jumps or not frees
+        if jumps:
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
         for lane in range(W):
-            rows[first.lanes + PICKED, lane] = 0.0
             if rows[first.lanes + CHANGED, lane] != 0.0:
-                reactions.hasten(
-                    rows, first, sizes, plan.switches, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0
-                )
+                if rows[first.lanes + FREES, lane] == 0.0:
+                    reactions.hasten(
+                        rows, first, sizes, plan.switches, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0
+                    )
                 if sizes.values > 0:
                     rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
                 _act(sizes, first, rows, plan, lane)
@@ -117,7 +136,7 @@ def change(
         for lane in range(W):
             changes, hit = rows[first.lanes + CHANGED, lane] != 0.0, False
             if changes:
-                hit = switched and _hit(r, sizes, first, rows, lane)
+                hit = switched and rows[first.lanes + FREES, lane] == 0.0 and _hit(r, sizes, first, rows, lane)
                 _tell(r, sizes, first, rows, runs, queue, plan, lane)
             rows[first.lanes + PICKED, lane] = 1.0 if hit else 0.0
         if switched:
@@ -129,7 +148,9 @@ def change(
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 rows[first.lanes + PICKED, lane] = 0.0
-                if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
+                if rows[first.lanes + FREES, lane] != 0.0:
+                    let_go(sizes, first, rows, plan, lane)
+                elif rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
                     _go_on(r, sizes, first, rows, runs, queue, lane, forces)
             begins = load(lanes, PICKED) != 0.0
             if any_lane(begins):
@@ -148,6 +169,8 @@ def change(
 def _project(kernels: np.ndarray, sizes: Sizes, at: Workspace, table: Rows, limit: int, tolerance: float) -> None:
     """States read off within a step, onto the constraints."""
     lanes, state = at.lanes, layout.state_rows(sizes)
+    if kernels[layout.POSITION] == 0 and kernels[layout.VELOCITY] == 0:
+        return
     going = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0) & (load(lanes, FRESH) == 0.0)
     stages.copy(at.new, at.state, state)
     places, status = Places(at.new, at.now, at.following), lanes + ROW * STATUS
@@ -209,12 +232,6 @@ def _apart(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, ev
     return widest
 
 
-@inlined
-def _fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
-    """Whether a condition has become true now."""
-    return rows[first.conditions + 2 * layout.conditions(sizes) + condition, lane] == rows[first.lanes + T, lane]
-
-
 @apart
 def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> None:
     """Do what events do that come true now; PICKED where joints are to close, and if one cannot nothing happens. What
@@ -234,7 +251,7 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> N
             _turn_on(sizes, first, rows, plan, lane, s)
     for event in range(sizes.events):
         action = plan.acts[event, ACTION]
-        if _fired(sizes, first, rows, lane, event):
+        if fired(sizes, first, rows, lane, event):
             for n in range(plan.acts[event, TARGETS]):
                 target = plan.targets[plan.acts[event, TARGET] + n]
                 if action == SETS:
@@ -252,7 +269,7 @@ def _energy(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
     behind, energy = first.following + layout.pushing_row(sizes), 0.0
     sets, closes = False, False
     for event in range(sizes.events):
-        if _fired(sizes, first, rows, lane, event):
+        if fired(sizes, first, rows, lane, event):
             sets = sets or plan.acts[event, ACTION] == SETS
             closes = closes or plan.acts[event, ACTION] == ENGAGES
     if sets or closes:
@@ -305,7 +322,7 @@ def _told(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, eve
     """Whether an event before this one in the file has turned the same on now: its impulse is told once."""
     told = False
     for other in range(event):
-        told = told or (_fired(sizes, first, rows, lane, other) and turns(plan, other, switch) > 0.0)
+        told = told or (fired(sizes, first, rows, lane, other) and turns(plan, other, switch) > 0.0)
     return told
 
 
@@ -349,7 +366,7 @@ def _tell(
     """What events have done in a lane, and impacts, to the books."""
     for event in range(sizes.events):
         action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
-        if action != RECORDS and _fired(sizes, first, rows, lane, event):
+        if action != RECORDS and fired(sizes, first, rows, lane, event):
             tells = codes.RELEASED if action == RELEASES else codes.SET
             if action == ENGAGES:
                 energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0
@@ -439,11 +456,11 @@ def _renew(
         if rows[first.state + layout.on_row(sizes) + s, lane] != OFF:
             noise = max(noise, SLIGHT * max(force, -force))
     for n in range(count):
-        fired = n < sizes.events and _fired(sizes, first, rows, lane, n)
+        now = n < sizes.events and fired(sizes, first, rows, lane, n)
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
-        turned = n < sizes.events and new > 0.0 and not old > 0.0 and not fired
+        turned = n < sizes.events and new > 0.0 and not old > 0.0 and not now
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
-        if fired:
+        if now:
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
             least = _rounding(sizes, first, rows, lane, n - sizes.events, noise, old)
@@ -454,7 +471,7 @@ def _renew(
     sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
     pass_over(sizes, first, rows, lane)
     for n in range(sizes.events):
-        again = again or (plan.acts[n, ACTION] >= LOCKS and _fired(sizes, first, rows, lane, n))
+        again = again or (plan.acts[n, ACTION] >= LOCKS and fired(sizes, first, rows, lane, n))
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
     rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, 0.0

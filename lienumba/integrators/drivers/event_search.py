@@ -74,6 +74,10 @@ def _margins(
 def _all_margins(kernels: np.ndarray, kernel: int, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> None:
     """All conditions at a fraction of the open step, to `following`."""
     store(at.clock, layout.TIME, t)
+    if kernel == layout.EVENTS and kernels[layout.WATCH] != 0:
+        store(at.clock, layout.FRACTION, fraction)
+        call(kernels[layout.WATCH], at.state, at.parameters, at.clock, at.slopes, at.following, at.work)
+        return
     between(kernels, at, fraction)
     store(at.clock, layout.TIME, t + fraction * length)
     call(kernels[kernel], at.now, at.parameters, at.clock, 0, at.following, at.work)

@@ -3,16 +3,19 @@
 close      state, new state and slopes behind it -> F at the end about x, the error, the factor of the controller
 close_along    the same near singular positions: what is across the constraints hardly counts
 dense      state, slopes -> the state at a fraction of the step, on the continuous extension
+watch      the same -> the conditions there, where no accelerations decide about these
 """
 
 from typing import cast
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
+from lienumba.groups.state import State
 from lienumba.integrators import layout
 from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Chart, Coordinates, Exponential
 from lienumba.integrators.tracing.tracer import Tracer, flat
+from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number
@@ -88,12 +91,28 @@ def _end(tracer: Tracer, chart: Chart, graph: Graph, element: int, behind: int) 
 
 def dense(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
+    moved, after = _within(tracer, graph, model)
+    return tracer.kernel("dense", (*flat(moved), *after))
+
+
+def watch(tracer: Tracer) -> Kernel:
+    """Conditions of events that are no matter of accelerations; those of joints and locks never come true."""
+    graph, model = tracer.graph()
+    moved, after = _within(tracer, graph, model)
+    t, h, fraction = (graph.input("clock", row) for row in (layout.TIME, layout.LENGTH, layout.FRACTION))
+    now = tracer.posture(model, moved, tuple(after), t + fraction * h).now
+    never = [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
+    return tracer.kernel("watch", [*quantities.conditions(model, now, None), *never])
+
+
+def _within(tracer: Tracer, graph: Graph, model: Model) -> tuple[list[State], list[Number]]:
+    """The elements at a fraction of the step, and what is augmented."""
     t, h = graph.input("clock", layout.TIME), graph.input("clock", layout.LENGTH)
     sizes = tracer.sizes
     fraction = graph.input("clock", layout.FRACTION)
     weights = [h * w for w in tracer.tableau.extension(fraction, float)]
     x, augmented = tracer.state(graph, "state"), tracer.augmented_rows(graph)
-    moved = []
+    moved: list[State] = []
     chart = tracer.chart_of(model)
     starts = _starts(tracer, graph, model)
     places = [h * w for w in tracer.tableau.places(fraction, float)]
@@ -114,7 +133,7 @@ def dense(tracer: Tracer) -> Kernel:
         power = [(graph.input("extra", layout.report_row(sizes, s) + layout.POWER),) for s in stages]
         place = len(tracer.augmented.angles)
         after[place] = after[place] + munthe_kaas.weighted(weights, power)[0]
-    return tracer.kernel("dense", (*flat(moved), *after))
+    return moved, after
 
 
 def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Coordinates]:

@@ -130,6 +130,8 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         kernels |= {"close_along": extension_kernels.close(tracer, along=True)} if tracer.weakens else {}
     if template.events or tracer.augmented.switches:
         kernels["events"] = state_kernels.events(tracer)
+        if method.extended and state_kernels.foreseen(tracer, template):
+            kernels["watch"] = extension_kernels.watch(tracer)
     if tracer.augmented.switches:
         kernels |= {"border": state_kernels.border(tracer), "kick": state_kernels.kick(tracer)}
     if template.measures:

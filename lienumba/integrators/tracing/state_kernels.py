@@ -18,7 +18,7 @@ from lienumba.mechanics.system import constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
-from lienumba.mechanics.system.switches import JOINT, LOCK, permanent
+from lienumba.mechanics.system.switches import permanent, unforced
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
@@ -62,7 +62,7 @@ def events(tracer: Tracer) -> Kernel:
     read = [name for x in asked if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
     outputs = quantities.conditions(model, posture.now, observed)
-    if any(switch.what not in (JOINT, LOCK) for switch in tracer.augmented.switches):
+    if not unforced(tracer.augmented.switches):
         expected = _expected(tracer, graph)
         multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
@@ -80,6 +80,12 @@ def events(tracer: Tracer) -> Kernel:
     used = tracer.augmented.mask(tracer.augmented_rows(graph), tracer.structure.rows)
     parting = turning.parting(model, posture.now, used)
     return tracer.kernel("events", outputs + [x + y for x, y in zip(pushing, parting, strict=True)])
+
+
+def foreseen(tracer: Tracer, model: Model) -> bool:
+    """Whether positions and velocities decide about all conditions."""
+    read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
+    return unforced(tracer.augmented.switches) and not _reads_observed(model, read)
 
 
 def measure(tracer: Tracer) -> Kernel:

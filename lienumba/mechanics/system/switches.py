@@ -48,6 +48,11 @@ class Switch:
         return KINDS[self.what], self.first, self.rows, self.tangents, self.memory, self.memories, int(self.shares)
 
 
+def unforced(switches: Sequence[Switch]) -> bool:
+    """Whether no force turns one of them on or off: all are joints and locks."""
+    return all(switch.what in (JOINT, LOCK) for switch in switches)
+
+
 def switches_of(model: Model) -> tuple[Switch, ...]:
     """All switches in the order of their rows: joints, locks, limits, contacts, friction."""
     found: list[Switch] = []
