@@ -18,10 +18,10 @@ def test_a_run_that_creeps_ends() -> None:
     late = ds["parameters.late"].values > 1.0
     assert 0 < late.sum() < 8
     np.testing.assert_array_equal(ds.status, np.where(late, 0, STEP_TOO_SHORT))
-    assert (ds.steps.values[~late] > 100_000).all()
+    assert (ds.steps.values[~late] > 50_000).all()
     np.testing.assert_array_equal(np.isnan(ds["hinge_at.angle"]).sum("time"), np.where(late, 0, 2))
     sentence = next(status.sentence for status in STATUSES if status.code == STEP_TOO_SHORT)
-    assert "or for 500,000 within a thousandth of the run" in sentence
+    assert "or for 200,000 within a thousandth of the run" in sentence
 
 
 def test_a_long_run_does_not() -> None:
