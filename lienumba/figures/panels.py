@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -150,9 +150,10 @@ def _each(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: b
 def _bands(ax: Axes, shown: PanelSeries, line: TimeSeries, style: Style, alone: bool) -> None:
     """Bands between quantiles and the median, where there are runs enough, else those that are left; and some runs if
     there is room."""
+    step: Literal["post"] | None = "post" if "drawstyle" in style else None
     for low, high, opacity in BANDS[::-1]:
         low_values, high_values = _where_enough(shown, line.quantiles[[low, high]])
-        ax.fill_between(shown.times, low_values, high_values, color=style["color"], alpha=opacity, lw=0)
+        ax.fill_between(shown.times, low_values, high_values, color=style["color"], alpha=opacity, lw=0, step=step)
     for values in line.each.values() if alone else ():
         ax.plot(shown.times, values, **SAMPLE)
     for values in line.left.values():

@@ -12,6 +12,7 @@ import lienumba
 from lienumba.cli import app
 from lienumba.figures import figure
 from lienumba.store.outputs import write
+from tests.rigs.changing import CHANGING
 from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
@@ -258,3 +259,11 @@ def test_ticks_of_numbers_that_differ_late_do_not_overlap(runs):
     boxes = [text.get_window_extent() for text in drawn.axes[0].get_xticklabels() if text.get_text()]
     assert len(boxes) > 1
     assert not any(one.padded(2).overlaps(other) for one, other in pairwise(boxes))
+
+
+def test_bands_of_modes_are_steps():
+    drawn = figure(lienumba.run(CHANGING | {"sweep": {"runs": 60, "vary": CHANGING["sweep"]["vary"]}}), ["mode"])
+    edges = [np.diff(path.vertices, axis=0) for band in drawn.axes[0].collections for path in band.get_paths()]
+    assert edges
+    assert any((edge != 0).any() for edge in edges)
+    assert all((edge[:, 0] * edge[:, 1] == 0).all() for edge in edges)
