@@ -18,6 +18,7 @@ FREE, HOLDS, BOUNDED, PRESSES, SLIDES = range(5)  # the last two have normals
 SOLVED, UNSOLVED, PARADOX = range(3)
 SWEEPS, ROUNDS, NEWTONS = 25, 40, 12  # sweeps between two trials of Newton's method, how many of these, its steps
 EXACT, CLOSE = 1e-15, 1e-10  # of the largest impulse: what Newton's method tries to reach, and what will do
+ROUNDING = 1e-12  # of `Problem.least`: a force that is none
 DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
 STIFF, STIFFER = 1e-6, 0.3  # of the largest diagonal: how much contacts give way, and how less where that is too hard
 FEW, REFINED = 4, 4  # rounds; how often it is made good that contacts give way
@@ -30,7 +31,8 @@ SECULAR = 60  # steps for the distance to the edge of a disk
 class Problem(NamedTuple):
     """S (q, q), free (q,); switches (s, 7): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
-    step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in."""
+    step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in. least (s,): what `ROUNDING` is a part of,
+    where all that is asked for nearly cancels."""
 
     S: Floats2
     free: Floats1
@@ -47,6 +49,7 @@ class Problem(NamedTuple):
     diagonal: Floats1
     anchor: Floats1
     matrix: Floats2
+    least: Floats1
 
 
 @inlined
@@ -349,6 +352,15 @@ def _largest(p: Problem) -> float:
 
 
 @apart
+def _enough(p: Problem) -> float:
+    """How far the natural map may be from 0."""
+    most = CLOSE * _largest(p)
+    for s in range(p.law.size):
+        most = max(most, ROUNDING * p.least[s]) if p.law[s] != FREE else most
+    return most
+
+
+@apart
 def _newton(p: Problem) -> float:
     """Newton's method from x on; returns how far the natural map is from 0 at the best x that was found, in x then."""
     q, least = p.free.size, np.inf
@@ -395,7 +407,7 @@ def _search(p: Problem, rounds: int, rays: bool) -> int:
         update_rates(p)
         _clean(p)
         update_rates(p)
-        if least <= CLOSE * _largest(p):
+        if least <= _enough(p):
             return SOLVED
     return UNSOLVED
 

@@ -81,9 +81,9 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
     system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
     p = Problem(
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
-        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system,
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s],
     )  # fmt: skip
-    return Reactions(p, v[q + 12], v[q + 13], v[q + 14], v[q + 15], v[q + 16][:s])
+    return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s])
 
 
 @apart
@@ -99,7 +99,7 @@ def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
         r.least[i] = INDEPENDENT * p.S[i, i] + NOISE * rows[first.change + layout.border_alone(sizes) + i, lane]
         p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
     for s in range(sizes.switches):
-        p.law[s], p.friction[s], p.bound[s], r.begins[s] = float(FREE), 0.0, 0.0, RESTS
+        p.law[s], p.friction[s], p.bound[s], p.least[s], r.begins[s] = float(FREE), 0.0, 0.0, 0.0, RESTS
 
 
 @inlined
@@ -198,6 +198,8 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
     for s in range(sizes.switches):
         kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
         closed, speed, rest = rows[on + s, lane] != OFF, along(r, s, r.rates), still(rows, first, sizes, lane, s)
+        force = rows[first.change + layout.change_forces(sizes) + s, lane]
+        p.least[s] = force if force < np.inf else 0.0
         if kind == BILATERAL and closed:
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):

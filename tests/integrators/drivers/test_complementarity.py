@@ -41,6 +41,7 @@ def problem(S: Any, free: Any, laws: list[tuple[float, int, int, float]], direct
     return Problem(
         S, np.array(free, float), switches, np.array([float(x[0]) for x in laws]), numbers, numbers.copy(), d,
         np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros((q, q + 1)),
+        np.zeros(s),
     )  # fmt: skip
 
 
@@ -212,3 +213,14 @@ def test_compiled_as_plain():
         fast(again, said)
         assert said[0] == SOLVED
         np.testing.assert_array_equal(p.x, again.x)
+
+
+def test_forces_that_nearly_cancel_are_found_within_their_rounding() -> None:
+    """Rows that say the same of a body on which loads of 10 N leave 1e-4 m/s^2: what rounding of the loads leaves of
+    them contradicts itself, by more than `CLOSE` of the forces that are left."""
+    c = np.array([0.08, 0.06, 0.77])
+    p = problem(np.outer(c, c), 1e-4 * c + [5e-15, -5e-15, 0.0], [(HOLDS, 1, 0, 0.0)] * 3)
+    assert solve(p) == UNSOLVED
+    p.x[:], p.least[:] = 0.0, 10.0
+    assert solve(p) == SOLVED
+    np.testing.assert_allclose(p.S @ p.x + p.free, 0.0, atol=1e-14)

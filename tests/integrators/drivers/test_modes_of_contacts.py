@@ -32,9 +32,9 @@ class Lane:
             for j in range(i + 1):
                 self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
         v = [np.zeros(row) for _ in range(13)]
-        law, friction, bound, begins = (np.zeros(len(tangents)) for _ in range(4))
+        law, friction, bound, least, begins = (np.zeros(len(tangents)) for _ in range(5))
         p = complementarity.Problem(
-            np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1))
+            np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least
         )  # fmt: skip
         self.r = Reactions(p, *v[9:13], begins)
 
