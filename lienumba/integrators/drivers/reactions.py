@@ -55,7 +55,7 @@ SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 EDGE = 1e-6  # of the most that friction can be
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
-FIRM, BARE, SHARED, TANGENT, PHASES = range(5)  # rows, in the order in which they are taken
+FIRM, BARE, SHARED, TANGENT, DRY, PHASES = range(6)  # rows, in the order in which they are taken
 ASKED = PHASES  # never taken, but asked what others leave of them
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 
@@ -394,18 +394,19 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 across = float(TANGENT) if how == STICK else float(ASKED) if how == LEAN else -1.0
                 r.wanted[i] = normal if i == row else across
             if kind == FRICTION and how == STICK:
-                r.wanted[i] = float(TANGENT)
+                r.wanted[i] = float(DRY)
 
 
 @apart
 def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
     """Masks of independent rows, to the state: what holds first, then normals without friction, those that press most
-    first, then normals that share what they carry, then tangents."""
+    first, then normals that share what they carry, then tangents, then the friction of joints."""
     _want(r, rows, first, sizes, lane)
     for phase in range(PHASES):
         if phase == TANGENT:
-            _lift(r)
+            _lift(r, float(BARE))
         _take(r, float(phase))
+    _lift(r, float(DRY))
     for i in range(sizes.switched):
         rows[first.state + layout.mask_row(sizes) + i, lane] = r.taken[i]
 
@@ -450,12 +451,12 @@ def _remove(r: Reactions, row: int) -> None:
 
 
 @apart
-def _lift(r: Reactions) -> None:
-    """Forces of normals without friction that are not taken go over to those that are, which change places with them
-    where one would begin to pull (Caratheodory)."""
+def _lift(r: Reactions, phase: float) -> None:
+    """Forces of rows of this phase that are not taken go over to those that are, which change places with them where a
+    normal without friction would begin to pull (Caratheodory)."""
     p, q = r.problem, r.taken.size
     for extra in range(q):
-        if r.wanted[extra] == BARE and r.taken[extra] == 0.0 and p.x[extra] > 0.0:
+        if r.wanted[extra] == phase and r.taken[extra] == 0.0 and p.x[extra] != 0.0:
             n = 0
             for i in range(q):
                 if r.taken[i] != 0.0:
@@ -467,18 +468,19 @@ def _lift(r: Reactions) -> None:
                     p.matrix[n, m] = p.S[i, extra]
                     n += 1
             eliminate(p.matrix, n, p.step)
-            n, most, leaves = 0, p.x[extra], extra
+            sign = 1.0 if p.x[extra] > 0.0 else -1.0
+            n, most, leaves = 0, sign * p.x[extra], extra
             for i in range(q):
                 if r.taken[i] != 0.0:
-                    share = p.step[n]
-                    if (r.wanted[i] == BARE or r.wanted[i] == SHARED) and share < -DEPENDENT and p.x[i] < -share * most:
+                    share, pushes = sign * p.step[n], r.wanted[i] == BARE or (phase == BARE and r.wanted[i] == SHARED)
+                    if pushes and share < -DEPENDENT and p.x[i] < -share * most:
                         most, leaves = -p.x[i] / share, i
                     n += 1
             n = 0
             for i in range(q):
                 if r.taken[i] != 0.0:
-                    p.x[i] += p.step[n] * most
+                    p.x[i] += sign * p.step[n] * most
                     n += 1
-            p.x[extra] -= most
+            p.x[extra] -= sign * most
             if leaves != extra:
                 r.taken[extra], r.taken[leaves], p.x[leaves] = 1.0, 0.0, 0.0
