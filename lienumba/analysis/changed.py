@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from lienumba.batch.changes import KINDS, NONE, Kind
+from lienumba.batch.changes import KIND_OF, NONE, Kind
 from lienumba.errors import ScenarioError
 
 QUANTILES = (0.05, 0.5, 0.95)
 BLOCK = 1000  # runs that are read at once
-KIND_OF = {kind.code: kind for kind in KINDS}
 
 
 @dataclass(frozen=True)

@@ -30,5 +30,6 @@ KINDS = (
     Kind(codes.STUCK, "stuck", "began to stick"),
     Kind(codes.SLID, "slid", "began to slide"),
 )
+KIND_OF = {kind.code: kind for kind in KINDS}
 NAMES = tuple(kind.name for kind in KINDS)
 NONE = -1  # in the place of a change that a run has not

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.batch.changes import KIND_OF, NONE
 from lienumba.batch.statuses import STATUSES
 from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
@@ -50,6 +51,7 @@ def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",), 
     for name, x in ds.variables.items():
         _check_variable(ds, str(name), x, grid, where)
     _check_statuses(ds["status"], where)
+    _check_changes(ds, where)
     if study_layout.is_study(ds):
         _check_study(ds, where)
 
@@ -146,6 +148,22 @@ def _check_study(ds: xr.Dataset, where: str) -> None:
     grid = {dim for name in study_layout.grid_of(ds) for dim in ds[name].dims}
     if any(not ds.sizes[dim] for dim in grid) or not {*ds["status"].dims} - {RUN[0]} <= grid:
         raise damaged(where, "its grid has no points")
+
+
+def _check_changes(ds: xr.Dataset, where: str) -> None:
+    """Each must be of something, of a kind and at a time."""
+    if "change_kind" not in ds or "change_what" not in ds:
+        return
+    kinds, whats = ds["change_kind"].values, ds["change_what"].values
+    some = kinds != NONE
+    for kind in np.unique(kinds[some]).tolist():
+        if kind not in KIND_OF:
+            raise damaged(where, f"change_kind has a value {kind}, which means nothing")
+        of, here = "event" if KIND_OF[kind].of_event else "switch", whats[kinds == kind]
+        if not (len(here) == 0 or (here.min() >= 0 and here.max() < ds.sizes.get(of, 0))):
+            raise damaged(where, f"change_what is of no {of}")
+    if "change_time" in ds and not np.isfinite(ds["change_time"].values[some]).all():
+        raise damaged(where, "changes have no times")
 
 
 def _check_labels(name: str, x: xr.Variable, where: str) -> None:

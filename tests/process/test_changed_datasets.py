@@ -46,6 +46,17 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return subjects.prepared(tmp_path_factory.mktemp("sound"))
 
 
+def refused(path: Path) -> None:
+    """By every command, in one sentence."""
+    for command in COMMANDS:
+        with contextlib.chdir(path.parent):
+            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert isinstance(done.exception, SystemExit), (command, done.exception)
+        assert done.exit_code == 2, command
+        (line,) = done.stderr.splitlines()
+        assert line.startswith(f"error: {path}"), command
+
+
 @pytest.mark.parametrize("name", RAW)
 def test_attributes_of_other_kinds(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
     where, key, value = RAW[name]
@@ -54,13 +65,26 @@ def test_attributes_of_other_kinds(name: str, sound: dict[str, Path], tmp_path: 
     with netCDF4.Dataset(path, "a") as file:
         place = file if where is None else file.variables[where]
         place.setncattr(key, value)
-    for command in COMMANDS:
-        with contextlib.chdir(tmp_path):
-            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
-        assert isinstance(done.exception, SystemExit), (command, done.exception)
-        assert done.exit_code == 2, command
-        (line,) = done.stderr.splitlines()
-        assert line.startswith(f"error: {path}"), command
+    refused(path)
+
+
+@pytest.mark.parametrize(("name", "value"), [("change_what", 99), ("change_kind", 77), ("change_time", float("nan"))])
+def test_changes_that_are_none(name: str, value: float, sound: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    path.write_bytes(sound["changes"].read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.variables[name][1, 0] = value
+    refused(path)
+
+
+def test_a_dataset_without_a_scenario_cites_nothing(sound: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    path.write_bytes(sound["full"].read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("scenario", "")
+    done = CliRunner().invoke(app, ["info", str(path), "--cite"])
+    assert done.exit_code == 2
+    assert done.stderr == "error: the dataset brings no scenario, which would say what is to be cited\n"
 
 
 def test_a_title_is_text_on_a_terminal(sound: dict[str, Path], tmp_path: Path) -> None:

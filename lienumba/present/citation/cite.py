@@ -24,6 +24,8 @@ def cite_dataset(dataset: "xr.Dataset") -> str:
     """Of a dataset: what its runs were computed with, and how they ended. No code that it brings is run."""
     attributes = dataset.attrs
     content = written_tables(dataset, "the dataset")
+    if not content:
+        raise ScenarioError("the dataset brings no scenario, which would say what is to be cited")
     inputs = {str(name): x for name, x in dataset.coords.items() if x.attrs.get("role") == "input"}
     units = {path: _unit(path, inputs) for path in table_in(table_in(content, "sweep"), "vary")}
     ending = "_version"
